@@ -1,0 +1,208 @@
+"""Unit directions: polar and azimuth angles, checks, and patterns of touches.
+
+A direction is the outward unit normal of the part at the contact, a row of an
+(n, 3) array. Polar is its angle from +z (the probe axis, up to the spindle),
+azimuth the angle of its projection on xy, counter-clockwise from +x.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.units import DEGREE
+
+UNIT_TOLERANCE = 1e-3
+"""A normal whose length is off by more than this is refused, not rescaled in silence.
+
+Seven printed decimals give 1e-7; 1e-3 still forgives the three or four decimals
+that controls print, and a rescaled normal of that length turns by nothing.
+"""
+
+
+def from_angles(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
+    """Unit directions from polar and azimuth angles.
+
+    Parameters
+    ----------
+    polar, azimuth : (n,) float, broadcast together. [rad]
+
+    Returns
+    -------
+    (n, 3) float
+        Unit vectors.
+
+    >>> from_angles(math.pi / 2, [0.0, math.pi / 2]).round(12).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    theta, phi = np.broadcast_arrays(
+        np.atleast_1d(np.asarray(polar, dtype=np.float64)),
+        np.atleast_1d(np.asarray(azimuth, dtype=np.float64)),
+    )
+    sine = np.sin(theta)
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), np.cos(theta)], axis=-1)
+
+
+def polar_angle(directions: npt.ArrayLike) -> FloatArray:
+    """Angle from +z, in [0, pi]. [rad]
+
+    >>> polar_angle([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]).round(6).tolist()
+    [0.0, 1.570796]
+    """
+    d = np.asarray(directions, dtype=np.float64)
+    # atan2 keeps its digits at the pole, where arccos loses half of them.
+    return np.asarray(np.arctan2(np.hypot(d[..., 0], d[..., 1]), d[..., 2]))
+
+
+def azimuth_angle(directions: npt.ArrayLike) -> FloatArray:
+    """Angle of the projection on xy from +x, counter-clockwise, in [0, 2 pi). [rad]
+
+    At the poles, where there is none, it is zero.
+
+    >>> azimuth_angle([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]).round(6).tolist()
+    [4.712389, 0.0]
+    """
+    d = np.asarray(directions, dtype=np.float64)
+    angle = np.mod(np.arctan2(d[..., 1], d[..., 0]), 2.0 * math.pi)
+    # mod of a tiny negative angle rounds up to 2 pi itself.
+    return np.asarray(np.where(angle >= 2.0 * math.pi, 0.0, angle))
+
+
+def describe(direction: npt.ArrayLike) -> str:
+    """Polar and azimuth of one direction, for messages.
+
+    >>> describe([1.0, 0.0, 0.0])
+    'polar 90.0°, azimuth 0.0°'
+    """
+    return (
+        f"polar {float(polar_angle(direction)) / DEGREE:.1f}°, "
+        f"azimuth {float(azimuth_angle(direction)) / DEGREE:.1f}°"
+    )
+
+
+def unit(vectors: npt.ArrayLike) -> FloatArray:
+    """Vectors scaled to length one; zero vectors are an error.
+
+    >>> unit([[0.0, 3.0, 4.0]]).tolist()
+    [[0.0, 0.6, 0.8]]
+    """
+    v = np.asarray(vectors, dtype=np.float64)
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    if not np.all(length > 0.0):
+        raise PretravelError("a direction has no length: its three components are all zero")
+    return np.asarray(v / length)
+
+
+def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray:
+    """Unit vectors that were meant to be unit vectors, or an error that names the row.
+
+    Parameters
+    ----------
+    vectors : (n, 3) float
+        Lengths within `UNIT_TOLERANCE` of one.
+    name : str
+        What they are, for the message.
+
+    Returns
+    -------
+    (n, 3) float
+        The same, of length one to machine precision.
+
+    Raises
+    ------
+    PretravelError
+        Wrong shape, not finite, or not of unit length.
+
+    >>> checked_unit([[0.0, 0.0, 2.0]], "normals")
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: normals: row 1 has length 2; unit vectors are needed
+    """
+    v = np.asarray(vectors, dtype=np.float64)
+    if v.ndim != 2 or v.shape[1] != 3:
+        raise PretravelError(f"{name}: expected an array of shape (n, 3), got {v.shape}")
+    length = np.linalg.norm(v, axis=1)
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
+    if np.any(bad):
+        row = int(np.flatnonzero(bad)[0])
+        raise PretravelError(
+            f"{name}: row {row + 1} has length {length[row]:.6g}; unit vectors are needed"
+        )
+    return np.asarray(v / length[:, None])
+
+
+def grid(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
+    """All pairs of the given angles, polar by polar.
+
+    Parameters
+    ----------
+    polar : (p,) float. [rad]
+    azimuth : (a,) float. [rad]
+
+    Returns
+    -------
+    (p * a, 3) float
+
+    >>> grid([math.pi / 2], [0.0, math.pi]).round(9).tolist()
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]
+    """
+    p, a = np.meshgrid(
+        np.atleast_1d(np.asarray(polar, dtype=np.float64)),
+        np.atleast_1d(np.asarray(azimuth, dtype=np.float64)),
+        indexing="ij",
+    )
+    return from_angles(p.ravel(), a.ravel())
+
+
+def sphere_pattern_25() -> FloatArray:
+    """The 25 directions of a sphere test: pole, 4, 8, 4 and 8 points.
+
+    One at the pole, 4 at 22.5°, 8 at 45°, 4 at 67.5° and 8 at 90° from it, the
+    rings of eight turned by 22.5° against the rings of four.
+
+    Returns
+    -------
+    (25, 3) float
+
+    Notes
+    -----
+    The pattern is that of ISO 10360-5 as recalled; it was not checked against
+    the text of the standard.
+
+    >>> sphere_pattern_25().shape
+    (25, 3)
+    """
+    rings = [(0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 0.0), (90.0, 8, 22.5)]
+    return np.concatenate(
+        [
+            from_angles(polar * DEGREE, (start + 360.0 / count * np.arange(count)) * DEGREE)
+            for polar, count, start in rings
+        ]
+    )
+
+
+def fibonacci_cap(count: int, largest_polar: float = math.pi / 2) -> FloatArray:
+    """Directions spread evenly over a cap around +z, by the golden angle.
+
+    Parameters
+    ----------
+    count : int
+    largest_polar : float
+        Half-angle of the cap. [rad]
+
+    Returns
+    -------
+    (count, 3) float
+
+    >>> bool(fibonacci_cap(100)[:, 2].min() > 0.0)
+    True
+    """
+    index = np.arange(count) + 0.5
+    height = 1.0 - index / count * (1.0 - math.cos(largest_polar))
+    golden_angle = math.pi * (3.0 - math.sqrt(5.0))
+    return from_angles(np.arccos(height), golden_angle * index)

@@ -1,0 +1,178 @@
+"""Compensation: readings in, surface points with uncertainties out, and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import checked_unit
+from pretravel.errors import PretravelError
+from pretravel.pretravel_map import PretravelMap
+from pretravel.surface.shapes import Surface
+from pretravel.touches import Touches
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Surface points, one for each touch, in the touches' order and frame.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+        Where the ball first touched the surface. [mm]
+    normals : (n, 3) float
+        Outward unit normals that the compensation used.
+    pretravel : (n,) float
+        Taken off, along -n. [mm]
+    covariance : (n, 3, 3) float
+        Of each point: repeatability along the approach, map, tip radius. [mm²]
+    deviation : (n,) float or None
+        Distance from the nominal along its normal, positive outside. [mm]
+    labels : tuple of str
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    pretravel: FloatArray
+    covariance: FloatArray
+    deviation: FloatArray | None
+    labels: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def standard_uncertainty(self) -> FloatArray:
+        """Standard uncertainty along the normal, (n,). [mm]"""
+        variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
+        return np.sqrt(np.maximum(variance, 0.0))
+
+
+def apply(
+    touches: Touches,
+    pretravel_map: PretravelMap,
+    *,
+    nominal: Surface | None = None,
+    extrapolate: bool = False,
+) -> Points:
+    """Compensate touches: from the latched spindle points to the surface.
+
+    The spindle travelled pretravel / |a·n| along the approach a since first
+    contact; going back by that and by the tip radius along n gives the point of
+    first contact. For a = -n this is equation 3.36 of the thesis.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+        Predicted or measured.
+    nominal : Surface, optional
+        Deviations are taken from it; not given, from the touches' nominal points
+        where they have them.
+    extrapolate : bool
+        Also for normals outside the map's directions.
+
+    Returns
+    -------
+    Points
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+
+    References
+    ----------
+    Rodrigues 2021, equation 3.36.
+
+    >>> from pretravel.direction_support import DirectionSupport
+    >>> from pretravel.pretravel_map import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> points = apply(Touches([[0.0, 0.0, 2.990]], up), mean)
+    >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
+    ([[0.0, 0.0, 0.0]], [0.316])
+    """
+    normals, approaches = touches.normals, touches.approach_directions
+    pretravel = pretravel_map.pretravel(normals, extrapolate=extrapolate)
+    closing = -np.sum(approaches * normals, axis=1)
+    travel = pretravel / closing
+    positions = (
+        touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
+    )
+    along = pretravel_map.repeatability**2
+    along = along + (pretravel_map.standard_uncertainty(normals) / closing) ** 2
+    covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
+    covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
+    if nominal is not None:
+        deviation = nominal.signed_distance(positions)
+    elif touches.nominal_points is not None:
+        deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
+    else:
+        deviation = None
+    return Points(
+        positions=frozen(positions),
+        normals=normals,
+        pretravel=frozen(pretravel),
+        covariance=frozen(covariance),
+        deviation=None if deviation is None else frozen(deviation),
+        labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
+    )
+
+
+def embed(
+    positions: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    pretravel_map: PretravelMap,
+    *,
+    approaches: npt.ArrayLike | None = None,
+    extrapolate: bool = False,
+) -> Touches:
+    """The touches that a probe with this map would report at given surface points.
+
+    The inverse of `apply`.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        Points of the surface. [mm]
+    normals : (n, 3) float
+        Outward unit normals there.
+    pretravel_map : PretravelMap
+    approaches : (n, 3) float, optional
+        -normals when not given.
+    extrapolate : bool
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+
+    >>> from pretravel.direction_support import DirectionSupport
+    >>> from pretravel.pretravel_map import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([0.0]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> embed([[0.0, 0.0, 0.0]], up, mean).positions.round(9).tolist()
+    [[0.0, 0.0, 2.99]]
+    """
+    n = checked_unit(normals, "normals")
+    a = -n if approaches is None else checked_unit(approaches, "approaches")
+    closing = -np.sum(a * n, axis=1)
+    if np.any(closing <= 0.0):
+        raise PretravelError("an approach must move against the outward normal")
+    travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
+    points = np.asarray(positions, dtype=np.float64)
+    return Touches(
+        positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
+        normals=n,
+        approaches=a,
+    )

@@ -1,0 +1,247 @@
+"""Probe descriptions as TOML: the catalogue that comes along, and files of one's own."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pretravel.errors import DescriptionError, InputError
+from pretravel.probe.description import (
+    Moving,
+    Orientation,
+    Probe,
+    Seats,
+    StylusSegment,
+    Tip,
+    Tripod,
+)
+from pretravel.probe.materials import Material, material, material_from_table
+from pretravel.units import DEGREE, MICROMETRE
+
+_TABLES: Mapping[str, tuple[frozenset[str], frozenset[str]]] = {
+    # table: (needed keys, optional keys)
+    "tripod": (
+        frozenset({"radius_mm", "rod_azimuths_deg", "rod_radius_mm", "material"}),
+        frozenset(),
+    ),
+    "seats": (frozenset({"support_angle_deg", "ball_radius_mm", "material"}), frozenset()),
+    "spring": (frozenset({"preload_N"}), frozenset()),
+    "hub": (frozenset({"offset_mm"}), frozenset()),
+    "stylus": (frozenset({"length_mm", "diameter_mm", "material"}), frozenset()),
+    "tip": (frozenset({"radius_mm", "material"}), frozenset({"u_radius_um"})),
+    "moving": (frozenset({"mass_g", "height_mm"}), frozenset()),
+    "orientation": (frozenset(), frozenset({"axis", "rotation_deg"})),
+    "trigger": (frozenset(), frozenset({"criterion", "threshold_N"})),
+    "materials": (frozenset(), frozenset()),
+    "sources": (frozenset(), frozenset()),
+}
+_NEEDED_TABLES = ("tripod", "seats", "spring", "hub", "stylus", "tip")
+
+
+def catalogue_names() -> list[str]:
+    """Names of the probes that come with the package.
+
+    >>> "omp40-2" in catalogue_names()
+    True
+    """
+    folder = files("pretravel.probe").joinpath("data/probes")
+    return sorted(entry.name[: -len(".toml")] for entry in folder.iterdir())
+
+
+def description_text(name: str) -> str:
+    """The TOML text of a catalogue probe, to print and edit.
+
+    >>> description_text("omp40-2").splitlines()[0]
+    'name = "OMP40-2 with 50 mm ceramic stylus"'
+    """
+    if name not in catalogue_names():
+        raise DescriptionError(
+            f"there is no probe '{name}' in the catalogue; there are "
+            f"{', '.join(catalogue_names())}"
+        )
+    entry = files("pretravel.probe").joinpath(f"data/probes/{name}.toml")
+    return entry.read_text(encoding="utf-8")
+
+
+def load_probe(probe: str | Path) -> Probe:
+    """A probe by catalogue name, or from a TOML file.
+
+    Parameters
+    ----------
+    probe : str or Path
+        ``omp40-2``, or the path of a description.
+
+    Raises
+    ------
+    DescriptionError
+        Neither a known name nor a file; impossible geometry.
+    InputError
+        A file that is not a description.
+
+    >>> load_probe("omp40-2-100mm").stylus_length
+    100.0
+    """
+    text_name = str(probe)
+    if text_name in catalogue_names():
+        return parse_probe(description_text(text_name), f"catalogue probe {text_name}")
+    path = Path(probe)
+    if not path.is_file():
+        raise DescriptionError(
+            f"'{text_name}' is neither a probe of the catalogue "
+            f"({', '.join(catalogue_names())}) nor a file; "
+            "pretravel probes NAME > mine.toml writes one to edit"
+        )
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("not a text file, so not a probe description", path=path) from error
+    return parse_probe(text, str(path))
+
+
+def parse_probe(text: str, place: str = "description") -> Probe:
+    """A probe from TOML text; lengths, forces and angles in the units the keys name.
+
+    Parameters
+    ----------
+    text : str
+    place : str
+        What to call the text in messages.
+
+    Returns
+    -------
+    Probe
+
+    Raises
+    ------
+    InputError
+        Not TOML; tables or keys missing, unknown, or of the wrong type.
+    DescriptionError
+        Impossible geometry, unknown material.
+
+    >>> parse_probe("[tripod]", "mine.toml")
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.InputError: mine.toml: the tables [seats], [spring], [hub], [stylus], \
+[tip] are missing; pretravel probes omp40-2 prints a whole description
+    """
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not valid TOML: {error}", path=place) from error
+    _check_tables(tables, place)
+    try:
+        return _build(tables, place)
+    except DescriptionError as error:
+        if str(error).startswith(place):
+            raise
+        raise DescriptionError(f"{place}: {error}") from None
+
+
+def _check_tables(tables: Mapping[str, Any], place: str) -> None:
+    missing = [name for name in _NEEDED_TABLES if name not in tables]
+    if missing:
+        raise InputError(
+            f"the tables {', '.join(f'[{name}]' for name in missing)} are missing; "
+            "pretravel probes omp40-2 prints a whole description",
+            path=place,
+        )
+    unknown = [name for name in tables if name not in _TABLES and name != "name"]
+    if unknown:
+        raise InputError(
+            f"'{unknown[0]}' is not known here; a description has name, "
+            f"{', '.join(f'[{name}]' for name in _TABLES)}",
+            path=place,
+        )
+    if not isinstance(tables["stylus"], list):
+        raise InputError(
+            "the stylus is a list of segments from hub to tip: write [[stylus]] for each",
+            path=place,
+        )
+    for name, (needed, optional) in _TABLES.items():
+        if name in ("materials", "sources") or name not in tables:
+            continue
+        entries = tables[name] if name == "stylus" else [tables[name]]
+        for table in entries:
+            if not isinstance(table, dict):
+                raise InputError(f"[{name}] must be a table", path=place)
+            for key in sorted(needed - table.keys()):
+                raise InputError(f"[{name}] needs {key}", path=place)
+            for key in sorted(table.keys() - needed - optional):
+                allowed = ", ".join(sorted(needed | optional))
+                raise InputError(f"[{name}] has no {key}; it has {allowed}", path=place)
+
+
+def _number(table: Mapping[str, Any], name: str, key: str, default: float | None = None) -> float:
+    value = table.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise DescriptionError(f"[{name}] {key} must be a number, got {value!r}")
+    return float(value)
+
+
+def _numbers(table: Mapping[str, Any], name: str, key: str) -> tuple[float, float, float]:
+    value = table[key]
+    if (
+        not isinstance(value, list)
+        or len(value) != 3
+        or any(isinstance(v, bool) or not isinstance(v, int | float) for v in value)
+    ):
+        raise DescriptionError(f"[{name}] {key} must be three numbers, got {value!r}")
+    return (float(value[0]), float(value[1]), float(value[2]))
+
+
+def _build(tables: Mapping[str, Any], place: str) -> Probe:
+    own: dict[str, Material] = {
+        name: material_from_table(name, table, place)
+        for name, table in tables.get("materials", {}).items()
+    }
+
+    def named(table: Mapping[str, Any]) -> Material:
+        return material(str(table["material"]), own)
+
+    tripod, seats, tip = tables["tripod"], tables["seats"], tables["tip"]
+    azimuths = _numbers(tripod, "tripod", "rod_azimuths_deg")
+    moving = tables.get("moving", {})
+    orientation = tables.get("orientation", {})
+    trigger = tables.get("trigger", {})
+    return Probe(
+        name=str(tables.get("name", "unnamed probe")),
+        tripod=Tripod(
+            radius=_number(tripod, "tripod", "radius_mm"),
+            rod_azimuths=(azimuths[0] * DEGREE, azimuths[1] * DEGREE, azimuths[2] * DEGREE),
+            rod_radius=_number(tripod, "tripod", "rod_radius_mm"),
+            material=named(tripod),
+        ),
+        seats=Seats(
+            support_angle=_number(seats, "seats", "support_angle_deg") * DEGREE,
+            ball_radius=_number(seats, "seats", "ball_radius_mm"),
+            material=named(seats),
+        ),
+        preload=_number(tables["spring"], "spring", "preload_N"),
+        hub_offset=_number(tables["hub"], "hub", "offset_mm"),
+        stylus=tuple(
+            StylusSegment(
+                length=_number(segment, "stylus", "length_mm"),
+                diameter=_number(segment, "stylus", "diameter_mm"),
+                material=named(segment),
+            )
+            for segment in tables["stylus"]
+        ),
+        tip=Tip(
+            radius=_number(tip, "tip", "radius_mm"),
+            material=named(tip),
+            u_radius=_number(tip, "tip", "u_radius_um", 0.0) * MICROMETRE,
+        ),
+        moving=Moving(
+            mass=_number(moving, "moving", "mass_g", 0.0) * 1e-3,
+            height=_number(moving, "moving", "height_mm", 0.0),
+        ),
+        orientation=Orientation(
+            axis=_numbers({"axis": [0, 0, 1], **orientation}, "orientation", "axis"),
+            rotation=_number(orientation, "orientation", "rotation_deg", 0.0) * DEGREE,
+        ),
+        criterion=str(trigger.get("criterion", "first_contact")),
+        threshold=_number(trigger, "trigger", "threshold_N", 0.0),
+    )

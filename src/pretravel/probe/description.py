@@ -1,0 +1,304 @@
+"""A kinematic touch-trigger probe, described: tripod, seats, spring, stylus, tip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pretravel.errors import DescriptionError
+from pretravel.probe.materials import Material, material
+from pretravel.units import DEGREE
+
+CRITERIA = ("first_contact", "arm_lift")
+
+
+def _positive(value: float, what: str, unit: str = "mm") -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise DescriptionError(f"{what} is {value:g} {unit}; it must be positive")
+
+
+@dataclass(frozen=True)
+class Tripod:
+    """Three radial rods that rest on the seats.
+
+    Parameters
+    ----------
+    radius : float
+        From the probe axis to the points where the rods rest. [mm]
+    rod_azimuths : three floats
+        Probe frame. [rad]
+    rod_radius : float
+        [mm]
+    material : Material
+        Of rods and seat balls.
+    """
+
+    radius: float
+    rod_azimuths: tuple[float, float, float]
+    rod_radius: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        _positive(self.radius, "the tripod radius")
+        _positive(self.rod_radius, "the rod radius")
+        if len(self.rod_azimuths) != 3:
+            raise DescriptionError(
+                f"a kinematic probe has three rods, got {len(self.rod_azimuths)} rod azimuths"
+            )
+        if self.rod_radius >= self.radius:
+            raise DescriptionError(
+                f"rods of radius {self.rod_radius:g} mm do not fit at a tripod radius of "
+                f"{self.radius:g} mm"
+            )
+
+
+@dataclass(frozen=True)
+class Seats:
+    """Six balls, two under each rod.
+
+    Parameters
+    ----------
+    support_angle : float
+        Of each seat normal, from the horizontal, in the rod's tangential-axial
+        plane (27.266° for the thesis's probe). [rad]
+    ball_radius : float
+        [mm]
+    material : Material
+    """
+
+    support_angle: float
+    ball_radius: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        _positive(self.ball_radius, "the seat ball radius")
+        degrees = self.support_angle / DEGREE
+        if not 1.0 <= degrees <= 89.0:
+            raise DescriptionError(
+                f"the support angle is {degrees:g}°; seats hold a rod only with an angle "
+                "between 1° (walls, which carry no preload) and 89° (floors, which do not "
+                "centre the rod). It is measured from the horizontal, not from the probe axis."
+            )
+
+
+@dataclass(frozen=True)
+class StylusSegment:
+    """One cylindrical piece of the stylus.
+
+    Parameters
+    ----------
+    length, diameter : float
+        [mm]
+    material : Material
+    """
+
+    length: float
+    diameter: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        _positive(self.length, "a stylus segment's length")
+        _positive(self.diameter, "a stylus segment's diameter")
+
+
+@dataclass(frozen=True)
+class Tip:
+    """The ball that touches the part.
+
+    Parameters
+    ----------
+    radius : float
+        [mm]
+    material : Material
+    u_radius : float
+        Standard uncertainty of the radius. [mm]
+    """
+
+    radius: float
+    material: Material
+    u_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _positive(self.radius, "the tip radius")
+        if not (math.isfinite(self.u_radius) and self.u_radius >= 0.0):
+            raise DescriptionError(f"the tip radius's uncertainty is {self.u_radius:g} mm")
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What gravity pulls at: tripod, hub, stylus and tip together.
+
+    Parameters
+    ----------
+    mass : float
+        Zero leaves gravity out. [kg]
+    height : float
+        Centre of mass on the probe axis, above the plane of the rod axes. [mm]
+    """
+
+    mass: float = 0.0
+    height: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mass) and self.mass >= 0.0):
+            raise DescriptionError(f"the moving mass is {self.mass:g} kg; it cannot be negative")
+        if not math.isfinite(self.height):
+            raise DescriptionError("the moving mass's height is not a finite number")
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """How the probe stands in the machine.
+
+    Parameters
+    ----------
+    axis : (3,) floats
+        The probe's +z (tip to spindle) in the machine frame, unit vector.
+    rotation : float
+        Turn of the probe about its own axis. [rad]
+    """
+
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    rotation: float = 0.0
+
+    def __post_init__(self) -> None:
+        length = math.hypot(*self.axis)
+        if not abs(length - 1.0) <= 1e-3:
+            raise DescriptionError(
+                f"the probe axis {self.axis} has length {length:g}; give a unit vector"
+            )
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A probe as described: everything that prediction needs to know.
+
+    Parameters
+    ----------
+    name : str
+    tripod, seats : Tripod, Seats
+    preload : float
+        Spring force along the probe axis, pressing the tripod into its seats. [N]
+    hub_offset : float
+        From the plane of the rod axes to the stylus's root; the rigid part of the
+        lever. [mm]
+    stylus : StylusSegments
+        From the hub to the tip centre.
+    tip : Tip
+    moving, orientation : Moving, Orientation, optional
+    criterion : str
+        first_contact or arm_lift.
+    threshold : float
+        Seat reaction (first_contact), or sum of a rod's two (arm_lift), at
+        which the circuit opens. [N]
+
+    Raises
+    ------
+    DescriptionError
+        A probe that cannot exist or cannot be held by its seats.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> load_probe("omp40-2").lever
+    64.4
+    """
+
+    name: str
+    tripod: Tripod
+    seats: Seats
+    preload: float
+    hub_offset: float
+    stylus: tuple[StylusSegment, ...]
+    tip: Tip
+    moving: Moving = field(default_factory=Moving)
+    orientation: Orientation = field(default_factory=Orientation)
+    criterion: str = "first_contact"
+    threshold: float = 0.0
+
+    def __post_init__(self) -> None:
+        _positive(self.preload, "the spring preload", "N")
+        if not (math.isfinite(self.hub_offset) and self.hub_offset >= 0.0):
+            raise DescriptionError(
+                f"the hub offset is {self.hub_offset:g} mm; it cannot be negative"
+            )
+        if not self.stylus:
+            raise DescriptionError("the stylus has no segment")
+        carrier = self.stylus[-1]
+        if self.tip.radius < 0.5 * carrier.diameter:
+            raise DescriptionError(
+                f"a tip of radius {self.tip.radius:g} mm is smaller than the stem of diameter "
+                f"{carrier.diameter:g} mm that carries it: the stem would touch the part first"
+            )
+        if self.stylus_length <= self.tip.radius:
+            raise DescriptionError(
+                f"the stylus ({self.stylus_length:g} mm to the tip centre) is shorter than the "
+                f"tip's radius ({self.tip.radius:g} mm)"
+            )
+        if self.criterion not in CRITERIA:
+            raise DescriptionError(
+                f"the trigger criterion is '{self.criterion}'; known are {', '.join(CRITERIA)}"
+            )
+        if not (math.isfinite(self.threshold) and self.threshold >= 0.0):
+            raise DescriptionError(
+                f"the trigger threshold is {self.threshold:g} N; it cannot be negative"
+            )
+        self._check_seating()
+
+    def _check_seating(self) -> None:
+        azimuths = np.sort(np.mod(self.tripod.rod_azimuths, 2.0 * math.pi))
+        gaps = np.diff(np.append(azimuths, azimuths[0] + 2.0 * math.pi))
+        if gaps.max() >= math.pi - 1e-6:
+            degrees = ", ".join(f"{a / DEGREE:g}°" for a in self.tripod.rod_azimuths)
+            raise DescriptionError(
+                f"rods at {degrees} leave a gap of {gaps.max() / DEGREE:.0f}°: with half of the "
+                "circle empty the spring tips the tripod off its seats; spread the rods "
+                "(usually 0°, 120°, 240°)"
+            )
+        if gaps.min() <= 5.0 * DEGREE:
+            raise DescriptionError(
+                f"two rods are only {gaps.min() / DEGREE:.1f}° apart: they cannot hold the tripod"
+            )
+
+    @property
+    def stylus_length(self) -> float:
+        """Root of the stylus to tip centre. [mm]"""
+        return float(sum(segment.length for segment in self.stylus))
+
+    @property
+    def lever(self) -> float:
+        """Tip centre to the plane of the rod axes. [mm]"""
+        return self.stylus_length + self.hub_offset
+
+    @property
+    def stem(self) -> StylusSegment:
+        """The longest segment of the stylus."""
+        return max(self.stylus, key=lambda segment: segment.length)
+
+    def with_lever(self, lever: float) -> Probe:
+        """The same probe with another lever: the hub offset changes, the stylus stays.
+
+        Raises
+        ------
+        DescriptionError
+            A lever shorter than the stylus.
+
+        >>> from pretravel.probe.catalogue import load_probe
+        >>> load_probe("omp40-2").with_lever(50.0).hub_offset
+        0.0
+        """
+        if lever < self.stylus_length - 1e-9:
+            raise DescriptionError(
+                f"a lever of {lever:g} mm is shorter than the stylus of {self.stylus_length:g} mm; "
+                "describe a shorter stylus instead (pretravel probes NAME > mine.toml)"
+            )
+        return replace(self, hub_offset=max(lever - self.stylus_length, 0.0))
+
+
+def default_workpiece() -> Material:
+    """The workpiece that is meant where none is named: steel.
+
+    >>> default_workpiece().name
+    'steel'
+    """
+    return material("steel")

@@ -1,0 +1,132 @@
+"""Linear elastic materials by name."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+from pretravel.errors import DescriptionError
+from pretravel.units import GIGAPASCAL
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic linear elastic material.
+
+    Parameters
+    ----------
+    name : str
+    youngs_modulus : float
+        [MPa]
+    poissons_ratio : float
+    density : float
+        [kg/mm³]
+    source : str
+        Where the numbers come from.
+
+    >>> material("ceramic").youngs_modulus
+    413000.0
+    """
+
+    name: str
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.youngs_modulus > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': Young's modulus {self.youngs_modulus} MPa "
+                "must be positive"
+            )
+        if not -1.0 < self.poissons_ratio < 0.5:
+            raise DescriptionError(
+                f"material '{self.name}': Poisson's ratio {self.poissons_ratio} "
+                "must lie between -1 and 0.5"
+            )
+        if not self.density > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': density {self.density} kg/mm³ must be positive"
+            )
+
+    @property
+    def shear_modulus(self) -> float:
+        """E / (2 (1 + nu)). [MPa]"""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu²) / E, one body's part of a contact modulus. [1/MPa]"""
+        return (1.0 - self.poissons_ratio**2) / self.youngs_modulus
+
+
+def material_from_table(name: str, table: Mapping[str, object], place: str) -> Material:
+    """A material from its TOML table, with units as the keys say.
+
+    >>> table = {"youngs_modulus_GPa": 70, "poissons_ratio": 0.33, "density_g_cm3": 2.7}
+    >>> material_from_table("aluminium", table, "mine.toml").youngs_modulus
+    70000.0
+    """
+    numbers = {}
+    for key in ("youngs_modulus_GPa", "poissons_ratio", "density_g_cm3"):
+        value = table.get(key)
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            raise DescriptionError(
+                f"{place}: material '{name}' needs a number {key}, got {value!r}"
+            )
+        numbers[key] = float(value)
+    return Material(
+        name=name,
+        youngs_modulus=numbers["youngs_modulus_GPa"] * GIGAPASCAL,
+        poissons_ratio=numbers["poissons_ratio"],
+        density=numbers["density_g_cm3"] * 1e-6,
+        source=str(table.get("source", "")),
+    )
+
+
+@cache
+def known_materials() -> Mapping[str, Material]:
+    """The materials that come with the package, by name.
+
+    >>> "tungsten carbide" in known_materials()
+    True
+    """
+    text = files("pretravel.probe").joinpath("data/materials.toml").read_text(encoding="utf-8")
+    tables = tomllib.loads(text)
+    return {name: material_from_table(name, table, "materials") for name, table in tables.items()}
+
+
+def material(name: str, others: Mapping[str, Material] | None = None) -> Material:
+    """A material by name.
+
+    Parameters
+    ----------
+    name : str
+    others : mapping of str to Material, optional
+        Materials of a description's own, looked up first.
+
+    Raises
+    ------
+    DescriptionError
+        No such material; the text lists the known ones.
+
+    >>> material("cheese")
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.DescriptionError: material 'cheese' is not known; known are aluminium, \
+carbon fibre, cast iron, ceramic, copper, granite, ruby, silicon nitride, stainless steel, \
+steel, titanium, tungsten carbide, zirconia. Add a [materials.'cheese'] table with \
+youngs_modulus_GPa, poissons_ratio and density_g_cm3 to use another.
+    """
+    known = {**known_materials(), **(others or {})}
+    if name not in known:
+        raise DescriptionError(
+            f"material '{name}' is not known; known are {', '.join(sorted(known))}. "
+            f"Add a [materials.'{name}'] table with youngs_modulus_GPa, poissons_ratio "
+            "and density_g_cm3 to use another."
+        )
+    return known[name]

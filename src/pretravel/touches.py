@@ -1,0 +1,144 @@
+"""Touches: what a machine reports, measured or simulated. One of two shared types."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import checked_unit, describe
+from pretravel.errors import PretravelError
+
+GLANCING = 0.05
+"""An approach this close to tangential (cosine with -n) is refused: 87°."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touches:
+    """Touches in the machine's frame, one row each.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        Spindle points P at the latched trigger: where the tip centre would be
+        were the stylus straight. [mm]
+    normals : (n, 3) float
+        Outward unit normals of the part at the targets.
+    approaches : (n, 3) float, optional
+        Unit directions in which the spindle moved; -normals when not given.
+    feeds : (n,) float, optional
+        Feed rates. [mm/min]
+    labels : n strings, optional
+    nominal_points : (n, 3) float, optional
+        Target points on the nominal surface. [mm]
+    source : str, optional
+        Where they came from, for messages.
+    lines : n ints, optional
+        Line numbers in that source.
+
+    Raises
+    ------
+    PretravelError
+        Shapes that do not fit, values that are not finite, normals or approaches
+        that are not unit vectors, approaches that move away from the part.
+
+    >>> touch = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+    >>> touch.approaches.tolist()
+    [[-0.0, -0.0, -1.0]]
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    approaches: FloatArray | None = None
+    feeds: FloatArray | None = None
+    labels: tuple[str, ...] | None = None
+    nominal_points: FloatArray | None = None
+    source: str | None = None
+    lines: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        positions = np.asarray(self.positions, dtype=np.float64)
+        if positions.ndim != 2 or positions.shape[1] != 3:
+            raise PretravelError(
+                f"touch positions: expected an array of shape (n, 3), got {positions.shape}"
+            )
+        count = len(positions)
+        if count == 0:
+            raise PretravelError("there are no touches")
+        normals = checked_unit(self.normals, "touch normals")
+        approaches = (
+            -normals
+            if self.approaches is None
+            else checked_unit(self.approaches, "touch approaches")
+        )
+        for name, rows in (
+            ("normals", len(normals)),
+            ("approaches", len(approaches)),
+            ("feeds", count if self.feeds is None else len(self.feeds)),
+            ("labels", count if self.labels is None else len(self.labels)),
+            ("lines", count if self.lines is None else len(self.lines)),
+            ("nominal points", count if self.nominal_points is None else len(self.nominal_points)),
+        ):
+            if rows != count:
+                raise PretravelError(f"{count} touches, but {rows} {name}")
+        if not np.all(np.isfinite(positions)):
+            row = int(np.flatnonzero(~np.isfinite(positions).all(axis=1))[0])
+            raise PretravelError(f"touch positions: row {row + 1} is not finite")
+        closing = -np.sum(approaches * normals, axis=1)
+        if np.any(closing < GLANCING):
+            row = int(np.flatnonzero(closing < GLANCING)[0])
+            raise PretravelError(
+                f"{self.where(row)}: the approach moves away from the surface or along it "
+                f"(approach · normal = {-closing[row]:+.3f}, it must be below -{GLANCING}); "
+                f"the normal ({describe(normals[row])}) must point out of the part, "
+                "the approach into it"
+            )
+        object.__setattr__(self, "positions", frozen(positions))
+        object.__setattr__(self, "normals", frozen(normals))
+        object.__setattr__(self, "approaches", frozen(approaches))
+        if self.feeds is not None:
+            object.__setattr__(self, "feeds", frozen(self.feeds))
+        if self.nominal_points is not None:
+            object.__setattr__(self, "nominal_points", frozen(self.nominal_points))
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def approach_directions(self) -> FloatArray:
+        """The approaches, (n, 3), always there."""
+        assert self.approaches is not None  # set in __post_init__
+        return self.approaches
+
+    def where(self, row: int) -> str:
+        """How to name one touch to a person: label, and line of the file it came from.
+
+        >>> Touches([[0, 0, 1]], [[0, 0, 1]], labels=("pole",), lines=(2,)).where(0)
+        'touch 1 (pole, line 2)'
+        """
+        notes = []
+        if self.labels is not None and self.labels[row]:
+            notes.append(self.labels[row])
+        if self.lines is not None:
+            notes.append(f"line {self.lines[row]}")
+        return f"touch {row + 1}" + (f" ({', '.join(notes)})" if notes else "")
+
+    def take(self, rows: FloatArray | list[int] | np.ndarray) -> Touches:  # type: ignore[type-arg]
+        """The touches of the given rows (indices or a mask), in that order.
+
+        >>> both = Touches([[0, 0, 1], [0, 0, 2]], [[0, 0, 1], [0, 0, 1]])
+        >>> both.take([1]).positions.tolist()
+        [[0.0, 0.0, 2.0]]
+        """
+        index = np.arange(len(self))[np.asarray(rows)]
+        return Touches(
+            positions=self.positions[index],
+            normals=self.normals[index],
+            approaches=self.approach_directions[index],
+            feeds=None if self.feeds is None else self.feeds[index],
+            labels=None if self.labels is None else tuple(self.labels[i] for i in index),
+            nominal_points=None if self.nominal_points is None else self.nominal_points[index],
+            source=self.source,
+            lines=None if self.lines is None else tuple(self.lines[i] for i in index),
+        )

@@ -1,0 +1,169 @@
+"""Six-seat statics: the reactions of a kinematic tripod follow from equilibrium alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import checked_unit
+from pretravel.errors import DescriptionError
+from pretravel.probe.description import Probe
+from pretravel.units import STANDARD_GRAVITY
+
+SEAT_NAMES = ("A-left", "A-right", "B-left", "B-right", "C-left", "C-right")
+"""Rods A, B, C in the description's order; left is the counter-clockwise side of the
+rod, seen from the spindle and looking outward along the rod."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeatStatics:
+    """Where the seats are, and the reactions that hold the tripod.
+
+    Seat forces act on the tripod along `normals` through the rod axes. Six
+    frictionless seats and six equilibrium equations leave nothing to elasticity.
+
+    Attributes
+    ----------
+    points : (6, 3) float
+        Points of the rod axes that the seat forces pass through, probe frame. [mm]
+    normals : (6, 3) float
+        Unit directions of the seats' push on the tripod.
+    wrenches : (6, 6) float
+        Columns: force and moment about the origin of a unit reaction of each seat.
+    rest_reactions : (6,) float
+        Reactions under spring (and weight) with no touch. [N]
+    tip : (3,) float
+        Tip centre at rest. [mm]
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    wrenches: FloatArray
+    rest_reactions: FloatArray
+    tip: FloatArray
+
+    def unit_reactions(self, directions: npt.ArrayLike) -> FloatArray:
+        """Change of the six reactions per newton of force on the tip.
+
+        Parameters
+        ----------
+        directions : (n, 3) float
+            Unit directions of the force on the tip (outward surface normals).
+
+        Returns
+        -------
+        (n, 6) float
+        """
+        d = np.asarray(directions, dtype=np.float64)
+        applied = np.concatenate([d, np.cross(self.tip, d)], axis=1)
+        return np.asarray(-np.linalg.solve(self.wrenches, applied.T).T)
+
+    def reactions(self, directions: npt.ArrayLike, forces: npt.ArrayLike) -> FloatArray:
+        """Reactions with forces on the tip: rest + F * unit.
+
+        Parameters
+        ----------
+        directions : (n, 3) float
+        forces : (n,) float
+            [N]
+
+        Returns
+        -------
+        (n, 6) float
+            [N]
+        """
+        f = np.asarray(forces, dtype=np.float64)
+        return np.asarray(self.rest_reactions + f[:, None] * self.unit_reactions(directions))
+
+    def tip_displacement(self, indentations: npt.ArrayLike) -> FloatArray:
+        """Displacement of the tip when the tripod, as a rigid body, sinks into its seats.
+
+        Parameters
+        ----------
+        indentations : (n, 6) float
+            How much deeper each seat is pressed in than at rest. [mm]
+
+        Returns
+        -------
+        (n, 3) float
+            [mm]
+
+        Notes
+        -----
+        A rigid motion q moves the seat points by wrenches^T q along the seat
+        normals (virtual work); that must be minus the indentations.
+        """
+        q = -np.linalg.solve(self.wrenches.T, np.asarray(indentations, dtype=np.float64).T).T
+        return np.asarray(q[:, :3] + np.cross(q[:, 3:], self.tip))
+
+
+def seat_statics(
+    probe: Probe, gravity: npt.ArrayLike | None = None
+) -> SeatStatics:
+    """The seats of a probe and their reactions at rest.
+
+    Parameters
+    ----------
+    probe : Probe
+    gravity : (3,) float, optional
+        Unit direction in which weight pulls, probe frame. Not given: weight is
+        left out, or counted within the preload.
+
+    Returns
+    -------
+    SeatStatics
+
+    Raises
+    ------
+    DescriptionError
+        The seats do not hold the tripod: a reaction at rest that is not positive,
+        or at the trigger's threshold already.
+
+    References
+    ----------
+    Shen & Zhang 1997, as used by Rodrigues 2021, section 2.9.1.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> seat_statics(load_probe("omp40-2")).rest_reactions.round(4).tolist()
+    [2.1501, 2.1501, 2.1501, 2.1501, 2.1501, 2.1501]
+    """
+    azimuths = np.repeat(probe.tripod.rod_azimuths, 2)
+    radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
+    tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
+    # A seat on the counter-clockwise side (left) pushes the rod clockwise and up.
+    side = np.array([-1.0, 1.0] * 3)[:, None]
+    angle = probe.seats.support_angle
+    normals = side * math.cos(angle) * tangential + np.array([0.0, 0.0, math.sin(angle)])
+    points = probe.tripod.radius * radial
+    wrenches = np.concatenate([normals, np.cross(points, normals)], axis=1).T
+    load = np.array([0.0, 0.0, -probe.preload, 0.0, 0.0, 0.0])
+    if gravity is not None:
+        if probe.moving.mass == 0.0:
+            raise DescriptionError(
+                "gravity was asked for, but the probe's description has no moving mass; "
+                "add [moving] with mass_g and height_mm"
+            )
+        down = checked_unit(np.atleast_2d(np.asarray(gravity, dtype=np.float64)), "gravity")[0]
+        weight = probe.moving.mass * STANDARD_GRAVITY * down
+        arm = np.array([0.0, 0.0, probe.moving.height])
+        load = load + np.concatenate([weight, np.cross(arm, weight)])
+    rest = np.linalg.solve(wrenches, -load)
+    worst = int(np.argmin(rest))
+    if rest[worst] <= max(probe.threshold, 0.0) + 1e-12:
+        raise DescriptionError(
+            f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N, which is not above "
+            f"the trigger threshold of {probe.threshold:g} N: the probe would never be seated. "
+            "Raise the preload, lower the threshold"
+            + (" or the moving mass" if gravity is not None else " or spread the rods evenly")
+        )
+    return SeatStatics(
+        points=frozen(points),
+        normals=frozen(normals),
+        wrenches=frozen(wrenches),
+        rest_reactions=frozen(rest),
+        tip=frozen([0.0, 0.0, -probe.lever]),
+    )
