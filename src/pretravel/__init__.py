@@ -1,0 +1,78 @@
+"""pretravel: predict, calibrate and compensate the pretravel of touch-trigger probes.
+
+The names below are the public surface; each is imported when it is first used, so
+that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    # foundations
+    "PretravelError": "errors",
+    "InputError": "errors",
+    "DescriptionError": "errors",
+    "ExtrapolationError": "errors",
+    # the two shared types
+    "Touches": "touches",
+    "PretravelMap": "pretravel_map",
+    # virtual branch
+    "Probe": "probe.description",
+    "load_probe": "probe.catalogue",
+    "material": "probe.materials",
+    "predict": "trigger.predict",
+    "predicted_map": "trigger.predict",
+    "Trigger": "trigger.predict",
+    "Targets": "probing.simulation",
+    "simulate": "probing.simulation",
+    "parse_surface": "surface.specification",
+    # measured branch
+    "qualify": "metrology.qualification",
+    "Qualification": "metrology.qualification",
+    "apply": "metrology.compensation",
+    "embed": "metrology.compensation",
+    "Points": "metrology.compensation",
+    # files
+    "read_touches": "formats.touches_csv",
+    "write_touches": "formats.touches_csv",
+    "read_map": "formats.map_file",
+    "write_map": "formats.map_file",
+    "write_points": "formats.points",
+}
+
+__all__ = ["__version__", *_PUBLIC]
+
+if TYPE_CHECKING:
+    from pretravel.errors import (
+        DescriptionError,
+        ExtrapolationError,
+        InputError,
+        PretravelError,
+    )
+    from pretravel.formats.map_file import read_map, write_map
+    from pretravel.formats.points import write_points
+    from pretravel.formats.touches_csv import read_touches, write_touches
+    from pretravel.metrology.compensation import Points, apply, embed
+    from pretravel.metrology.qualification import Qualification, qualify
+    from pretravel.pretravel_map import PretravelMap
+    from pretravel.probe.catalogue import load_probe
+    from pretravel.probe.description import Probe
+    from pretravel.probe.materials import material
+    from pretravel.probing.simulation import Targets, simulate
+    from pretravel.surface.specification import parse_surface
+    from pretravel.touches import Touches
+    from pretravel.trigger.predict import Trigger, predict, predicted_map
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PUBLIC:
+        return getattr(import_module(f"pretravel.{_PUBLIC[name]}"), name)
+    raise AttributeError(f"module 'pretravel' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

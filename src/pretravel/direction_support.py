@@ -135,9 +135,7 @@ class DirectionSupport:
             loose = loose[(nearest >= half * (1.0 - 1e-9)) & (angle <= 2.0 * LARGEST_HOLE)]
         return _Mesh(triangulation, held, np.concatenate([boundary, loose]))
 
-    def interpolation(
-        self, directions: npt.ArrayLike
-    ) -> tuple[IntArray, FloatArray, FloatArray]:
+    def interpolation(self, directions: npt.ArrayLike) -> tuple[IntArray, FloatArray, FloatArray]:
         """Nodes and weights of linear interpolation, and the distance to the support.
 
         Parameters

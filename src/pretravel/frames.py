@@ -42,7 +42,7 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     cosine, sine = math.cos(rotation), math.sin(rotation)
     about_axis = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     if a[2] < -1.0 + 1e-12:  # upside down: the shortest way is not unique; turn about x
-        return np.diag([1.0, -1.0, -1.0]) @ about_axis
+        return np.asarray(np.diag([1.0, -1.0, -1.0]) @ about_axis)
     # Rodrigues' formula for the rotation that takes +z to a.
     cross = np.array([[0.0, 0.0, a[0]], [0.0, 0.0, a[1]], [-a[0], -a[1], 0.0]])
     tilt = np.eye(3) + cross + cross @ cross / (1.0 + a[2])

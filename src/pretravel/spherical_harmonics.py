@@ -50,7 +50,7 @@ def real_spherical_harmonics(
 
     >>> up = [[0.0, 0.0, 1.0]]
     >>> real_spherical_harmonics(up, [(0, 0), (1, 0), (1, 1)]).round(6).tolist()
-    [[1.0, 1.732051, -0.0]]
+    [[1.0, 1.732051, 0.0]]
     """
     from scipy.special import sph_legendre_p_all
 

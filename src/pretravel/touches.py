@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit, describe
@@ -124,7 +125,7 @@ class Touches:
             notes.append(f"line {self.lines[row]}")
         return f"touch {row + 1}" + (f" ({', '.join(notes)})" if notes else "")
 
-    def take(self, rows: FloatArray | list[int] | np.ndarray) -> Touches:  # type: ignore[type-arg]
+    def take(self, rows: npt.ArrayLike) -> Touches:
         """The touches of the given rows (indices or a mask), in that order.
 
         >>> both = Touches([[0, 0, 1], [0, 0, 2]], [[0, 0, 1], [0, 0, 1]])

@@ -1,0 +1,1 @@
+"""From measured touches to maps and compensated points."""

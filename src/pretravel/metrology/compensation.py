@@ -48,7 +48,7 @@ class Points:
     def standard_uncertainty(self) -> FloatArray:
         """Standard uncertainty along the normal, (n,). [mm]"""
         variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
-        return np.sqrt(np.maximum(variance, 0.0))
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def apply(

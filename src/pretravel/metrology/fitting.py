@@ -77,9 +77,7 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
     count, dimension = p.shape
     name = "sphere" if dimension == 3 else "circle"
     if count < dimension + 1:
-        raise PretravelError(
-            f"a {name} needs at least {dimension + 1} points, got {count}"
-        )
+        raise PretravelError(f"a {name} needs at least {dimension + 1} points, got {count}")
     middle = p.mean(axis=0)
     centred = p - middle
     spread = np.linalg.svd(centred, compute_uv=False)

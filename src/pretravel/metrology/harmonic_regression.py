@@ -75,7 +75,7 @@ def sphere_terms() -> IntArray:
     """
     terms = degrees_and_orders(LOBE_DEGREE)
     lobed = terms[:, 1] % 3 == 0
-    return terms[(terms[:, 0] > 1) & (lobed | (terms[:, 0] <= ASYMMETRY_DEGREE))]
+    return np.asarray(terms[(terms[:, 0] > 1) & (lobed | (terms[:, 0] <= ASYMMETRY_DEGREE))])
 
 
 def ring_terms() -> IntArray:
@@ -117,7 +117,7 @@ class _Problem:
         self.rows = (free_design, design)
         stacked = np.hstack([self.free, self.design, self.y[:, None]])
         if len(stacked) > stacked.shape[1]:  # nothing is lost by an orthogonal reduction
-            stacked = np.linalg.qr(stacked, mode="r")
+            stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
             self.within += float(stacked[-1, -1] ** 2)
             self.within_dof += float(len(count) - stacked.shape[1])
         split = free_design.shape[1]
@@ -148,14 +148,16 @@ class _Problem:
     def prior_variances(self, h: FloatArray) -> FloatArray:
         zonal, lobe, other = np.exp(2.0 * h[:3])
         log_degree = np.log(self.degree)
-        return np.where(
-            self.zonal,
-            zonal * np.exp(-2.0 * h[3] * log_degree),
+        return np.asarray(
             np.where(
-                self.lobe,
-                lobe * np.exp(-2.0 * h[4] * log_degree),
-                other * np.exp(-2.0 * _DECAY * log_degree),
-            ),
+                self.zonal,
+                zonal * np.exp(-2.0 * h[3] * log_degree),
+                np.where(
+                    self.lobe,
+                    lobe * np.exp(-2.0 * h[4] * log_degree),
+                    other * np.exp(-2.0 * _DECAY * log_degree),
+                ),
+            )
         )
 
     def cost(self, h: FloatArray) -> float:
@@ -226,9 +228,10 @@ def fit_harmonics(
 
     problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
     # Start from the scatter: repeats give the noise, what is left the amplitudes.
-    residual = problem.small_y - problem.small_free @ np.linalg.lstsq(
-        problem.small_free, problem.small_y, rcond=None
-    )[0]
+    residual = (
+        problem.small_y
+        - problem.small_free @ np.linalg.lstsq(problem.small_free, problem.small_y, rcond=None)[0]
+    )
     spread = max(float(np.sqrt(np.mean(residual**2))), 10.0 * _SMALLEST_NOISE)
     noise = (
         math.sqrt(problem.within / problem.within_dof) if problem.within_dof > 0 else 0.3 * spread
@@ -257,9 +260,7 @@ def fit_harmonics(
     return _posterior(problem, h, free, terms)
 
 
-def _posterior(
-    problem: _Problem, h: FloatArray, free: IntArray, terms: IntArray
-) -> HarmonicFit:
+def _posterior(problem: _Problem, h: FloatArray, free: IntArray, terms: IntArray) -> HarmonicFit:
     variance = math.exp(2.0 * h[5])
     prior = problem.prior_variances(h)
     design = problem.turned(problem.design, h[6])

@@ -44,6 +44,10 @@ NORMAL_TOLERANCE = 10.0 * DEGREE
 """How far a given normal may be from that of the fitted sphere or ring. [rad]"""
 EQUATORIAL = 60.0 * DEGREE
 """Sector tables are made from touches with at least this polar angle. [rad]"""
+AXIAL_PRETRAVEL = 1.0 * MICROMETRE
+"""Pretravel along the probe axis that is assumed where nothing better is known. [mm]
+
+Along its axis a probe is stiff: seats, stylus and tip contact of an OMP40-2 give 1.2 um."""
 OUTLIER_LEVEL = 0.01
 """Chance of naming any touch an outlier when all are good (Bonferroni)."""
 
@@ -79,8 +83,8 @@ class Qualification:
     ----------
     pretravel_map : PretravelMap
     center : (3,) float
-        Of the reference, least squares; on a ring the coordinate along the axis is
-        the mean of the touches. [mm]
+        Of the reference, in the convention of `qualify`; on a ring the coordinate
+        along the axis is the mean of the touches. [mm]
     center_covariance : (3, 3) float
         Zero along a ring's axis, where it is not measured. [mm²]
     effective_radius : float
@@ -154,6 +158,7 @@ def qualify(
     ring: bool = False,
     tip_diameter: float | None = None,
     u_diameter: float = 0.0,
+    axial_pretravel: float | None = AXIAL_PRETRAVEL,
     axis: npt.ArrayLike = (0.0, 0.0, 1.0),
 ) -> Qualification:
     """Qualify a probe on a reference sphere or in a ring gauge.
@@ -161,9 +166,13 @@ def qualify(
     Every touch says how far the latched point is from the reference's centre:
     |P - c| = R + r - pretravel on a sphere, R - r + pretravel in a ring. A shift
     of the centre looks like a first harmonic of the map, and no touch on a sphere can
-    tell the two apart. The centre is that of the least-squares sphere, and the map
-    is relative to it, so parts come out shifted as a whole by what the centre
-    shifted: distances between points, and to this reference, are right.
+    tell the two apart: a convention has to. Across the axis the centre is that of the
+    least-squares sphere, which a three-lobed map does not shift. Along the axis, where
+    that centre lies 5 to 15 um off (pole and equator give so differently), the map is
+    made to have the pretravel `axial_pretravel` at the pole. What the convention
+    misses shifts map and centre together and parts as a whole: distances between
+    points, and to this reference, are right whatever it is, and stated uncertainties are
+    of those.
 
     Parameters
     ----------
@@ -180,6 +189,9 @@ def qualify(
         zero and its tip radius the effective one. Compensation is the same.
     u_diameter : float
         Standard uncertainty of the diameter. [mm]
+    axial_pretravel : float or None
+        Of harmonic maps at the pole, where the sphere was touched there. None: the
+        centre is the least-squares sphere's along the axis too. [mm]
     axis : (3,) float
         The probe's +z (tip to spindle) in the machine frame.
 
@@ -250,9 +262,7 @@ def qualify(
         mean, shift = float(solution[0]), solution[1:]
         centred = observation.values - free[:, 1:] @ shift
         basis = MeanBasis() if kind == "mean" else SectorBasis()
-        coefficients = (
-            np.array([mean]) if kind == "mean" else _sector_values(observation, centred)
-        )
+        coefficients = np.array([mean]) if kind == "mean" else _sector_values(observation, centred)
         residuals = centred - basis.design(observation.directions) @ coefficients
         parameters = free.shape[1] - 1 + basis.size
         dof = float(max(len(touches) - parameters, 1))
@@ -277,11 +287,26 @@ def qualify(
     lateral_axes = observation.rotation[:, :2] if ring else observation.rotation
     # A centre moved by s takes n·s off the observed pretravel, in a ring as on a sphere.
     center = observation.center - lateral_axes @ shift
+    gauge = "the reference's least-squares centre"
+    support = DirectionSupport(_group_directions(observation))
+    final_shift = free[:, 1:] @ shift
+    if isinstance(basis, HarmonicBasis) and not ring and axial_pretravel is not None:
+        pole = np.array([[0.0, 0.0, 1.0]])
+        if support.supports(pole)[0]:
+            axial = float((basis.design(pole) @ coefficients)[0]) - axial_pretravel
+            coefficients = coefficients.copy()
+            coefficients[(basis.terms == (1, 0)).all(axis=1)] -= axial / math.sqrt(3.0)
+            center = center - axial * observation.rotation[:, 2]
+            final_shift = final_shift + axial * observation.directions[:, 2]
+            gauge = (
+                f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis"
+                " (assumed: touches on a sphere cannot tell it) and least-squares across"
+            )
     pretravel_map = PretravelMap(
         basis=basis,
         coefficients=coefficients,
         covariance=covariance,
-        support=DirectionSupport(_group_directions(observation)),
+        support=support,
         tip_radius=observation.tip_radius - offset,
         u_tip_radius=0.5 * u_diameter,
         repeatability=repeatability,
@@ -292,11 +317,10 @@ def qualify(
             "source": f"qualified on a {'ring' if ring else 'sphere'} of {diameter:.9g} mm",
             "touches": f"{len(touches)} in {int(observation.groups.max()) + 1} directions"
             + (f", from {touches.source}" if touches.source else ""),
-            "gauge": "pretravel is relative to the reference's least-squares centre"
+            "gauge": f"pretravel is relative to {gauge}"
             + ("" if tip_diameter is not None else " and to its mean"),
         },
     )
-    final_shift = free[:, 1:] @ shift
     return Qualification(
         pretravel_map=pretravel_map,
         center=frozen(center),
@@ -352,13 +376,9 @@ def _observe(
         center = np.asarray(fit.center)
         contact = unit(in_probe - center)
         distance = np.linalg.norm(in_probe - center, axis=1)
-    tip_radius = _checked_tip_radius(
-        fit.radius, 0.5 * diameter, tip_diameter, ring, source, touches
-    )
+    tip_radius = _checked_tip_radius(fit.radius, 0.5 * diameter, tip_diameter, ring, source)
     values = (
-        distance - (0.5 * diameter - tip_radius)
-        if ring
-        else 0.5 * diameter + tip_radius - distance
+        distance - (0.5 * diameter - tip_radius) if ring else 0.5 * diameter + tip_radius - distance
     )
     normals = contact @ rotation.T
     _check_normals(touches, normals, what, source)
@@ -377,13 +397,14 @@ def _observe(
 def _repeats(normals: FloatArray) -> IntArray:
     """Number the directions in order of appearance; touches of one direction share it."""
     _, first, inverse = np.unique(
-        np.round(normals / _SAME_DIRECTION).astype(np.int64), axis=0, return_index=True, return_inverse=True
+        np.round(normals / _SAME_DIRECTION).astype(np.int64),
+        axis=0,
+        return_index=True,
+        return_inverse=True,
     )
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[inverse.ravel()], dtype=np.int64)
-
-
 
 
 def _group_directions(observation: _Observation) -> FloatArray:
@@ -417,7 +438,6 @@ def _checked_tip_radius(
     tip_diameter: float | None,
     ring: bool,
     source: str,
-    touches: Touches,
 ) -> float:
     """The tip radius, once fitted radius and diameters were seen to fit together."""
     what = "ring" if ring else "sphere"
@@ -438,9 +458,7 @@ def _checked_tip_radius(
     if tip is None:
         if not 0.05 <= implied <= 0.6 * reference_radius:
             hint = (
-                " The coordinates may be inches."
-                if fitted_radius < reference_radius / 10.0
-                else ""
+                " The coordinates may be inches." if fitted_radius < reference_radius / 10.0 else ""
             )
             raise PretravelError(
                 f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f} mm; with "
@@ -469,16 +487,14 @@ def _checked_tip_radius(
             )
         raise PretravelError(
             f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f} mm, which "
-            f"means a mean pretravel of {pretravel / MICROMETRE:.1f} um; probes give by 1 to 80 um, "
-            f"and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {LARGEST_PRETRAVEL / MICROMETRE:.0f} um "
+            f"means a mean pretravel of {pretravel / MICROMETRE:.1f} µm; probes give by 1 to 80, "
+            f"and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {LARGEST_PRETRAVEL / MICROMETRE:.0f} µm "
             f"is accepted: {advice}"
         )
     return tip
 
 
-def _check_normals(
-    touches: Touches, contact: FloatArray, what: str, source: str
-) -> None:
+def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str) -> None:
     cosine = np.sum(touches.normals * contact, axis=1)
     if np.mean(cosine) < 0.0:
         raise PretravelError(
@@ -562,9 +578,9 @@ def _repeat_outliers(touches: Touches, observation: _Observation) -> list[Outlie
                         distance,
                         limit,
                         f"{touches.where(int(row))} at {describe(observation.directions[row])} "
-                        f"lies {distance / MICROMETRE:+.1f} um from the median of the "
+                        f"lies {distance / MICROMETRE:+.1f} µm from the median of the "
                         f"{count[group]} touches of its direction; repeatability lets "
-                        f"{limit / MICROMETRE:.1f} um pass. It was kept: remove the line and "
+                        f"{limit / MICROMETRE:.1f} µm pass. It was kept: remove the line and "
                         "qualify again if it is wrong",
                     )
                 )
@@ -587,8 +603,8 @@ def _residual_outliers(
             float(studentised[row]),
             limit,
             f"{touches.where(int(row))} at {describe(observation.directions[row])} lies "
-            f"{studentised[row] / MICROMETRE:+.1f} um from what the other directions say; "
-            f"{limit / MICROMETRE:.1f} um would pass. It was kept: remove the line and qualify "
+            f"{studentised[row] / MICROMETRE:+.1f} µm from what the other directions say; "
+            f"{limit / MICROMETRE:.1f} µm would pass. It was kept: remove the line and qualify "
             "again if it is wrong",
         )
         for row in np.flatnonzero(np.abs(studentised) > limit)

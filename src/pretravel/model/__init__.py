@@ -1,0 +1,1 @@
+"""Elasticity: what gives, and by how much."""

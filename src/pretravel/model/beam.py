@@ -103,7 +103,6 @@ def axial_compliance(segments: Sequence[StylusSegment]) -> float:
     0.00761
     """
     return sum(
-        segment.length
-        / (segment.material.youngs_modulus * 0.25 * math.pi * segment.diameter**2)
+        segment.length / (segment.material.youngs_modulus * 0.25 * math.pi * segment.diameter**2)
         for segment in segments
     )

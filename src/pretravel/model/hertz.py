@@ -92,10 +92,8 @@ def ellipticity(curvature_ratio: float) -> float:
     return math.exp(brentq(mismatch, math.log(1e-6), -1e-6, xtol=1e-14, rtol=1e-14))
 
 
-def approach_coefficient(
-    larger_radius: float, smaller_radius: float, modulus: float
-) -> float:
-    r"""c in delta = c N^(2/3) for an elliptical contact.
+def approach_coefficient(larger_radius: float, smaller_radius: float, modulus: float) -> float:
+    r"""C in delta = c N^(2/3) for an elliptical contact.
 
     Parameters
     ----------
@@ -129,18 +127,16 @@ def approach_coefficient(
     base = (9.0 / (16.0 * geometric_mean * modulus**2)) ** (1.0 / 3.0)
     ratio = ellipticity(larger_radius / smaller_radius)
     if ratio == 1.0:
-        return base
+        return float(base)
     square = 1.0 - ratio**2
     k, e = float(ellipk(square)), float(ellipe(square))
     first = (4.0 / (math.pi * square)) ** (1.0 / 3.0) * math.sqrt(ratio)
     first *= ((e / ratio**2 - k) * (k - e)) ** (1.0 / 6.0)
-    return base * (2.0 / math.pi) * math.sqrt(ratio) * k / first
+    return float(base * (2.0 / math.pi) * math.sqrt(ratio) * k / first)
 
 
-def rod_on_ball_coefficient(
-    rod_radius: float, ball_radius: float, modulus: float
-) -> float:
-    """c in delta = c N^(2/3) for a cylindrical rod resting on a ball: one seat.
+def rod_on_ball_coefficient(rod_radius: float, ball_radius: float, modulus: float) -> float:
+    """C in delta = c N^(2/3) for a cylindrical rod resting on a ball: one seat.
 
     Parameters
     ----------

@@ -1,0 +1,1 @@
+"""The probe as described: geometry, materials, catalogue."""

@@ -59,8 +59,7 @@ def description_text(name: str) -> str:
     """
     if name not in catalogue_names():
         raise DescriptionError(
-            f"there is no probe '{name}' in the catalogue; there are "
-            f"{', '.join(catalogue_names())}"
+            f"there is no probe '{name}' in the catalogue; there are {', '.join(catalogue_names())}"
         )
     entry = files("pretravel.probe").joinpath(f"data/probes/{name}.toml")
     return entry.read_text(encoding="utf-8")

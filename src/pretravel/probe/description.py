@@ -275,18 +275,29 @@ class Probe:
         """The longest segment of the stylus."""
         return max(self.stylus, key=lambda segment: segment.length)
 
-    def with_lever(self, lever: float) -> Probe:
+    def with_lever(self, lever: float, *, shorten: bool = False) -> Probe:
         """The same probe with another lever: the hub offset changes, the stylus stays.
+
+        Parameters
+        ----------
+        lever : float
+            Tip centre to the plane of the rod axes. [mm]
+        shorten : bool
+            For models that know the lever alone: a lever shorter than the stylus
+            makes the stylus a single piece of that length, with the stem's section.
 
         Raises
         ------
         DescriptionError
-            A lever shorter than the stylus.
+            A lever shorter than the stylus, unless it may be shortened.
 
         >>> from pretravel.probe.catalogue import load_probe
         >>> load_probe("omp40-2").with_lever(50.0).hub_offset
         0.0
         """
+        _positive(lever, "the lever")
+        if lever < self.stylus_length - 1e-9 and shorten:
+            return replace(self, hub_offset=0.0, stylus=(replace(self.stem, length=lever),))
         if lever < self.stylus_length - 1e-9:
             raise DescriptionError(
                 f"a lever of {lever:g} mm is shorter than the stylus of {self.stylus_length:g} mm; "

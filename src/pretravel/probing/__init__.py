@@ -1,0 +1,1 @@
+"""A described probe touches a surface: simulated touches."""

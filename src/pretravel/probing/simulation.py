@@ -137,9 +137,7 @@ def simulate(
     nominal = start + first_travel[:, None] * approaches - radius * normal
     travel = first_travel
     for _ in range(_MOST_ITERATIONS):
-        trigger = predict(
-            probe, normal @ rotation, model, workpiece=workpiece, gravity=gravity
-        )
+        trigger = predict(probe, normal @ rotation, model, workpiece=workpiece, gravity=gravity)
         deflection = trigger.deflection @ rotation.T
         previous = travel
         travel, normal = surface.ball_contact(
@@ -165,6 +163,32 @@ def simulate(
         nominal_points=nominal,
         source=None,
     )
+
+
+def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
+    """Travel along the approach from first contact with the nominal point to the latch.
+
+    Parameters
+    ----------
+    touches : Touches
+        With nominal points, touched along their own normals there.
+    tip_radius : float
+        [mm]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+
+    Raises
+    ------
+    PretravelError
+        Touches without nominal points.
+    """
+    if touches.nominal_points is None:
+        raise PretravelError("these touches have no nominal points to take the travel from")
+    contact = touches.nominal_points + tip_radius * touches.normals
+    return np.asarray(np.sum((touches.positions - contact) * touches.approach_directions, axis=1))
 
 
 def _refuse_misses(travel: FloatArray, targets: Targets) -> None:

@@ -52,8 +52,9 @@ def parse_surface(text: str) -> Surface:
     if shape not in _SHAPES:
         raise PretravelError(
             f"surface '{text}': '{shape}' is not a shape that can be read; there are "
-            + " and ".join(f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}"
-                           for name in _SHAPES)
+            + " and ".join(
+                f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES
+            )
         )
     make, defaults = _SHAPES[shape]
     values = dict(defaults)
@@ -67,9 +68,7 @@ def parse_surface(text: str) -> Surface:
         try:
             values[key] = float(number)
         except ValueError:
-            raise PretravelError(
-                f"surface '{text}': {key}={number} is not a number"
-            ) from None
+            raise PretravelError(f"surface '{text}': {key}={number} is not a number") from None
     missing = [key for key, value in values.items() if value != value]
     if missing:
         raise PretravelError(f"surface '{text}' needs {missing[0]}=")

@@ -1,0 +1,1 @@
+"""From forces on the tip to the trigger: statics, event, prediction."""

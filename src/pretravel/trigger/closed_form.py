@@ -91,8 +91,6 @@ def ren_pretravel(
     tip = (compliances[2] + compliances[3]) ** 2 / tip_radius
     return RenPretravel(
         rigid=np.asarray(lever_ratio * recovery),
-        bending=np.asarray(
-            cantilever_compliance(lever, stylus_diameter, stylus_modulus) * f
-        ),
+        bending=np.asarray(cantilever_compliance(lever, stylus_diameter, stylus_modulus) * f),
         compression=np.asarray(0.8255 * np.cbrt(tip * f**2)),
     )

@@ -156,9 +156,7 @@ def predict(
     (0.75, ['A-left'])
     """
     if model not in MODELS:
-        raise PretravelError(
-            f"model '{model}' is not known; there are {', '.join(sorted(MODELS))}"
-        )
+        raise PretravelError(f"model '{model}' is not known; there are {', '.join(sorted(MODELS))}")
     d = checked_unit(directions, "directions")
     if gravity is not None:
         to_machine = probe_rotation(probe.orientation.axis, probe.orientation.rotation)

@@ -101,9 +101,7 @@ class SeatStatics:
         return np.asarray(q[:, :3] + np.cross(q[:, 3:], self.tip))
 
 
-def seat_statics(
-    probe: Probe, gravity: npt.ArrayLike | None = None
-) -> SeatStatics:
+def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStatics:
     """The seats of a probe and their reactions at rest.
 
     Parameters

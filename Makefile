@@ -1,0 +1,53 @@
+# make help lists the targets. Two commands do all the set-up: make demo, make check.
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.installed
+
+.PHONY: help venv demo check check-all format lint types contracts test benchmark lock clean
+
+help:  ## list the targets
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+venv: $(STAMP)  ## create .venv with everything
+
+$(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
+	PYTHON="$(PYTHON)" sh tools/make_venv.sh
+	@touch $(STAMP)
+
+demo: $(STAMP)  ## run the main job on the example data and say where to look
+	$(BIN)/pretravel demo --data examples/data --output demo-output
+
+check: lint types contracts test  ## everything that must pass before a commit
+
+check-all: lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
+	$(BIN)/pytest -n auto -m "slow or not slow"
+	$(BIN)/python benchmarks/run.py
+
+format: $(STAMP)  ## put the code in order
+	$(BIN)/ruff check --fix-only --quiet .
+	$(BIN)/ruff format .
+
+lint: $(STAMP)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+types: $(STAMP)
+	$(BIN)/mypy
+
+contracts: $(STAMP)
+	$(BIN)/lint-imports
+
+test: $(STAMP)  ## the tests and doctests
+	$(BIN)/pytest -n auto -m "not slow"
+
+benchmark: $(STAMP)  ## ratios against plain loops
+	$(BIN)/python benchmarks/run.py
+
+lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv pip compile --quiet --universal --group dev --no-emit-index-url --no-annotate \
+		--no-header --upgrade pyproject.toml -o requirements-dev.lock
+
+clean:  ## remove what make made
+	rm -rf .venv demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,0 +1,5 @@
+"""``python -m pretravel``."""
+
+from pretravel.cli.main import run
+
+run()

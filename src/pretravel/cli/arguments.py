@@ -1,0 +1,111 @@
+"""What people type, as values: ranges, vectors; and progress for long work."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pretravel.errors import PretravelError
+
+_MOST_VALUES = 100_000
+
+
+def angle_range(text: str, name: str) -> list[float]:
+    """Angles from ``start:stop:step`` (the stop included), ``a,b,c`` or one number.
+
+    Parameters
+    ----------
+    text : str
+        [deg]
+    name : str
+        The argument's name, for messages.
+
+    Returns
+    -------
+    list of float
+        [deg]
+
+    Raises
+    ------
+    PretravelError
+
+    >>> angle_range("0:30:10", "--azimuth"), angle_range("90", "--polar")
+    ([0.0, 10.0, 20.0, 30.0], [90.0])
+    """
+    try:
+        if ":" not in text:
+            return [float(part) for part in text.split(",")]
+        start, stop, step = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise PretravelError(
+            f"{name} {text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
+        ) from None
+    if not step > 0.0 or stop < start:
+        raise PretravelError(f"{name} {text}: start:stop:step must go upwards, with a step above 0")
+    count = int((stop - start) / step + 1e-9) + 1
+    if count > _MOST_VALUES:
+        raise PretravelError(f"{name} {text}: {count} angles are more than {_MOST_VALUES}")
+    return [start + step * i for i in range(count)]
+
+
+def number(text: str, name: str) -> float:
+    """One finite number.
+
+    Raises
+    ------
+    PretravelError
+
+    >>> number("1.5", "--axial-pretravel")
+    1.5
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise PretravelError(f"{name} {text}: expected a number")
+    return value
+
+
+def vector(text: str, name: str) -> tuple[float, float, float]:
+    """Three numbers from ``x,y,z``.
+
+    Raises
+    ------
+    PretravelError
+
+    >>> vector("0,0,1", "--axis")
+    (0.0, 0.0, 1.0)
+    """
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise PretravelError(f"{name} {text}: expected three numbers x,y,z") from None
+    return (x, y, z)
+
+
+def unit_vector(text: str, name: str) -> tuple[float, float, float]:
+    """A direction from ``x,y,z`` of any length but zero, scaled to one.
+
+    >>> unit_vector("0,0,-2", "--gravity")
+    (0.0, 0.0, -1.0)
+    """
+    x, y, z = vector(text, name)
+    length = (x * x + y * y + z * z) ** 0.5
+    if not length > 0.0:
+        raise PretravelError(f"{name} {text}: a direction cannot be zero")
+    return (x / length, y / length, z / length)
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """A spinner on stderr while something takes long; silent where it is not a terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(what):
+        yield

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import working
+
+
+def compensate(
+    touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz.")],
+    map_file: Annotated[
+        Path, typer.Option("--map", help="Map from qualify or predict: .nc, or a .csv table.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Surface points: .csv, .nc or .json.")
+    ],
+    nominal: Annotated[
+        str | None,
+        typer.Option(
+            help="Nominal surface, plane:… or sphere:…, for deviations; "
+            "else the columns nominal_x_mm…, where there are any."
+        ),
+    ] = None,
+    tip_diameter: Annotated[
+        float | None, typer.Option(help="Diameter of the tip, mm, if not the map's.")
+    ] = None,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="Also for directions outside the map.")
+    ] = False,
+    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Compensate touches: surface points with uncertainties.
+
+    Example: pretravel compensate part.csv --map map.nc -o points.csv --plot points.png
+    """
+    from pretravel.formats.map_file import read_map
+    from pretravel.formats.points import write_points
+    from pretravel.formats.touches_csv import read_touches
+    from pretravel.metrology.compensation import apply
+    from pretravel.report import points_report
+    from pretravel.surface.specification import parse_surface
+
+    surface = None if nominal is None else parse_surface(nominal)
+    measured = read_touches(touches)
+    pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
+    if pretravel_map.feed is not None and measured.feeds is not None:
+        slowest, fastest = float(measured.feeds.min()), float(measured.feeds.max())
+        if not (slowest == fastest and abs(fastest / pretravel_map.feed - 1.0) < 0.01):
+            typer.echo(
+                f"Warning: the map was made at {pretravel_map.feed:g} mm/min, these touches at "
+                f"{slowest:g} to {fastest:g}; the delay travel (feed × signal delay) changes with "
+                "the feed. Qualify at the feed you measure with.",
+                err=True,
+            )
+    with working(f"compensating {len(measured)} touches"):
+        points = apply(measured, pretravel_map, nominal=surface, extrapolate=extrapolate)
+    write_points(
+        output,
+        points,
+        f"{touches.name} compensated with {map_file.name} ({pretravel_map.kind}; "
+        f"{pretravel_map.provenance.get('source', 'unknown')})",
+    )
+    if plot is not None:
+        from pretravel.plotting import plot_points, save
+
+        save(plot_points(points, f"{touches.name}, compensated"), plot)
+    typer.echo(points_report(points))

@@ -1,0 +1,71 @@
+"""The command ``pretravel``: its commands, and how errors reach people."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from pretravel import __version__
+from pretravel.cli import compensate, demo, predict, probes, qualify, simulate
+from pretravel.errors import PretravelError
+
+app = typer.Typer(
+    name="pretravel",
+    help="Predict, calibrate and compensate the pretravel of touch-trigger probes.",
+    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"pretravel {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    del version
+
+
+for command in (
+    probes.probes,
+    predict.predict,
+    simulate.simulate,
+    qualify.qualify,
+    compensate.compensate,
+    demo.demo,
+):
+    example = (command.__doc__ or "").rpartition("Example: ")[2].strip()
+    summary = (command.__doc__ or "").rpartition("Example: ")[0].strip()
+    app.command(help=summary, epilog=f"Example: {example}")(command)
+
+
+def run() -> None:
+    """Run the command line; errors become one message and exit code 2, no traceback."""
+    try:
+        app()
+    except PretravelError as error:
+        _fail(str(error))
+    except MemoryError:
+        _fail("there is not enough memory for this; use fewer directions or touches")
+    except BrokenPipeError:  # head closed the pipe: nothing to complain about
+        sys.stderr.close()
+        sys.exit(0)
+    except OSError as error:
+        _fail(f"{error.filename or ''}: {error.strerror or error}".lstrip(": "))
+    except ModuleNotFoundError as error:
+        _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
+
+
+def _fail(message: str) -> None:
+    typer.echo(f"Error: {message}", err=True)
+    sys.exit(2)

@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import angle_range, unit_vector, working
+
+
+def predict(
+    probe: Annotated[str, typer.Argument(help="Catalogue name, or path of a TOML description.")],
+    model: Annotated[
+        str, typer.Option(help="analytic: elastic stylus and seats; shen: one cantilever.")
+    ] = "analytic",
+    azimuth: Annotated[
+        str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")
+    ] = "0:355:5",
+    polar: Annotated[
+        str, typer.Option(help="Polar angles in degrees; 90 is a vertical wall.")
+    ] = "0:90:5",
+    lever: Annotated[
+        float | None,
+        typer.Option(help="Tip centre to the plane of the rods, mm; the hub offset follows."),
+    ] = None,
+    workpiece: Annotated[str, typer.Option(help="Material of the part.")] = "steel",
+    gravity: Annotated[
+        str | None,
+        typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Map: .csv, .nc or .json.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Predict trigger force, sensing distance and pretravel over directions.
+
+    Example: pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png
+    """
+    import numpy as np
+
+    from pretravel.directions import grid
+    from pretravel.formats.map_file import trigger_table, write_map
+    from pretravel.probe.catalogue import load_probe
+    from pretravel.probe.materials import material
+    from pretravel.report import prediction_report
+    from pretravel.trigger import predict as prediction
+
+    description = load_probe(probe)
+    if lever is not None:
+        description = description.with_lever(lever, shorten=model == "shen")
+    polar_deg, azimuth_deg = angle_range(polar, "--polar"), angle_range(azimuth, "--azimuth")
+    directions = grid(np.radians(polar_deg), np.radians(azimuth_deg))
+    with working(f"predicting {len(directions)} directions"):
+        trigger = prediction.predict(
+            description,
+            directions,
+            model,
+            workpiece=material(workpiece),
+            gravity=None if gravity is None else unit_vector(gravity, "--gravity"),
+        )
+    table = trigger_table(trigger)
+    # The angles that were asked for; at the pole a direction has lost its azimuth.
+    table["polar_deg"] = np.repeat(polar_deg, len(azimuth_deg))
+    table["azimuth_deg"] = np.tile(azimuth_deg, len(polar_deg))
+    if output is not None:
+        write_map(
+            output,
+            prediction.predicted_map(description, trigger),
+            table=table,
+        )
+    if plot is not None:
+        from pretravel.plotting import plot_prediction, save
+
+        save(plot_prediction(trigger, f"{description.name}, model {model}"), plot)
+    typer.echo(prediction_report(trigger, description.name))

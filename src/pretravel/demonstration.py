@@ -1,0 +1,266 @@
+"""The main job on example data: qualify, compensate, compare, and a page about it."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel import plotting
+from pretravel.arrays import BoolArray, FloatArray
+from pretravel.directions import azimuth_angle, from_angles
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.csv_table import read_csv_table
+from pretravel.formats.map_file import write_map
+from pretravel.formats.points import write_points
+from pretravel.formats.touches_csv import read_touches
+from pretravel.formats.whole_file import whole_file
+from pretravel.metrology.compensation import apply
+from pretravel.metrology.qualification import KINDS, Kind, qualify
+from pretravel.report import points_report, qualification_report, table
+from pretravel.touches import Touches
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SPHERE_DIAMETER = 24.9987
+TIP_DIAMETER = 6.0
+RING_DIAMETER = 50.0
+"""Of the KP-3's ring gauge: not published, and without influence on the map. [mm]"""
+
+_READ_SPHERE = """\
+all numbers are root mean squares. Fitted: left of the touches that made the map. Left out:
+of touches in directions the map was not shown, a fifth of them at a time; noise of one touch:
+{noise}. A sector table needs all its directions, so none can be left out. On the part: difference
+to the harmonic map at the part's 140 points, a shift of the whole part taken off. The part's true
+form is not known here; what it deviates by from its nominal is deviation_um in points.csv."""
+_READ_RING = """\
+fitted to every second of 72 directions; left out: the other 36. Each was read once off a
+published picture, to ±0.5 µm; the ring's centring is fitted along."""
+
+KIND_NAMES = {"mean": "mean radius", "sectors": "eight sectors", "harmonic": "harmonic map"}
+
+
+def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
+    """Touches in a ring gauge from a table of pretravel over azimuth.
+
+    Parameters
+    ----------
+    azimuth : (n,) float
+        Of the side of the ring that is touched, seen from its centre. [rad]
+    pretravel : (n,) float
+        [mm]
+
+    Returns
+    -------
+    Touches
+        With a tip of `TIP_DIAMETER` in a ring of `RING_DIAMETER`.
+
+    >>> ring_touches(np.array([0.0]), np.array([0.05])).positions.round(6).tolist()
+    [[22.05, 0.0, 0.0]]
+    """
+    outward = from_angles(np.pi / 2.0, azimuth) * np.array([1.0, 1.0, 0.0])
+    distance = 0.5 * (RING_DIAMETER - TIP_DIAMETER) + pretravel
+    return Touches(positions=distance[:, None] * outward, normals=-outward)
+
+
+def left_out_errors(
+    touches: Touches,
+    shown: Sequence[BoolArray],
+    diameter: float,
+    kind: Kind,
+    *,
+    ring: bool = False,
+) -> FloatArray:
+    """Errors of a kind of map in directions that it was not shown.
+
+    Parameters
+    ----------
+    touches : Touches
+        On a reference sphere or ring.
+    shown : sequence of (n,) bool
+        For each trial, the touches that the map is made from; the others are
+        predicted, about the centre that goes with the map.
+    diameter : float
+        [mm]
+    kind : str
+    ring : bool
+
+    Returns
+    -------
+    (m,) float
+        Observed less predicted pretravel of the touches left out, trial by trial. [mm]
+    """
+    errors = []
+    for mask in shown:
+        made = qualify(
+            touches.take(mask), diameter, kind=kind, ring=ring, tip_diameter=TIP_DIAMETER
+        )
+        out = touches.take(~mask)
+        points = apply(out, made.pretravel_map, extrapolate=True)
+        from_center = points.positions - made.center
+        if ring:
+            from_center = from_center * np.array([1.0, 1.0, 0.0])
+        distance = np.linalg.norm(from_center, axis=1) - 0.5 * diameter
+        errors.append(-distance if not ring else distance)
+    return np.concatenate(errors)
+
+
+def demonstrate(data: Path, output: Path) -> str:
+    """Qualify on the sphere, compensate the part, compare kinds, draw, write a page.
+
+    Parameters
+    ----------
+    data : Path
+        Folder with sphere_touches.csv, part_touches.csv and kp3_ring.csv.
+    output : Path
+        Folder; made if it is not there.
+
+    Returns
+    -------
+    str
+        What was found, as text.
+
+    Raises
+    ------
+    InputError
+        Data that are missing or wrong.
+    """
+    if not data.is_dir():
+        raise InputError(
+            "there is no such folder; run this where examples/data is, or say --data", path=data
+        )
+    sphere = read_touches(data / "sphere_touches.csv")
+    part = read_touches(data / "part_touches.csv")
+    ring = _read_ring(data / "kp3_ring.csv")
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
+
+    best = qualify(sphere, SPHERE_DIAMETER, tip_diameter=TIP_DIAMETER)
+    points = apply(part, best.pretravel_map)
+    write_map(output / "map.nc", best.pretravel_map)
+    write_points(output / "points.csv", points)
+    pictures = {
+        "qualification.png": plotting.plot_qualification(best, "Reference sphere, harmonic map"),
+        "points.png": plotting.plot_points(points, "The part, compensated"),
+        "kp3_ring.png": _ring_picture(ring),
+    }
+    for name, figure in pictures.items():
+        plotting.save(figure, output / name)
+
+    noise = f"{best.repeatability / MICROMETRE:.2f}"
+    sections = [
+        ("The probe, qualified on the sphere", qualification_report(best)),
+        ("The part, compensated", points_report(points)),
+        ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part)),
+        ("Read as", _READ_SPHERE.format(noise=noise)),
+        ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
+        ("Read as", _READ_RING),
+    ]
+    _write_page(output / "index.html", sections, list(pictures))
+    text = "\n\n".join(f"{title}\n{body}" for title, body in sections)
+    return (
+        f"{text}\n\nLook at {(output / 'index.html').resolve()}\n"
+        "(points.csv, map.nc and the pictures are beside it)"
+    )
+
+
+def _rms(values: FloatArray) -> str:
+    return f"{float(np.sqrt(np.mean(values**2))) / MICROMETRE:.2f}"
+
+
+def _without_shift(values: FloatArray, normals: FloatArray) -> FloatArray:
+    """Errors along normals less what a rigid translation explains of them."""
+    shift = np.linalg.lstsq(normals, values, rcond=None)[0]
+    return np.asarray(values - normals @ shift)
+
+
+def _sphere_and_part(sphere: Touches, part: Touches) -> str:
+    made = {
+        kind: qualify(sphere, SPHERE_DIAMETER, kind=kind, tip_diameter=TIP_DIAMETER)
+        for kind in KINDS
+    }
+    groups = made["harmonic"].groups
+    shown = [groups % 5 != fold for fold in range(5)]
+    reference = made["harmonic"].pretravel_map.pretravel(part.normals)
+    observed = made["mean"].observed
+    rows = [["not compensated", _rms(observed), "", _rms(_without_shift(reference, part.normals))]]
+    for kind, result in made.items():
+        difference = result.pretravel_map.pretravel(part.normals) - reference
+        rows.append(
+            [
+                KIND_NAMES[kind],
+                _rms(result.residuals),
+                ""
+                if kind == "sectors"
+                else _rms(left_out_errors(sphere, shown, SPHERE_DIAMETER, kind)),
+                _rms(_without_shift(difference, part.normals)),
+            ]
+        )
+    return table(["", "fitted", "left out", "on the part"], rows)
+
+
+def _read_ring(path: Path) -> Touches:
+    rows = read_csv_table(path)
+    rows.require("azimuth_deg", "pretravel_um", what="the ring table")
+    values = rows.numbers("azimuth_deg", "pretravel_um")
+    return ring_touches(values[:, 0] * DEGREE, values[:, 1] * MICROMETRE)
+
+
+def _ring_table(ring: Touches) -> str:
+    even = np.arange(len(ring)) % 2 == 0
+    rows = []
+    for kind in KINDS:
+        made = qualify(
+            ring.take(even), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
+        )
+        left_out = left_out_errors(ring, [even], RING_DIAMETER, kind, ring=True)
+        rows.append([KIND_NAMES[kind], _rms(made.residuals), _rms(left_out)])
+    return table(["", "fitted", "left out"], rows)
+
+
+def _ring_picture(ring: Touches) -> Figure:
+    made = {
+        kind: qualify(ring, RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER)
+        for kind in KINDS
+    }
+    first = made["harmonic"]
+    return plotting.plot_ring_kinds(
+        azimuth_angle(-first.contact_normals),
+        made["mean"].observed,
+        {
+            KIND_NAMES[kind]: result.pretravel_map.pretravel(result.contact_normals)
+            for kind, result in made.items()
+        },
+        "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring taken off",
+    )
+
+
+def _write_page(path: Path, sections: Sequence[tuple[str, str]], pictures: Sequence[str]) -> None:
+    style = (
+        "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;"
+        "color:#222}img{max-width:100%}pre{background:#f4f4f2;padding:1rem;overflow-x:auto}"
+        "h1,h2{color:#1b4965}"
+    )
+    blocks = "".join(
+        f"<h2>{html.escape(title)}</h2><pre>{html.escape(body)}</pre>\n"
+        if title != "Read as"
+        else f"<p>{html.escape(body)}</p>\n"
+        for title, body in sections
+    )
+    figures = "".join(f'<p><img src="{name}" alt="{html.escape(name)}"></p>\n' for name in pictures)
+    text = (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f"<title>pretravel: the main job</title><style>{style}</style></head><body>\n"
+        "<h1>pretravel: from touches to compensated points</h1>\n"
+        '<p>Files: <a href="points.csv">points.csv</a>, <a href="map.nc">map.nc</a></p>\n'
+        f"{figures}{blocks}</body></html>\n"
+    )
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

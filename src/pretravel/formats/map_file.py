@@ -1,0 +1,347 @@
+"""PretravelMaps on disk: NetCDF whole, CSV and JSON as tables."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.direction_support import DirectionSupport
+from pretravel.directions import azimuth_angle, from_angles, grid, polar_angle
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.csv_table import read_csv_table, write_csv_table
+from pretravel.formats.whole_file import whole_file
+from pretravel.pretravel_map import (
+    HarmonicBasis,
+    MapBasis,
+    MeanBasis,
+    PretravelMap,
+    SectorBasis,
+    TabulatedBasis,
+)
+from pretravel.trigger.predict import Trigger
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = "pretravel map, version 1"
+
+
+def trigger_table(trigger: Trigger) -> dict[str, npt.ArrayLike]:
+    """A prediction as the columns of the contract, one row per direction.
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        polar_deg, azimuth_deg, trigger_force_N, sensing_distance_um, pretravel_um,
+        seat, and one share_*_um for each compliance; shares add up to pretravel.
+    """
+    # Angles back from unit vectors, rounded to what double precision keeps of them.
+    columns: dict[str, npt.ArrayLike] = {
+        "polar_deg": np.round(polar_angle(trigger.directions) / DEGREE, 10),
+        "azimuth_deg": np.mod(np.round(azimuth_angle(trigger.directions) / DEGREE, 10), 360.0),
+        "trigger_force_N": trigger.force,
+        "sensing_distance_um": trigger.sensing_distance / MICROMETRE,
+        "pretravel_um": trigger.pretravel / MICROMETRE,
+        "seat": trigger.seat_names,
+    }
+    return columns | {
+        f"share_{name}_um": share / MICROMETRE for name, share in trigger.shares.items()
+    }
+
+
+def map_grid(
+    pretravel_map: PretravelMap, polar_step: float = 5.0, azimuth_step: float = 10.0
+) -> dict[str, Any]:
+    """A map on a regular grid of angles, nan where it is not supported.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    polar_step, azimuth_step : float
+        [deg]
+
+    Returns
+    -------
+    mapping
+        polar_deg (p,), azimuth_deg (a,), pretravel_um (p, a), u_um (p, a); angles in
+        the probe frame.
+    """
+    largest = math.degrees(float(polar_angle(pretravel_map.support.nodes).max()))
+    polar = np.arange(0.0, min(largest + 1e-9, 165.0) + 1e-9, polar_step)
+    azimuth = np.arange(0.0, 360.0, azimuth_step)
+    directions = grid(polar * DEGREE, azimuth * DEGREE)
+    normals = directions @ pretravel_map.rotation.T
+    value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
+    u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
+    outside = ~pretravel_map.support.supports(directions)
+    value[outside] = np.nan
+    u[outside] = np.nan
+    shape = (len(polar), len(azimuth))
+    return {
+        "polar_deg": polar,
+        "azimuth_deg": azimuth,
+        "pretravel_um": value.reshape(shape),
+        "u_um": u.reshape(shape),
+    }
+
+
+def map_dataset(
+    pretravel_map: PretravelMap, table: Mapping[str, npt.ArrayLike] | None = None
+) -> xr.Dataset:
+    """A map as a labelled dataset: all that is needed to use it, and a grid to look at.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    table : mapping of str to (n,) values, optional
+        A prediction's columns, kept beside the map along ``direction``.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    import xarray as xr
+
+    grid_values = map_grid(pretravel_map)
+    independent = pretravel_map.covariance.ndim == 1
+    covariance_axes = ("coefficient",) if independent else ("coefficient", "other_coefficient")
+    data: dict[str, Any] = {
+        "coefficients": ("coefficient", pretravel_map.coefficients, {"units": "mm"}),
+        "covariance": (covariance_axes, pretravel_map.covariance, {"units": "mm2"}),
+        "support": (("node", "axis"), pretravel_map.support.nodes, {"units": "1"}),
+        "rotation": (("machine_axis", "axis"), pretravel_map.rotation, {"units": "1"}),
+        "pretravel": (
+            ("polar", "azimuth"),
+            grid_values["pretravel_um"],
+            {"units": "um", "long_name": "pretravel on a grid, to look at"},
+        ),
+        "standard_uncertainty": (
+            ("polar", "azimuth"),
+            grid_values["u_um"],
+            {"units": "um", "long_name": "of the map alone, without repeatability"},
+        ),
+    }
+    if isinstance(pretravel_map.basis, HarmonicBasis):
+        data["degree"] = ("coefficient", pretravel_map.basis.terms[:, 0])
+        data["order"] = ("coefficient", pretravel_map.basis.terms[:, 1])
+    for name, values in (table or {}).items():
+        array = np.asarray(values)
+        unit = name.rsplit("_", 1)[-1] if "_" in name else ""
+        data[f"predicted_{name}"] = ("direction", array, {"units": unit})
+    attributes: dict[str, Any] = {
+        "format": FORMAT,
+        "kind": pretravel_map.kind,
+        "tip_radius_mm": pretravel_map.tip_radius,
+        "u_tip_radius_mm": pretravel_map.u_tip_radius,
+        "repeatability_mm": pretravel_map.repeatability,
+        "repeatability_dof": pretravel_map.repeatability_dof,
+        "provenance": json.dumps(dict(pretravel_map.provenance)),
+    }
+    if pretravel_map.feed is not None:
+        attributes["feed_mm_min"] = pretravel_map.feed
+    return xr.Dataset(
+        data,
+        coords={
+            "polar": ("polar", grid_values["polar_deg"], {"units": "degree"}),
+            "azimuth": ("azimuth", grid_values["azimuth_deg"], {"units": "degree"}),
+        },
+        attrs=attributes,
+    )
+
+
+def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
+    """The map that `map_dataset` wrote.
+
+    Raises
+    ------
+    PretravelError
+        Not such a dataset.
+    """
+    if dataset.attrs.get("format") != FORMAT:
+        raise PretravelError(
+            "this is not a pretravel map (no matching 'format' attribute); "
+            "pretravel qualify and pretravel predict write them"
+        )
+    support = DirectionSupport(np.asarray(dataset["support"].values))
+    kind = str(dataset.attrs["kind"])
+    bases: Mapping[str, MapBasis] = {
+        "mean": MeanBasis(),
+        "sectors": SectorBasis(),
+        "tabulated": TabulatedBasis(support),
+    }
+    if kind == "harmonic":
+        basis: MapBasis = HarmonicBasis(
+            np.stack([dataset["degree"].values, dataset["order"].values], axis=1).astype(np.int64)
+        )
+    elif kind in bases:
+        basis = bases[kind]
+    else:
+        raise PretravelError(f"maps of kind '{kind}' are not known to this version")
+    feed = dataset.attrs.get("feed_mm_min")
+    return PretravelMap(
+        basis=basis,
+        coefficients=np.asarray(dataset["coefficients"].values),
+        covariance=np.asarray(dataset["covariance"].values),
+        support=support,
+        tip_radius=float(dataset.attrs["tip_radius_mm"]),
+        u_tip_radius=float(dataset.attrs["u_tip_radius_mm"]),
+        repeatability=float(dataset.attrs["repeatability_mm"]),
+        repeatability_dof=float(dataset.attrs["repeatability_dof"]),
+        rotation=np.asarray(dataset["rotation"].values),
+        feed=None if feed is None else float(feed),
+        provenance=json.loads(dataset.attrs["provenance"]),
+    )
+
+
+def write_map(
+    path: str | Path,
+    pretravel_map: PretravelMap,
+    *,
+    table: Mapping[str, npt.ArrayLike] | None = None,
+) -> None:
+    """Write a map in the format of the path's ending.
+
+    ``.nc`` keeps everything; ``.csv`` and ``.json`` are a table over directions: the
+    prediction's where there is one, else a grid with uncertainties.
+
+    Parameters
+    ----------
+    path : str or Path
+    pretravel_map : PretravelMap
+    table : mapping of str to (n,) values, optional
+        A prediction's columns.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    ending = Path(path).suffix.lower()
+    if ending == ".nc":
+        with whole_file(path) as temporary:
+            map_dataset(pretravel_map, table).to_netcdf(temporary, engine="h5netcdf")
+        return
+    if ending not in (".csv", ".json"):
+        raise PretravelError(
+            f"a map cannot be written to '{path}': the ending must be .nc, .csv or .json"
+        )
+    columns = dict(table) if table is not None else _grid_table(pretravel_map)
+    if ending == ".csv":
+        # A column of one number: a table that says its tip radius can be used as a map.
+        rows = len(np.asarray(columns["polar_deg"]))
+        columns["tip_radius_mm"] = np.full(rows, pretravel_map.tip_radius)
+        write_csv_table(path, columns)
+    else:
+        content = {
+            "kind": pretravel_map.kind,
+            "tip_radius_mm": pretravel_map.tip_radius,
+            "repeatability_um": pretravel_map.repeatability / MICROMETRE,
+            "provenance": dict(pretravel_map.provenance),
+            **{name: np.asarray(values).tolist() for name, values in columns.items()},
+        }
+        with whole_file(path) as temporary:
+            temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
+    values = map_grid(pretravel_map)
+    polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
+    supported = np.isfinite(values["pretravel_um"])
+    return {
+        "polar_deg": polar[supported],
+        "azimuth_deg": azimuth[supported],
+        "pretravel_um": values["pretravel_um"][supported],
+        "u_um": values["u_um"][supported],
+    }
+
+
+def read_map(path: str | Path, *, tip_diameter: float | None = None) -> PretravelMap:
+    """A map from disk.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.nc`` as written by `write_map`, or a CSV with polar_deg, azimuth_deg,
+        pretravel_um and perhaps u_um (probe axis +z), interpolated linearly.
+    tip_diameter : float, optional
+        Of the tip in use, where it is another than the map's or a CSV does not say. [mm]
+
+    Returns
+    -------
+    PretravelMap
+
+    Raises
+    ------
+    InputError
+        No such file, or not a map.
+    """
+    place = Path(path)
+    if not place.is_file():
+        raise InputError("there is no such file", path=path)
+    if place.suffix.lower() == ".csv":
+        found = _read_csv_map(place, tip_diameter)
+    else:
+        found = _read_netcdf_map(place)
+    if tip_diameter is not None:
+        found = replace(found, tip_radius=0.5 * tip_diameter)
+    return found
+
+
+def _read_netcdf_map(path: Path) -> PretravelMap:
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return map_from_dataset(dataset.load())
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from error
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            "this is not a map that can be read (a NetCDF file written by pretravel, or a CSV "
+            f"table); {type(error).__name__}: {error}",
+            path=path,
+        ) from error
+
+
+def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
+    table = read_csv_table(path)
+    table.require("polar_deg", "azimuth_deg", "pretravel_um", what="a map")
+    angles = table.numbers("polar_deg", "azimuth_deg") * DEGREE
+    value = table.numbers("pretravel_um")[:, 0] * MICROMETRE
+    u = table.numbers("u_um")[:, 0] * MICROMETRE if table.has("u_um") else np.zeros(len(value))
+    directions = from_angles(angles[:, 0], angles[:, 1])
+    _, first, inverse = np.unique(
+        np.round(directions, 9), axis=0, return_index=True, return_inverse=True
+    )
+    repeated = value[first][inverse.ravel()]
+    clash = np.flatnonzero(np.abs(repeated - value) > 1e-9)
+    if len(clash):
+        raise InputError(
+            "this direction is there twice, with different values",
+            path=path,
+            line=table.lines[int(clash[0])],
+        )
+    if tip_diameter is not None:
+        radius = 0.5 * tip_diameter
+    elif table.has("tip_radius_mm"):
+        radius = float(table.numbers("tip_radius_mm")[0, 0])
+    else:
+        raise InputError("this table has no column tip_radius_mm; give --tip-diameter", path=path)
+    keep = np.sort(first)
+    support = DirectionSupport(directions[keep])
+    return PretravelMap(
+        basis=TabulatedBasis(support),
+        coefficients=value[keep],
+        covariance=u[keep] ** 2,
+        support=support,
+        tip_radius=radius,
+        provenance={"source": f"table {path.name}"},
+    )

@@ -1,0 +1,102 @@
+"""Compensated points as CSV, NetCDF or JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.errors import PretravelError
+from pretravel.formats.csv_table import write_csv_table
+from pretravel.formats.whole_file import whole_file
+from pretravel.metrology.compensation import Points
+from pretravel.units import MICROMETRE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def points_table(points: Points) -> dict[str, npt.ArrayLike]:
+    """The columns of the contract, one row per touch.
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        label, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um, and deviation_um
+        where there is a nominal.
+    """
+    columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
+    columns |= {f"{axis}_mm": points.positions[:, i] for i, axis in enumerate("xyz")}
+    columns |= {f"n{axis}": points.normals[:, i] for i, axis in enumerate("xyz")}
+    columns["pretravel_um"] = points.pretravel / MICROMETRE
+    columns["u_um"] = points.standard_uncertainty / MICROMETRE
+    if points.deviation is not None:
+        columns["deviation_um"] = points.deviation / MICROMETRE
+    return columns
+
+
+def points_dataset(points: Points) -> xr.Dataset:
+    """Points as a labelled dataset, with the 3 x 3 covariance of each.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions point, axis, other_axis; units in the attributes.
+    """
+    import xarray as xr
+
+    data = {
+        "position": (("point", "axis"), points.positions, {"units": "mm"}),
+        "normal": (("point", "axis"), points.normals, {"units": "1"}),
+        "pretravel": ("point", points.pretravel, {"units": "mm"}),
+        "covariance": (("point", "axis", "other_axis"), points.covariance, {"units": "mm2"}),
+        "standard_uncertainty": ("point", points.standard_uncertainty, {"units": "mm"}),
+    }
+    if points.deviation is not None:
+        data["deviation"] = ("point", points.deviation, {"units": "mm"})
+    return xr.Dataset(
+        data,
+        coords={
+            "label": ("point", np.array(points.labels, dtype=str)),
+            "axis": list("xyz"),
+            "other_axis": list("xyz"),
+        },
+        attrs={"title": "surface points, compensated by pretravel"},
+    )
+
+
+def write_points(path: str | Path, points: Points, note: str = "") -> None:
+    """Write points in the format of the path's ending: .csv, .nc or .json.
+
+    Parameters
+    ----------
+    path : str or Path
+    points : Points
+    note : str
+        How they came about, for the attributes of a NetCDF file.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    ending = Path(path).suffix.lower()
+    if ending == ".csv":
+        write_csv_table(path, points_table(points))
+    elif ending == ".nc":
+        with whole_file(path) as temporary:
+            points_dataset(points).assign_attrs(note=note).to_netcdf(temporary, engine="h5netcdf")
+    elif ending == ".json":
+        columns = {
+            name: np.asarray(values).tolist() for name, values in points_table(points).items()
+        }
+        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        with whole_file(path) as temporary:
+            temporary.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    else:
+        raise PretravelError(
+            f"points cannot be written to '{path}': the ending must be .csv, .nc or .json"
+        )

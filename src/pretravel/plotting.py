@@ -1,0 +1,384 @@
+"""Pictures: results in, matplotlib figures out. Nothing else imports matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import azimuth_angle, from_angles, polar_angle
+from pretravel.errors import PretravelError
+from pretravel.formats.map_file import map_grid
+from pretravel.formats.whole_file import whole_file
+from pretravel.metrology.compensation import Points
+from pretravel.metrology.qualification import Qualification
+from pretravel.pretravel_map import PretravelMap
+from pretravel.touches import Touches
+from pretravel.trigger.predict import Trigger
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+
+_COLOURS = ("#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d")
+_ENDINGS = (".png", ".svg", ".pdf")
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained", dpi=130)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+        Ending in .png, .svg or .pdf.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    if Path(path).suffix.lower() not in _ENDINGS:
+        raise PretravelError(
+            f"a picture cannot be written to '{path}': the ending must be {', '.join(_ENDINGS)}"
+        )
+    with whole_file(path) as temporary:
+        figure.savefig(temporary)
+
+
+def _polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
+    from matplotlib.projections.polar import PolarAxes
+
+    axes = figure.add_subplot(rows, columns, index, projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_title(title, fontsize=11, pad=14)
+    axes.set_rlabel_position(100.0)
+    axes.tick_params(labelsize=8)
+    axes.grid(alpha=0.35)
+    return axes
+
+
+def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
+    """Trigger force and pretravel over azimuth, one line per polar angle; shares beside.
+
+    Parameters
+    ----------
+    trigger : Trigger
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = _figure(13.0, 4.8)
+    figure.suptitle(title or f"Prediction, model {trigger.model}")
+    polar = np.round(polar_angle(trigger.directions) / DEGREE, 6)
+    azimuth = azimuth_angle(trigger.directions)
+    levels = np.unique(polar)[::-1]
+    around = levels[levels > 0.0]  # at the pole there is no azimuth to draw over
+    shown = around[np.unique(np.linspace(0, len(around) - 1, min(len(around), 6)).astype(int))]
+    force = _polar_axes(figure, 1, 3, 1, "trigger force / N")
+    travel = _polar_axes(figure, 1, 3, 2, "pretravel / µm")
+    for colour, level in zip(_COLOURS, shown, strict=False):
+        rows = np.flatnonzero(polar == level)
+        rows = rows[np.argsort(azimuth[rows])]
+        if len(rows) > 2 and np.ptp(azimuth[rows]) > 300.0 * DEGREE:
+            rows = np.append(rows, rows[0])
+        marker = "." if len(rows) < 20 else ""
+        style: dict[str, Any] = {"color": colour, "lw": 1.6, "marker": marker}
+        force.plot(azimuth[rows], trigger.force[rows], label=f"polar {level:g}°", **style)
+        travel.plot(azimuth[rows], trigger.pretravel[rows] / MICROMETRE, **style)
+    for axes in (force, travel):
+        axes.set_ylim(bottom=0.0)
+    force.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.05), fontsize=7, ncols=2)
+    shares = figure.add_subplot(1, 3, 3)
+    mean = {
+        name: np.array([share[polar == level].mean() for level in levels]) / MICROMETRE
+        for name, share in trigger.shares.items()
+    }
+    shares.stackplot(
+        levels,
+        *mean.values(),
+        labels=[name.replace("_", " ") for name in mean],
+        colors=_COLOURS,
+    ) if len(levels) > 1 else shares.bar(
+        [name.replace("_", "\n") for name in mean],
+        [values[0] for values in mean.values()],
+        color=_COLOURS[: len(mean)],
+    )
+    shares.set_ylabel("mean pretravel / µm")
+    shares.set_title("what gives", fontsize=11)
+    if len(levels) > 1:
+        shares.set_xlabel("polar angle / °")
+        shares.legend(fontsize=8, loc="upper left")
+    return figure
+
+
+def draw_map(axes: PolarAxes, pretravel_map: PretravelMap) -> None:
+    """A map as seen from the spindle: azimuth around, polar angle outwards.
+
+    Parameters
+    ----------
+    axes : matplotlib PolarAxes
+    pretravel_map : PretravelMap
+    """
+    values = map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
+    azimuth = np.append(values["azimuth_deg"], 360.0) * DEGREE
+    pretravel = np.hstack([values["pretravel_um"], values["pretravel_um"][:, :1]])
+    mesh = axes.pcolormesh(
+        azimuth, values["polar_deg"], pretravel, shading="gouraud", cmap="viridis"
+    )
+    nodes = pretravel_map.support.nodes
+    if len(nodes) <= 400:
+        axes.plot(azimuth_angle(nodes), polar_angle(nodes) / DEGREE, "w.", ms=3, alpha=0.7)
+    axes.set_ylim(0.0, float(values["polar_deg"].max()))
+    axes.grid(visible=False)
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label="pretravel / µm")
+
+
+def draw_polar_diagram(
+    axes: PolarAxes, pretravel_map: PretravelMap, polar_deg: float, colour: str, label: str
+) -> None:
+    """Pretravel over azimuth at one polar angle, with a band of two uncertainties.
+
+    Parameters
+    ----------
+    axes : matplotlib PolarAxes
+    pretravel_map : PretravelMap
+    polar_deg : float
+        [deg]
+    colour, label : str
+    """
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 361)
+    directions = from_angles(polar_deg * DEGREE, azimuth)
+    supported = pretravel_map.support.supports(directions)
+    if not supported.any():
+        return
+    normals = directions @ pretravel_map.rotation.T
+    value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
+    u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
+    value[~supported] = np.nan
+    axes.plot(azimuth, value, color=colour, lw=1.6, label=label)
+    axes.fill_between(azimuth, value - 2.0 * u, value + 2.0 * u, color=colour, alpha=0.15, lw=0)
+
+
+def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
+    """The map from above, as polar diagrams with the touches, and the residuals.
+
+    Parameters
+    ----------
+    qualification : Qualification
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    pretravel_map = qualification.pretravel_map
+    figure = _figure(13.0, 4.8)
+    figure.suptitle(title or f"Qualification, map kind {pretravel_map.kind}")
+    above = _polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle")
+    draw_map(above, pretravel_map)
+    diagram = _polar_axes(figure, 1, 3, 2, "pretravel / µm, ± 2 u of the map")
+    directions = qualification.contact_normals @ pretravel_map.rotation
+    polar = polar_angle(directions) / DEGREE
+    observed = qualification.observed / MICROMETRE
+    levels = np.unique(np.round(polar / 2.5) * 2.5)[::-1]
+    levels = levels[levels > 1.0][:4]
+    for colour, level in zip(_COLOURS, levels, strict=False):
+        draw_polar_diagram(diagram, pretravel_map, float(level), colour, f"polar {level:g}°")
+        rows = np.abs(polar - level) < 1.5
+        diagram.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
+    diagram.set_ylim(bottom=0.0 if observed.min() > 0.0 else None)
+    diagram.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.05), fontsize=7, ncols=2)
+    residuals = figure.add_subplot(1, 3, 3)
+    number = np.arange(1, len(observed) + 1)
+    mean = observed - observed.mean()
+    residuals.plot(number, mean, ".", color="#bbbbbb", ms=4, label="left by the mean radius")
+    residuals.plot(
+        number,
+        qualification.residuals / MICROMETRE,
+        ".",
+        color=_COLOURS[0],
+        ms=5,
+        label=f"left by {pretravel_map.kind}",
+    )
+    rows = [outlier.row for outlier in qualification.outliers]
+    residuals.plot(
+        number[rows],
+        qualification.residuals[rows] / MICROMETRE,
+        "o",
+        mfc="none",
+        mec=_COLOURS[3],
+        ms=9,
+        label="named as outlier",
+    ) if rows else None
+    residuals.axhline(0.0, color="k", lw=0.6)
+    residuals.set_xlabel("touch")
+    residuals.set_ylabel("residual / µm")
+    residuals.legend(fontsize=8)
+    residuals.set_title("residuals", fontsize=11)
+    return figure
+
+
+def plot_points(points: Points, title: str = "") -> Figure:
+    """Where the points are, coloured by deviation (or pretravel), and their uncertainty.
+
+    Parameters
+    ----------
+    points : Points
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = _figure(12.0, 4.6)
+    figure.suptitle(title or "Compensated points")
+    first, second = _widest_axes(points.positions)
+    panels: list[tuple[str, FloatArray, str]] = [
+        ("pretravel / µm", points.pretravel / MICROMETRE, "viridis"),
+        ("standard uncertainty u / µm", points.standard_uncertainty / MICROMETRE, "magma"),
+    ]
+    if points.deviation is not None:
+        panels.insert(0, ("deviation from nominal / µm", points.deviation / MICROMETRE, "RdBu_r"))
+    for index, (name, values, colours) in enumerate(panels, start=1):
+        axes = figure.add_subplot(1, len(panels), index)
+        limit = float(np.max(np.abs(values))) if colours == "RdBu_r" else None
+        _scatter(axes, points.positions, first, second, values, colours, limit, name)
+    return figure
+
+
+def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figure:
+    """Simulated touches: where they are, and pretravel over their azimuth.
+
+    Parameters
+    ----------
+    touches : Touches
+    travel : (n,) float
+        From first contact to the latched point. [mm]
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = _figure(11.0, 4.6)
+    figure.suptitle(title or "Simulated touches")
+    first, second = _widest_axes(touches.positions)
+    place = figure.add_subplot(1, 2, 1)
+    _scatter(
+        place,
+        touches.positions,
+        first,
+        second,
+        travel / MICROMETRE,
+        "viridis",
+        None,
+        "travel since first contact / µm",
+    )
+    diagram = _polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
+    points = diagram.scatter(
+        azimuth_angle(touches.normals),
+        travel / MICROMETRE,
+        c=polar_angle(touches.normals) / DEGREE,
+        s=12,
+        cmap="plasma",
+    )
+    diagram.set_ylim(bottom=0.0 if travel.min() >= 0.0 else None)
+    figure.colorbar(points, ax=diagram, shrink=0.75, pad=0.12, label="polar angle of n / °")
+    return figure
+
+
+def plot_ring_kinds(
+    azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
+) -> Figure:
+    """Pretravel on a ring and what several kinds of map make of it.
+
+    Parameters
+    ----------
+    azimuth : (n,) float
+        [rad]
+    observed : (n,) float
+        [mm]
+    kinds : mapping of str to (n,) float
+        Map values. [mm]
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = _figure(11.0, 4.8)
+    figure.suptitle(title)
+    diagram = _polar_axes(figure, 1, 2, 1, "pretravel / µm")
+    order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
+    diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
+    left = figure.add_subplot(1, 2, 2)
+    for colour, (name, values) in zip(_COLOURS, kinds.items(), strict=False):
+        diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
+        residual = (observed - values) / MICROMETRE
+        left.plot(
+            azimuth[order[:-1]] / DEGREE,
+            residual[order[:-1]],
+            color=colour,
+            lw=1.2,
+            label=f"{name}: {residual.std():.1f} µm",
+        )
+    diagram.set_ylim(bottom=0.0)
+    diagram.legend(fontsize=8, loc="upper left", bbox_to_anchor=(-0.2, 0.1))
+    left.axhline(0.0, color="k", lw=0.6)
+    left.set_xlabel("azimuth / °")
+    left.set_ylabel("left over / µm")
+    left.set_title("what is left (standard deviation)", fontsize=11)
+    left.legend(fontsize=8)
+    return figure
+
+
+def _widest_axes(positions: FloatArray) -> tuple[int, int]:
+    order = np.argsort(np.ptp(positions, axis=0), kind="stable")[::-1][:2]
+    first, second = sorted(order.tolist())
+    return int(first), int(second)
+
+
+def _scatter(
+    axes: Axes,
+    positions: FloatArray,
+    first: int,
+    second: int,
+    values: FloatArray,
+    colours: str,
+    limit: float | None,
+    name: str,
+) -> None:
+    drawn = axes.scatter(
+        positions[:, first],
+        positions[:, second],
+        c=values,
+        cmap=colours,
+        vmin=None if limit is None else -limit,
+        vmax=limit,
+        s=28,
+        edgecolors="0.3",
+        linewidths=0.3,
+    )
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel(f"{'xyz'[first]} / mm")
+    axes.set_ylabel(f"{'xyz'[second]} / mm")
+    axes.set_title(name, fontsize=10)
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=axes, shrink=0.8)

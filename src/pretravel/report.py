@@ -1,0 +1,129 @@
+"""Results as text: strings for people, made from values; nothing is printed here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.metrology.compensation import Points
+from pretravel.metrology.qualification import Qualification
+from pretravel.trigger.predict import Trigger
+from pretravel.units import DEGREE, MICROMETRE
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A plain text table: first column to the left, others to the right.
+
+    >>> print(table(["kind", "um"], [["mean", "2.0"]]))
+    kind   um
+    mean  2.0
+    """
+    cells = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in cells
+    )
+
+
+def _um(value: float, digits: int = 3) -> str:
+    return f"{value / MICROMETRE:.{digits}f} µm"
+
+
+def _range_um(values: FloatArray, digits: int = 2) -> str:
+    low, high = float(values.min()) / MICROMETRE, float(values.max()) / MICROMETRE
+    return f"{low:.{digits}f} to {high:.{digits}f} µm"
+
+
+def prediction_report(trigger: Trigger, probe_name: str) -> str:
+    """What a prediction says, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    polar = polar_angle(trigger.directions) / DEGREE
+    azimuth = azimuth_angle(trigger.directions) / DEGREE
+    weakest, strongest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
+
+    def at(row: int) -> str:
+        return f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°"
+
+    total = trigger.pretravel.mean()
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {100.0 * share.mean() / total:.0f} %"
+        for name, share in sorted(trigger.shares.items(), key=lambda item: -float(item[1].mean()))
+    )
+    return "\n".join(
+        [
+            f"{probe_name}, model {trigger.model}, {len(trigger.force)} directions",
+            f"  trigger force      {trigger.force.min():.3f} to {trigger.force.max():.3f} N",
+            f"  sensing distance   {_range_um(trigger.sensing_distance)}",
+            f"  pretravel          {_range_um(trigger.pretravel)} ({at(weakest)}; {at(strongest)})",
+            f"  mean shares        {shares}",
+        ]
+    )
+
+
+def qualification_report(result: Qualification) -> str:
+    """What a qualification found, in a few lines, outliers named.
+
+    Returns
+    -------
+    str
+    """
+    pretravel_map = result.pretravel_map
+    center = ", ".join(f"{value:.5f}" for value in result.center)
+    u_center = ", ".join(
+        f"{math.sqrt(max(v, 0.0)) / MICROMETRE:.2f}" for v in np.diag(result.center_covariance)
+    )
+    normals = result.contact_normals
+    value = pretravel_map.pretravel(normals, extrapolate=True)
+    u = pretravel_map.standard_uncertainty(normals)
+    dof = (
+        f"{result.repeatability_dof:.0f} degrees of freedom"
+        if math.isfinite(result.repeatability_dof)
+        else "as told"
+    )
+    u_radius = _um(result.u_effective_radius, 2)
+    spread, left = _um(float(np.std(result.residuals)), 2), result.degrees_of_freedom
+    lines = [
+        f"{pretravel_map.provenance['source']}, {pretravel_map.provenance['touches']}",
+        f"  map kind           {pretravel_map.kind}",
+        f"  centre             ({center}) mm, u = ({u_center}) µm",
+        f"  effective radius   {result.effective_radius:.6f} mm, u = {u_radius}",
+        f"  pretravel          {_range_um(value)}, u of the map {_range_um(u)}",
+        f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
+        f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
+        f"  gauge              {pretravel_map.provenance['gauge']}",
+    ]
+    lines += [f"  OUTLIER            {outlier.message}" for outlier in result.outliers]
+    return "\n".join(lines)
+
+
+def points_report(points: Points) -> str:
+    """What a compensation gave, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    lines = [
+        f"{len(points)} points",
+        f"  pretravel          {_range_um(points.pretravel)}",
+        f"  uncertainty u      {_range_um(points.standard_uncertainty)}",
+    ]
+    if points.deviation is not None:
+        deviation = points.deviation
+        lines.append(
+            f"  deviation          {_range_um(deviation)}, mean {_um(float(deviation.mean()), 2)}, "
+            f"standard deviation {_um(float(deviation.std()), 2)}"
+        )
+    return "\n".join(lines)

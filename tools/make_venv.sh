@@ -1,0 +1,24 @@
+#!/bin/sh
+# Creates .venv with the locked development set and pretravel itself, editable.
+set -eu
+python="${PYTHON:-python3}"
+
+if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+    echo "Python 3.11 or newer is needed; say which: make venv PYTHON=python3.12" >&2
+    exit 1
+fi
+if ! "$python" -m venv .venv >/dev/null 2>&1; then
+    # Debian keeps venv in a package of its own.
+    rm -rf .venv
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        apt-get update -qq
+        apt-get install -y -qq --no-install-recommends python3-venv >/dev/null
+        "$python" -m venv .venv
+    else
+        echo "python3 cannot make virtual environments: apt-get install python3-venv" >&2
+        exit 1
+    fi
+fi
+echo "installing into .venv (a minute or two)"
+.venv/bin/pip install --quiet --disable-pip-version-check --requirement requirements-dev.lock
+.venv/bin/pip install --quiet --disable-pip-version-check --no-deps --editable .
