@@ -112,7 +112,7 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
     jacobian = np.hstack([offset / distance[:, None], np.ones((count, 1))])
     return SphereFit(
         center=frozen(middle + scale * center),
-        radius=radius * scale,
+        radius=float(radius * scale),
         cofactor=frozen(np.linalg.inv(jacobian.T @ jacobian)),
         residuals=frozen((distance - radius) * scale),
         dof=count - dimension - 1,
