@@ -47,11 +47,6 @@ def _project(directions: FloatArray) -> FloatArray:
     return np.asarray(radius[:, None] * along)
 
 
-def _unproject(plane: FloatArray) -> FloatArray:
-    square = np.sum(plane**2, axis=-1, keepdims=True)
-    return np.asarray(np.concatenate([2.0 * plane, 1.0 - square], axis=-1) / (1.0 + square))
-
-
 @dataclass(frozen=True, eq=False)
 class _Mesh:
     """Triangles that hold, and the edges along which a near miss is judged."""
@@ -59,6 +54,8 @@ class _Mesh:
     triangulation: Any  # scipy.spatial.Delaunay, or None when the nodes are in a row
     triangle_held: BoolArray
     edges: IntArray
+    edge_normals: FloatArray  # of the edges' great circles, towards their triangles
+    edge_bounds: BoolArray  # whether the edge has a triangle to bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +100,7 @@ class DirectionSupport:
             along = spread @ np.linalg.svd(spread, full_matrices=False)[2][0]
             order = np.argsort(along, kind="stable")
             edges = np.stack([order, np.roll(order, -1)], axis=1)[: max(len(order) - 1, 1)]
-            return _Mesh(None, np.zeros(0, dtype=bool), edges.astype(np.int64))
+            return self._with_edges(None, np.zeros(0, dtype=bool), edges.astype(np.int64))
         triangles = np.sort(triangulation.simplices, axis=1).astype(np.int64)
         a, b, c = (self.nodes[triangles[:, i]] for i in range(3))
         # The plane through three nodes cuts the sphere in their circle; its
@@ -119,7 +116,12 @@ class DirectionSupport:
         pair_held = np.tile(held, 3)
         edges, inverse = np.unique(pairs, axis=0, return_inverse=True)
         held_count = np.bincount(inverse.ravel(), weights=pair_held, minlength=len(edges))
-        boundary = edges[held_count == 1]
+        bounds = held_count == 1
+        # The triangle's third node tells which side of its boundary is inside.
+        third = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
+        inside = np.zeros(len(edges), dtype=np.int64)
+        inside[inverse.ravel()[pair_held]] = third[pair_held]
+        boundary = edges[bounds]
         loose = edges[held_count == 0]
         # Of the edges without a triangle, keep those between true neighbours:
         # no other node in the circle that has the edge as diameter (Gabriel).
@@ -133,7 +135,26 @@ class DirectionSupport:
                 np.clip(np.sum(self.nodes[loose[:, 0]] * self.nodes[loose[:, 1]], axis=1), -1, 1)
             )
             loose = loose[(nearest >= half * (1.0 - 1e-9)) & (angle <= 2.0 * LARGEST_HOLE)]
-        return _Mesh(triangulation, held, np.concatenate([boundary, loose]))
+        return self._with_edges(triangulation, held, loose, boundary, inside[bounds])
+
+    def _with_edges(
+        self,
+        triangulation: Any,
+        held: BoolArray,
+        loose: IntArray,
+        boundary: IntArray | None = None,
+        inside: IntArray | None = None,
+    ) -> _Mesh:
+        edges = loose if boundary is None else np.concatenate([boundary, loose])
+        normals = np.cross(self.nodes[edges[:, 0]], self.nodes[edges[:, 1]])
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+        bounds = np.zeros(len(edges), dtype=bool)
+        if boundary is not None and inside is not None:
+            bounds[: len(boundary)] = True
+            side = np.sum(normals[: len(boundary)] * self.nodes[inside], axis=1)
+            normals[: len(boundary)] *= np.where(side < 0.0, -1.0, 1.0)[:, None]
+        return _Mesh(triangulation, held, edges, normals, bounds)
 
     def interpolation(self, directions: npt.ArrayLike) -> tuple[IntArray, FloatArray, FloatArray]:
         """Nodes and weights of linear interpolation, and the distance to the support.
@@ -172,30 +193,36 @@ class DirectionSupport:
         rows = np.flatnonzero(outside)
         for start in range(0, len(rows), _CHUNK):
             chunk = rows[start : start + _CHUNK]
-            nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(
-                point[chunk], d[chunk], mesh.edges
-            )
+            nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(d[chunk])
         return nodes, weights, distance
 
-    def _nearest_on_edges(
-        self, point: FloatArray, directions: FloatArray, edges: IntArray
-    ) -> tuple[IntArray, FloatArray, FloatArray]:
-        start = self._plane[edges[:, 0]]
-        vector = self._plane[edges[:, 1]] - start
-        square = np.maximum(np.sum(vector**2, axis=1), 1e-300)
-        offset = point[:, None, :] - start[None]
-        parameter = np.clip(np.einsum("nej,ej->ne", offset, vector) / square, 0.0, 1.0)
-        miss = np.sum((offset - parameter[:, :, None] * vector) ** 2, axis=2)
-        nearest = np.argmin(miss, axis=1)
-        t = parameter[np.arange(len(point)), nearest]
-        foot = _unproject(start[nearest] + t[:, None] * vector[nearest])
-        cross = np.linalg.norm(np.cross(foot, directions), axis=1)
-        distance = np.arctan2(cross, np.sum(foot * directions, axis=1))
-        chosen = edges[nearest]
+    def _nearest_on_edges(self, directions: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The nearest point of all edges, which are arcs of great circles."""
+        mesh = self._mesh
+        start, end = self.nodes[mesh.edges[:, 0]], self.nodes[mesh.edges[:, 1]]
+        sine_length = np.linalg.norm(np.cross(start, end), axis=1)
+        length = np.arctan2(sine_length, np.sum(start * end, axis=1))
+        across = np.cross(mesh.edge_normals, start)
+        across *= np.where(np.sum(across * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
+        along = np.arctan2(directions @ across.T, directions @ start.T)
+        height = directions @ mesh.edge_normals.T
+        on_arc = (along >= 0.0) & (along <= length) & (length > 0.0)
+        to_start = np.arccos(np.clip(directions @ start.T, -1.0, 1.0))
+        to_end = np.arccos(np.clip(directions @ end.T, -1.0, 1.0))
+        distance = np.where(
+            on_arc, np.abs(np.arcsin(np.clip(height, -1.0, 1.0))), np.minimum(to_start, to_end)
+        )
+        nearest = np.argmin(distance, axis=1)
+        rows = np.arange(len(directions))
+        t = np.clip(along[rows, nearest] / np.maximum(length[nearest], 1e-300), 0.0, 1.0)
+        t = np.where(on_arc[rows, nearest], t, 1.0 * (to_end < to_start)[rows, nearest])
+        # Chords of the flat triangles cut off what lies between them and the arcs.
+        cut_off = on_arc[rows, nearest] & mesh.edge_bounds[nearest] & (height[rows, nearest] >= 0.0)
+        chosen = mesh.edges[nearest]
         return (
             np.concatenate([chosen, chosen[:, 1:]], axis=1),
             np.stack([1.0 - t, t, np.zeros_like(t)], axis=1),
-            distance,
+            np.where(cut_off, 0.0, distance[rows, nearest]),
         )
 
     def supports(self, directions: npt.ArrayLike, margin: float = MARGIN) -> BoolArray:
