@@ -35,10 +35,12 @@ _CHUNK = 16384
 
 
 def _project(directions: FloatArray) -> FloatArray:
-    # Radius tan(polar / 2); -z itself, where there is no azimuth, goes far out along x.
-    across = np.hypot(directions[:, 0], directions[:, 1])
-    radius = np.minimum(across / np.maximum(1.0 + directions[:, 2], 1e-12), 1e6)
-    radius = np.where((across == 0.0) & (directions[:, 2] < 0.0), 1e6, radius)
+    # Radius tan(polar / 2), by the half-angle formula that keeps its digits on either
+    # hemisphere; -z itself, where there is no azimuth, goes far out along x.
+    across, height = np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2]
+    radius = np.where(
+        height >= 0.0, across / (1.0 + np.abs(height)), (1.0 - height) / np.maximum(across, 1e-6)
+    )
     along = np.where(
         across[:, None] > 0.0,
         directions[:, :2] / np.maximum(across, 1e-300)[:, None],

@@ -133,7 +133,8 @@ def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray
         raise PretravelError(
             f"{name}: row {row + 1} has length {length[row]:.6g}; unit vectors are needed"
         )
-    return np.asarray(v / length[:, None])
+    # Unit to the last digit already: left alone, so that doing it twice changes nothing.
+    return np.asarray(v / np.where(np.abs(length - 1.0) <= 1e-15, 1.0, length)[:, None])
 
 
 def grid(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:

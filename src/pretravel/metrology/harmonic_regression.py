@@ -57,6 +57,8 @@ class HarmonicFit:
         About which the lobes are even, in [0, 60°). [rad]
     hat : (n, n) float
         Fitted values per observed value.
+    amplitudes : (7,) float
+        What the likelihood chose; to fit again without choosing again.
     """
 
     terms: IntArray
@@ -65,6 +67,7 @@ class HarmonicFit:
     noise: float
     lobe_azimuth: float
     hat: FloatArray
+    amplitudes: FloatArray
 
 
 def sphere_terms() -> IntArray:
@@ -196,6 +199,7 @@ def fit_harmonics(
     groups: IntArray,
     free: IntArray,
     terms: IntArray,
+    amplitudes: FloatArray | None = None,
 ) -> HarmonicFit:
     """Harmonics of pretravel, with what the reference's position adds left free.
 
@@ -211,6 +215,8 @@ def fit_harmonics(
         Terms without a prior: the mean, and the translation's (degree 1).
     terms : (k, 2) int
         Terms with a prior.
+    amplitudes : (7,) float, optional
+        Of an earlier fit, to be kept.
 
     Returns
     -------
@@ -227,6 +233,8 @@ def fit_harmonics(
     from scipy.optimize import minimize
 
     problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
+    if amplitudes is not None:
+        return _posterior(problem, amplitudes, free, terms)
     # Start from the scatter: repeats give the noise, what is left the amplitudes.
     residual = (
         problem.small_y
@@ -292,4 +300,5 @@ def _posterior(problem: _Problem, h: FloatArray, free: IntArray, terms: IntArray
         noise=math.sqrt(variance) * MICROMETRE,
         lobe_azimuth=float(np.mod(h[6], 60.0 * DEGREE)),
         hat=np.asarray(hat),
+        amplitudes=h,
     )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -125,29 +126,72 @@ class Qualification:
 
 @dataclass(frozen=True, eq=False)
 class _Observation:
-    """Pretravel about a first centre, and the geometry that goes with it."""
+    """Touches about a centre: what the map is fitted to. All in the probe frame."""
 
-    center: FloatArray
-    normals: FloatArray  # contact normals, machine frame
-    directions: FloatArray  # the same, probe frame
-    values: FloatArray
+    positions: FloatArray
     groups: IntArray
-    ring: bool
+    center: FloatArray
+    reference_radius: float
     tip_radius: float
-    rotation: FloatArray
+    ring: bool
+
+    @property
+    def axes(self) -> int:
+        """How many coordinates of the centre the reference tells: a ring not the axis's."""
+        return 2 if self.ring else 3
+
+    @cached_property
+    def _offset(self) -> FloatArray:
+        return np.asarray((self.positions - self.center)[:, : self.axes])
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Contact normals, (n, 3)."""
+        outward = unit(self._offset)
+        if self.ring:
+            return np.hstack([-outward, np.zeros((len(outward), 1))])
+        return outward
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """Observed pretravel, (n,). [mm]"""
+        distance = np.linalg.norm(self._offset, axis=1)
+        if self.ring:
+            return np.asarray(distance - (self.reference_radius - self.tip_radius))
+        return np.asarray(self.reference_radius + self.tip_radius - distance)
 
     @property
     def free_terms(self) -> IntArray:
-        """Mean, and the translations that the reference's centre can make."""
-        if self.ring:
-            return np.array([(0, 0), (1, 1), (1, -1)], dtype=np.int64)
-        return np.array([(0, 0), (1, 1), (1, -1), (1, 0)], dtype=np.int64)
+        """Harmonics that are the mean, and what a shift of the centre looks like."""
+        return np.array([(0, 0), (1, 1), (1, -1), (1, 0)][: self.axes + 1], dtype=np.int64)
 
-    @property
+    @cached_property
     def free_design(self) -> FloatArray:
-        """Columns 1, n_x, n_y (and n_z), probe frame."""
-        lateral = self.directions[:, :2] if self.ring else self.directions
-        return np.hstack([np.ones((len(lateral), 1)), lateral])
+        """Columns 1, n_x, n_y (and n_z), (n, axes + 1)."""
+        return np.hstack([np.ones((len(self.groups), 1)), self.directions[:, : self.axes]])
+
+    @cached_property
+    def to_sphere(self) -> FloatArray:
+        """What a least-squares sphere makes of any values: mean, then shift, (axes + 1, n)."""
+        return np.asarray(np.linalg.pinv(self.free_design))
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A map fitted to an observation, with the shift that the centre needs."""
+
+    basis: MapBasis
+    coefficients: FloatArray
+    covariance: FloatArray
+    mean: float
+    u_mean: float
+    shift: FloatArray
+    shift_covariance: FloatArray
+    residuals: FloatArray
+    dof: float
+    noise: float
+    leverage: FloatArray
+    amplitudes: FloatArray | None = None
 
 
 def qualify(
@@ -190,8 +234,9 @@ def qualify(
     u_diameter : float
         Standard uncertainty of the diameter. [mm]
     axial_pretravel : float or None
-        Of harmonic maps at the pole, where the sphere was touched there. None: the
-        centre is the least-squares sphere's along the axis too. [mm]
+        Of harmonic maps at the pole, where the sphere was touched there and the tip
+        diameter is known. None: the centre is the least-squares sphere's along the
+        axis too. [mm]
     axis : (3,) float
         The probe's +z (tip to spindle) in the machine frame.
 
@@ -218,124 +263,151 @@ def qualify(
     """
     if kind not in KINDS:
         raise PretravelError(f"map kind '{kind}' is not known; there are {', '.join(KINDS)}")
-    observation = _observe(touches, diameter, ring, tip_diameter, probe_rotation(axis))
+    rotation = probe_rotation(axis)
+    observation = _observe(touches, diameter, ring, tip_diameter, rotation)
     repeatability, repeatability_dof = _pure_error(observation)
     outliers = _repeat_outliers(touches, observation)
-    free = observation.free_design
-    # What a least-squares sphere makes of any values: mean, then centre.
-    to_sphere = np.linalg.pinv(free)
-
+    told = axial_pretravel if kind == "harmonic" and tip_diameter is not None else None
     if kind == "harmonic":
-        fit = fit_harmonics(
-            observation.directions,
-            observation.values,
-            observation.groups,
-            observation.free_terms,
-            ring_terms() if ring else sphere_terms(),
-        )
-        basis: MapBasis = HarmonicBasis(fit.terms)
-        design = basis.design(observation.directions)
-        fitted = design @ fit.coefficients
-        dof = float(len(touches) - np.trace(fit.hat))
-        # Move what a shift of the centre explains from the map to the centre.
-        shift_of = to_sphere[1:] @ design
-        move = np.eye(len(fit.terms))
-        lateral = slice(1, free.shape[1])
-        move[lateral] -= shift_of / math.sqrt(3.0)
-        coefficients = move @ fit.coefficients
-        covariance = move @ fit.covariance @ move.T
-        shift, shift_covariance = (
-            shift_of @ fit.coefficients,
-            shift_of @ fit.covariance @ shift_of.T,
-        )
-        mean_of = to_sphere[0] @ design
-        mean = float(mean_of @ fit.coefficients)
-        u_mean = math.sqrt(float(mean_of @ fit.covariance @ mean_of))
-        residuals = observation.values - fitted
-        if repeatability_dof == 0.0:
-            repeatability, repeatability_dof = fit.noise, max(dof, 1.0)
+        fit = _fit_harmonic(observation)
+        # Once more with the contact normals about the centre that was found.
+        found, _, _ = _settle(fit, observation, told)
+        observation = replace(observation, center=found)
+        fit = _fit_harmonic(observation, fit.amplitudes)
         if not outliers:
-            leverage = np.clip(1.0 - np.diag(fit.hat), 1e-3, 1.0)
-            outliers = _residual_outliers(touches, observation, residuals, leverage)
+            outliers = _residual_outliers(touches, observation, fit)
     else:
-        solution = to_sphere @ observation.values
-        mean, shift = float(solution[0]), solution[1:]
-        centred = observation.values - free[:, 1:] @ shift
-        basis = MeanBasis() if kind == "mean" else SectorBasis()
-        coefficients = np.array([mean]) if kind == "mean" else _sector_values(observation, centred)
-        residuals = centred - basis.design(observation.directions) @ coefficients
-        parameters = free.shape[1] - 1 + basis.size
-        dof = float(max(len(touches) - parameters, 1))
-        # One number for many directions misses most of them: what the kind leaves is
-        # its uncertainty in any one direction.
-        variance = float(np.sum(residuals**2)) / dof
-        covariance = np.full(basis.size, variance)
-        sphere_variance = float(
-            np.sum((centred - mean) ** 2) / max(len(touches) - free.shape[1], 1)
-        )
-        cofactor = to_sphere @ to_sphere.T * sphere_variance
-        shift_covariance = cofactor[1:, 1:]
-        u_mean = math.sqrt(cofactor[0, 0])
-        if repeatability_dof == 0.0:
-            repeatability, repeatability_dof = math.sqrt(variance), dof
-
-    offset = 0.0 if tip_diameter is not None else mean
+        fit = _fit_table(observation, kind)
+    if repeatability_dof == 0.0:
+        repeatability, repeatability_dof = fit.noise, max(fit.dof, 1.0)
+    center, coefficients, gauge = _settle(fit, observation, told)
+    offset = 0.0
     if tip_diameter is None:
-        coefficients = coefficients.copy()
-        constant = slice(0, 1) if kind != "sectors" else slice(None)
-        coefficients[constant] -= mean
-    lateral_axes = observation.rotation[:, :2] if ring else observation.rotation
-    # A centre moved by s takes n·s off the observed pretravel, in a ring as on a sphere.
-    center = observation.center - lateral_axes @ shift
-    gauge = "the reference's least-squares centre"
-    support = DirectionSupport(_group_directions(observation))
-    final_shift = free[:, 1:] @ shift
-    if isinstance(basis, HarmonicBasis) and not ring and axial_pretravel is not None:
-        pole = np.array([[0.0, 0.0, 1.0]])
-        if support.supports(pole)[0]:
-            axial = float((basis.design(pole) @ coefficients)[0]) - axial_pretravel
-            coefficients = coefficients.copy()
-            coefficients[(basis.terms == (1, 0)).all(axis=1)] -= axial / math.sqrt(3.0)
-            center = center - axial * observation.rotation[:, 2]
-            final_shift = final_shift + axial * observation.directions[:, 2]
-            gauge = (
-                f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis"
-                " (assumed: touches on a sphere cannot tell it) and least-squares across"
-            )
+        offset = fit.mean
+        constant = slice(None) if kind == "sectors" else slice(0, 1)
+        coefficients[constant] -= offset
+        gauge += " and to its mean, since no tip diameter was given"
+    axes = rotation[:, : observation.axes]
+    count = int(observation.groups.max()) + 1
     pretravel_map = PretravelMap(
-        basis=basis,
+        basis=fit.basis,
         coefficients=coefficients,
-        covariance=covariance,
-        support=support,
+        covariance=fit.covariance,
+        support=DirectionSupport(_group_directions(observation)),
         tip_radius=observation.tip_radius - offset,
         u_tip_radius=0.5 * u_diameter,
         repeatability=repeatability,
         repeatability_dof=repeatability_dof,
-        rotation=observation.rotation,
+        rotation=rotation,
         feed=None if touches.feeds is None else float(np.mean(touches.feeds)),
         provenance={
             "source": f"qualified on a {'ring' if ring else 'sphere'} of {diameter:.9g} mm",
-            "touches": f"{len(touches)} in {int(observation.groups.max()) + 1} directions"
+            "touches": f"{len(touches)} in {count} directions"
             + (f", from {touches.source}" if touches.source else ""),
-            "gauge": f"pretravel is relative to {gauge}"
-            + ("" if tip_diameter is not None else " and to its mean"),
+            "gauge": f"pretravel is relative to {gauge}",
         },
     )
+    moved = (center - observation.center)[: observation.axes]
     return Qualification(
         pretravel_map=pretravel_map,
-        center=frozen(center),
-        center_covariance=frozen(lateral_axes @ shift_covariance @ lateral_axes.T),
-        effective_radius=observation.tip_radius - mean,
-        u_effective_radius=math.hypot(u_mean, 0.5 * u_diameter),
-        residuals=frozen(residuals),
-        degrees_of_freedom=dof,
+        center=frozen(rotation @ center),
+        center_covariance=frozen(axes @ fit.shift_covariance @ axes.T),
+        effective_radius=observation.tip_radius - fit.mean,
+        u_effective_radius=math.hypot(fit.u_mean, 0.5 * u_diameter),
+        residuals=frozen(fit.residuals),
+        degrees_of_freedom=fit.dof,
         repeatability=repeatability,
         repeatability_dof=repeatability_dof,
-        observed=frozen(observation.values - final_shift - offset),
-        contact_normals=frozen(observation.normals),
+        observed=frozen(observation.values + observation.free_design[:, 1:] @ moved - offset),
+        contact_normals=frozen(observation.directions @ rotation.T),
         groups=observation.groups,
         outliers=tuple(outliers),
     )
+
+
+def _fit_harmonic(observation: _Observation, amplitudes: FloatArray | None = None) -> _Fit:
+    fit = fit_harmonics(
+        observation.directions,
+        observation.values,
+        observation.groups,
+        observation.free_terms,
+        ring_terms() if observation.ring else sphere_terms(),
+        amplitudes,
+    )
+    basis = HarmonicBasis(fit.terms)
+    design = basis.design(observation.directions)
+    mean_of, shift_of = np.split(observation.to_sphere @ design, [1])
+    # What a shift of the centre explains goes from the map to the centre.
+    move = np.eye(len(fit.terms))
+    move[1 : observation.axes + 1] -= shift_of / math.sqrt(3.0)
+    return _Fit(
+        basis=basis,
+        coefficients=move @ fit.coefficients,
+        covariance=move @ fit.covariance @ move.T,
+        mean=(mean_of @ fit.coefficients).item(),
+        u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
+        shift=shift_of @ fit.coefficients,
+        shift_covariance=shift_of @ fit.covariance @ shift_of.T,
+        residuals=observation.values - design @ fit.coefficients,
+        dof=float(len(observation.values) - np.trace(fit.hat)),
+        noise=fit.noise,
+        leverage=np.diag(fit.hat),
+        amplitudes=fit.amplitudes,
+    )
+
+
+def _fit_table(observation: _Observation, kind: Kind) -> _Fit:
+    """Kinds mean and sectors: a least-squares sphere, then averages about its centre."""
+    free, to_sphere = observation.free_design, observation.to_sphere
+    solution = to_sphere @ observation.values
+    centred = observation.values - free[:, 1:] @ solution[1:]
+    basis: MapBasis = MeanBasis() if kind == "mean" else SectorBasis()
+    coefficients = solution[:1] if kind == "mean" else _sector_values(observation, centred)
+    residuals = centred - basis.design(observation.directions) @ coefficients
+    dof = float(max(len(centred) - observation.axes - basis.size, 1))
+    # One number for many directions misses most of them: what the kind leaves is its
+    # uncertainty in any one direction.
+    variance = float(np.sum(residuals**2)) / dof
+    sphere_dof = max(len(centred) - free.shape[1], 1)
+    sphere_variance = float(np.sum((centred - solution[0]) ** 2)) / sphere_dof
+    sphere_covariance = to_sphere @ to_sphere.T * sphere_variance
+    return _Fit(
+        basis=basis,
+        coefficients=coefficients,
+        covariance=np.full(basis.size, variance),
+        mean=float(solution[0]),
+        u_mean=math.sqrt(float(sphere_covariance[0, 0])),
+        shift=solution[1:],
+        shift_covariance=sphere_covariance[1:, 1:],
+        residuals=residuals,
+        dof=dof,
+        noise=math.sqrt(variance),
+        leverage=np.diag(free @ to_sphere),
+    )
+
+
+def _settle(
+    fit: _Fit, observation: _Observation, axial_pretravel: float | None
+) -> tuple[FloatArray, FloatArray, str]:
+    """Centre (probe frame), coefficients that go with it, and the convention in words."""
+    coefficients = fit.coefficients.copy()
+    # A centre moved by s adds n·s to the observed pretravel, in a ring as on a sphere.
+    center = observation.center.copy()
+    center[: observation.axes] -= fit.shift
+    gauge = "the reference's least-squares centre"
+    if axial_pretravel is None or observation.ring or not isinstance(fit.basis, HarmonicBasis):
+        return center, coefficients, gauge
+    pole = np.array([[0.0, 0.0, 1.0]])
+    if not DirectionSupport(_group_directions(observation)).supports(pole)[0]:
+        return center, coefficients, gauge + " (no touch near the pole tells its height better)"
+    axial = (fit.basis.design(pole) @ coefficients).item() - axial_pretravel
+    coefficients[(fit.basis.terms == (1, 0)).all(axis=1)] -= axial / math.sqrt(3.0)
+    center[2] -= axial
+    gauge = (
+        f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
+        "(assumed: touches on a sphere cannot tell it) and is least-squares across"
+    )
+    return center, coefficients, gauge
 
 
 def _observe(
@@ -361,37 +433,22 @@ def _observe(
             + ("" if ring else ", one of them far from the plane of the others")
         )
     in_probe = touches.positions @ rotation
-    if ring:
-        try:
-            fit = fit_sphere(in_probe[:, :2])
-        except PretravelError as error:
-            raise PretravelError(f"{source}{error}") from None
-        center = np.append(fit.center, in_probe[:, 2].mean())
-        inward = -unit(in_probe[:, :2] - fit.center)
-        contact = np.hstack([inward, np.zeros((len(inward), 1))])
-        distance = np.linalg.norm(in_probe[:, :2] - fit.center, axis=1)
-    else:
+    if not ring:
         _refuse_plane(touches, source)
-        fit = fit_sphere(in_probe)
-        center = np.asarray(fit.center)
-        contact = unit(in_probe - center)
-        distance = np.linalg.norm(in_probe - center, axis=1)
-    tip_radius = _checked_tip_radius(fit.radius, 0.5 * diameter, tip_diameter, ring, source)
-    values = (
-        distance - (0.5 * diameter - tip_radius) if ring else 0.5 * diameter + tip_radius - distance
-    )
-    normals = contact @ rotation.T
-    _check_normals(touches, normals, what, source)
-    return _Observation(
-        center=rotation @ center,
-        normals=normals,
-        directions=contact,
-        values=values,
+    try:
+        fit = fit_sphere(in_probe[:, :2] if ring else in_probe)
+    except PretravelError as error:
+        raise PretravelError(f"{source}{error}") from None
+    observation = _Observation(
+        positions=in_probe,
         groups=groups,
+        center=np.append(fit.center, in_probe[:, 2].mean()) if ring else np.array(fit.center),
+        reference_radius=0.5 * diameter,
+        tip_radius=_checked_tip_radius(fit.radius, 0.5 * diameter, tip_diameter, ring, source),
         ring=ring,
-        tip_radius=tip_radius,
-        rotation=rotation,
     )
+    _check_normals(touches, observation.directions @ rotation.T, what, source)
+    return observation
 
 
 def _repeats(normals: FloatArray) -> IntArray:
@@ -587,16 +644,11 @@ def _repeat_outliers(touches: Touches, observation: _Observation) -> list[Outlie
     return found
 
 
-def _residual_outliers(
-    touches: Touches,
-    observation: _Observation,
-    residuals: FloatArray,
-    leverage: FloatArray,
-) -> list[Outlier]:
+def _residual_outliers(touches: Touches, observation: _Observation, fit: _Fit) -> list[Outlier]:
     """Touches far from the fitted map, by their studentised residuals."""
-    studentised = residuals / np.sqrt(leverage)
+    studentised = fit.residuals / np.sqrt(np.clip(1.0 - fit.leverage, 1e-3, 1.0))
     scale = 1.4826 * float(np.median(np.abs(studentised)))
-    limit = max(_outlier_factor(len(residuals)) * scale, 1e-9)
+    limit = max(_outlier_factor(len(studentised)) * scale, 1e-9)
     return [
         Outlier(
             int(row),

@@ -1,0 +1,218 @@
+"""Laws of six-seat statics: they hold for every probe, direction and load."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.errors import DescriptionError, PretravelError
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Moving, Probe
+from pretravel.trigger.event import arm_lift, first_contact
+from pretravel.trigger.predict import MODELS, predict
+from pretravel.trigger.seats import seat_statics
+
+UPPER = fibonacci_cap(400, np.radians(95.0))
+
+
+@st.composite
+def probes(draw: st.DrawFn) -> Probe:
+    """Probes of other proportions than the catalogue's, also with uneven rods."""
+    base = load_probe("omp40-2")
+    azimuths = tuple(
+        np.radians(nominal + draw(st.floats(-15.0, 15.0))) for nominal in (0.0, 120.0, 240.0)
+    )
+    return replace(
+        base,
+        tripod=replace(base.tripod, radius=draw(st.floats(4.0, 30.0)), rod_azimuths=azimuths),
+        seats=replace(base.seats, support_angle=np.radians(draw(st.floats(15.0, 70.0)))),
+        preload=draw(st.floats(0.2, 12.0)),
+        hub_offset=draw(st.floats(0.0, 40.0)),
+    )
+
+
+@given(probes())
+def test_force_and_moment_balance(probe: Probe) -> None:
+    """Spring, touch and six reactions add up to nothing, by summing vectors one by one."""
+    trigger = predict(probe, UPPER)
+    statics = seat_statics(probe)
+    for row in range(0, len(UPPER), 57):
+        forces = trigger.reactions[row][:, None] * statics.normals
+        touch = trigger.force[row] * trigger.directions[row]
+        total = forces.sum(axis=0) + touch + [0.0, 0.0, -probe.preload]
+        moment = np.cross(statics.points, forces).sum(axis=0)
+        moment += np.cross([0.0, 0.0, -probe.lever], touch)
+        # 1e-9 relative to the forces and lever arms at play: rounding of a 6 x 6 solve.
+        scale = probe.preload + trigger.force[row]
+        assert np.abs(total).max() <= 1e-9 * scale
+        assert np.abs(moment).max() <= 1e-9 * scale * probe.lever
+
+
+@given(probes(), st.floats(0.0, 0.2))
+def test_first_contact_is_the_first_reaction_at_the_threshold(
+    probe: Probe, share_of_rest: float
+) -> None:
+    statics = seat_statics(probe)
+    threshold = share_of_rest * float(statics.rest_reactions.min())
+    unit = statics.unit_reactions(UPPER)
+    force, seat = first_contact(statics.rest_reactions, unit, threshold)
+    at_trigger = statics.reactions(UPPER, force)
+    assert np.allclose(at_trigger.min(axis=1), threshold, rtol=0.0, atol=1e-9 * probe.preload)
+    assert np.allclose(
+        at_trigger[np.arange(len(seat)), seat], threshold, rtol=0.0, atol=1e-9 * probe.preload
+    )
+    before = statics.reactions(UPPER, 0.999 * force)
+    assert np.all(before.min(axis=1) > threshold)
+
+
+@given(probes())
+def test_a_rod_lifts_no_earlier_than_its_first_seat_opens(probe: Probe) -> None:
+    statics = seat_statics(probe)
+    unit = statics.unit_reactions(UPPER)
+    first, _ = first_contact(statics.rest_reactions, unit)
+    lift, seat = arm_lift(statics.rest_reactions, unit)
+    assert np.all(lift >= first * (1.0 - 1e-12))
+    pairs = statics.reactions(UPPER, lift).reshape(-1, 3, 2).sum(axis=2)
+    assert np.allclose(pairs.min(axis=1), 0.0, atol=1e-9 * probe.preload)
+    assert np.array_equal(pairs.argmin(axis=1), seat // 2)
+
+
+@pytest.mark.parametrize("model", sorted(MODELS))
+def test_ideal_probe_repeats_every_120_degrees_and_mirrors(omp40: Probe, model: str) -> None:
+    polar, azimuth = np.radians(63.0), np.radians(np.arange(0.0, 120.0, 7.0))
+    reference = predict(omp40, from_angles(polar, azimuth), model)
+    turned = predict(omp40, from_angles(polar, azimuth + np.radians(120.0)), model)
+    mirrored = predict(omp40, from_angles(polar, -azimuth), model)
+    for other in (turned, mirrored):
+        assert np.allclose(other.force, reference.force, rtol=1e-12)
+        assert np.allclose(other.pretravel, reference.pretravel, rtol=1e-12)
+        assert np.allclose(other.sensing_distance, reference.sensing_distance, rtol=1e-12)
+
+
+@given(st.floats(0.0, 2.0 * np.pi))
+def test_turning_probe_and_direction_together_changes_nothing(angle: float) -> None:
+    probe = load_probe("omp40-2")
+    rotated = replace(
+        probe,
+        tripod=replace(
+            probe.tripod, rod_azimuths=tuple(a + angle for a in probe.tripod.rod_azimuths)
+        ),
+    )
+    cosine, sine = np.cos(angle), np.sin(angle)
+    rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    reference, other = predict(probe, UPPER), predict(rotated, UPPER @ rotation.T)
+    assert np.allclose(other.force, reference.force, rtol=1e-10)
+    assert np.allclose(other.deflection, reference.deflection @ rotation.T, atol=1e-13)
+
+
+def test_force_does_not_depend_on_elasticity(omp40: Probe) -> None:
+    """Rodrigues 2021, sections 4.6.2 and 4.6.3: stem diameter and material leave it alone."""
+    from pretravel.probe.materials import material
+
+    thin = replace(
+        omp40,
+        stylus=tuple(
+            replace(s, diameter=0.5 * s.diameter, material=material("aluminium"))
+            for s in omp40.stylus
+        ),
+    )
+    assert np.array_equal(predict(omp40, UPPER).force, predict(thin, UPPER).force)
+    assert np.all(predict(thin, UPPER).pretravel > predict(omp40, UPPER).pretravel)
+
+
+def test_force_is_proportional_to_preload(omp40: Probe) -> None:
+    weaker = replace(omp40, preload=4.0)
+    ratio = predict(weaker, UPPER).force / predict(omp40, UPPER).force
+    assert np.allclose(ratio, 4.0 / 5.91, rtol=1e-12)
+
+
+def test_along_the_axis_the_whole_preload_is_lifted(omp40: Probe) -> None:
+    assert predict(omp40, [[0.0, 0.0, 1.0]]).force[0] == pytest.approx(5.91, rel=1e-12)
+
+
+def test_pushed_along_x_the_tip_bends_along_x(omp40: Probe) -> None:
+    """Pins the signs: deflection goes with the push, pretravel is positive, the seats on the
+    pushed-up side open (push along +x tips the tripod up on the side of rod A, at +x)."""
+    trigger = predict(omp40, [[1.0, 0.0, 0.0]])
+    assert trigger.deflection[0, 0] > 0.0
+    assert abs(trigger.deflection[0, 1]) < 0.35 * trigger.deflection[0, 0]
+    assert trigger.pretravel[0] > 0.0
+    up_down = trigger.reactions[0].reshape(3, 2).sum(axis=1)
+    assert up_down.argmin() == 0
+
+
+def test_shares_add_up_to_the_pretravel(omp40: Probe) -> None:
+    for model in MODELS:
+        trigger = predict(omp40, UPPER, model)
+        assert np.allclose(sum(trigger.shares.values()), trigger.pretravel, atol=1e-15)
+
+
+def test_seat_motion_does_the_work_of_the_seat_forces(omp40: Probe) -> None:
+    """Virtual work: F·displacement of the tip equals the sum of reaction changes times
+    indentations, for any indentations. Independent of how the motion is solved."""
+    statics = seat_statics(omp40)
+    rng = np.random.default_rng(5)
+    indentations = rng.normal(0.0, 1e-3, (50, 6))
+    directions = UPPER[:50]
+    tip = statics.tip_displacement(indentations)
+    outer = np.sum(tip * directions, axis=1)
+    inner = np.sum(statics.unit_reactions(directions) * indentations, axis=1)
+    assert np.allclose(outer, inner, atol=1e-15)
+
+
+class TestGravity:
+    def test_upright_weight_adds_to_the_preload(self, omp40: Probe) -> None:
+        heavy = replace(omp40, moving=Moving(mass=0.1, height=-20.0))
+        force = predict(heavy, UPPER, gravity=(0.0, 0.0, -1.0)).force
+        expected = predict(replace(omp40, preload=5.91 + 0.980665), UPPER).force
+        assert np.allclose(force, expected, rtol=1e-12)
+
+    def test_lying_probe_triggers_easier_away_from_the_floor(self, omp40: Probe) -> None:
+        """Spindle along +x, gravity along -z. The weight hangs below the rod plane's point
+        and pulls like a push on the tip towards -z: less is missing to trigger that way."""
+        lying = replace(
+            omp40,
+            orientation=replace(omp40.orientation, axis=(1.0, 0.0, 0.0)),
+            moving=Moving(mass=0.02, height=-25.0),
+        )
+        floor, ceiling = np.array([[0.0, 0.0, -1.0]]), np.array([[0.0, 0.0, 1.0]])
+        machine = (0.0, 0.0, -1.0)
+        from pretravel.frames import probe_rotation
+
+        rotation = probe_rotation((1.0, 0.0, 0.0))
+        # Pushes in the machine frame, as the surfaces' normals, in the probe's.
+        down = predict(lying, floor @ rotation, gravity=machine).force[0]
+        down_weightless = predict(lying, floor @ rotation).force[0]
+        up = predict(lying, ceiling @ rotation, gravity=machine).force[0]
+        up_weightless = predict(lying, ceiling @ rotation).force[0]
+        assert down < down_weightless
+        assert up > up_weightless
+
+    def test_moment_of_the_weight_is_that_of_a_tip_force(self, omp40: Probe) -> None:
+        """A mass at the tip, probe lying, is nothing but a force on the tip: F then simply
+        adds to m g in the same direction."""
+        mass = 0.01
+        at_tip = replace(omp40, moving=Moving(mass=mass, height=-omp40.lever))
+        direction = np.array([[1.0, 0.0, 0.0]])
+        with_weight = predict(at_tip, direction, gravity=(1.0, 0.0, 0.0)).force[0]
+        without = predict(omp40, direction).force[0]
+        assert with_weight + mass * 9.80665 == pytest.approx(without, rel=1e-12)
+
+    def test_too_heavy_to_lie(self, omp40: Probe) -> None:
+        heavy = replace(omp40, moving=Moving(mass=0.5, height=-25.0))
+        with pytest.raises(DescriptionError, match="never be seated"):
+            predict(heavy, UPPER, gravity=(1.0, 0.0, 0.0))
+
+    def test_without_a_mass(self, omp40: Probe) -> None:
+        with pytest.raises(DescriptionError, match="no moving mass"):
+            predict(replace(omp40, moving=Moving()), UPPER, gravity=(0.0, 0.0, -1.0))
+
+
+def test_a_pull_out_of_the_seats_is_refused(omp40: Probe) -> None:
+    with pytest.raises(PretravelError, match="never triggers"):
+        predict(omp40, [[0.0, 0.0, -1.0]])
