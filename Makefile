@@ -3,6 +3,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
+# Test workers share the cores; threads of the linear algebra would fight over them.
+SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .PHONY: help venv demo check check-all format lint types contracts test benchmark lock clean
 
@@ -21,7 +23,7 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 check: lint types contracts test  ## everything that must pass before a commit
 
 check-all: lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
-	$(BIN)/pytest -n auto -m "slow or not slow"
+	$(SINGLE) $(BIN)/pytest -n auto -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 
 format: $(STAMP)  ## put the code in order
@@ -39,7 +41,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(BIN)/pytest -n auto -m "not slow"
+	$(SINGLE) $(BIN)/pytest -n auto -m "not slow"
 
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py

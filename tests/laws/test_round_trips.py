@@ -119,9 +119,9 @@ def test_noise_free_qualification_returns_a_harmonic_map(
     basis = HarmonicBasis(degrees_and_orders(5))
     coefficients = rng.normal(0.0, 1e-3, basis.size) / (1.0 + basis.terms[:, 0])
     coefficients[0] = 0.020
-    directions = fibonacci_cap(150, np.radians(100.0))
+    directions = fibonacci_cap(600, np.radians(100.0))
     sphere = np.linalg.lstsq(
-        np.hstack([np.ones((150, 1)), directions]), basis.design(directions) @ coefficients
+        np.hstack([np.ones((600, 1)), directions]), basis.design(directions) @ coefficients
     )[0]
     for index, term in ((1, (1, 1)), (2, (1, -1))):
         coefficients[(basis.terms == term).all(axis=1)] -= sphere[index] / np.sqrt(3.0)

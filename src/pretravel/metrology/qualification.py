@@ -331,7 +331,7 @@ def _fit_harmonic(observation: _Observation, amplitudes: FloatArray | None = Non
         observation.values,
         observation.groups,
         observation.free_terms,
-        ring_terms() if observation.ring else sphere_terms(),
+        ring_terms() if observation.ring else sphere_terms(int(observation.groups.max()) + 1),
         amplitudes,
     )
     basis = HarmonicBasis(fit.terms)

@@ -47,6 +47,8 @@ class Tripod:
             raise DescriptionError(
                 f"a kinematic probe has three rods, got {len(self.rod_azimuths)} rod azimuths"
             )
+        if not all(math.isfinite(azimuth) for azimuth in self.rod_azimuths):
+            raise DescriptionError("the rod azimuths must be finite numbers")
         if self.rod_radius >= self.radius:
             raise DescriptionError(
                 f"rods of radius {self.rod_radius:g} mm do not fit at a tripod radius of "

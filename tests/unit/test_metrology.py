@@ -1,0 +1,231 @@
+"""Fits, uncertainties and outliers, against Monte Carlo and by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.direction_support import DirectionSupport
+from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.errors import ExtrapolationError, PretravelError
+from pretravel.metrology.compensation import apply
+from pretravel.metrology.fitting import fit_sphere
+from pretravel.metrology.qualification import Kind, qualify
+from pretravel.pretravel_map import HarmonicBasis, MeanBasis, PretravelMap, SectorBasis
+from pretravel.spherical_harmonics import degrees_and_orders
+from pretravel.surface.shapes import Plane, Sphere
+from pretravel.touches import Touches
+from tests.conftest import sphere_touches
+
+
+class TestSphereFit:
+    def test_far_from_the_origin(self) -> None:
+        """A 10 mm ball 100 m away: doubles leave 1.5e-11 mm there, the fit hardly more."""
+        n = fibonacci_cap(50, np.pi)
+        center = np.array([1e5, -1e5, 5e4])
+        fit = fit_sphere(center + 5.0 * n)
+        assert np.allclose(fit.center, center, atol=1e-10)
+        assert fit.radius == pytest.approx(5.0, abs=1e-10)
+
+    def test_gradient_of_the_squares_vanishes(self) -> None:
+        rng = np.random.default_rng(1)
+        points = [1.0, 2.0, 3.0] + 10.0 * fibonacci_cap(40, 1.2) + rng.normal(0, 0.1, (40, 3))
+        fit = fit_sphere(points)
+        directions = unit(points - fit.center)
+        assert abs(fit.residuals.sum()) < 1e-10
+        assert np.abs(directions.T @ fit.residuals).max() < 1e-10
+
+    def test_covariance_against_monte_carlo(self) -> None:
+        """4000 draws: variances are known to 2.2 % (one sigma); 10 % is allowed."""
+        rng = np.random.default_rng(2)
+        n, sigma = sphere_pattern_25(), 1e-3
+        fits = [fit_sphere(n * (10.0 + rng.normal(0.0, sigma, 25))[:, None]) for _ in range(4000)]
+        sample = np.cov(np.array([[*fit.center, fit.radius] for fit in fits]).T)
+        expected = sigma**2 * fits[0].cofactor
+        assert np.allclose(np.diag(sample), np.diag(expected), rtol=0.1)
+
+    @pytest.mark.parametrize(
+        ("points", "words"),
+        [
+            (np.eye(3), "at least 4 points"),
+            (np.hstack([np.random.default_rng(0).normal(size=(9, 2)), np.zeros((9, 1))]), "plane"),
+        ],
+    )
+    def test_refuses(self, points: np.ndarray, words: str) -> None:
+        with pytest.raises(PretravelError, match=words):
+            fit_sphere(points)
+
+
+class TestCompensation:
+    SUPPORT = DirectionSupport(fibonacci_cap(60, np.pi / 2))
+
+    def _map(self) -> PretravelMap:
+        return PretravelMap(
+            MeanBasis(), np.array([0.012]), np.array([[4e-8]]), self.SUPPORT,
+            tip_radius=3.0, u_tip_radius=1.5e-4, repeatability=3e-4,
+        )  # fmt: skip
+
+    def test_covariance_against_monte_carlo(self) -> None:
+        """Reading, map and tip radius drawn at random; 20 000 draws know variances to 1 %."""
+        rng = np.random.default_rng(7)
+        n = np.array([[0.6, 0.0, 0.8]])
+        a = unit([[-0.2, 0.1, -1.0]])
+        pretravel_map = self._map()
+        points = apply(Touches([[10.0, 20.0, 30.0]], n, a), pretravel_map)
+        closing = -(a @ n.T).item()
+        draws = 20_000
+        reading = [10.0, 20.0, 30.0] + rng.normal(0.0, 3e-4, (draws, 1)) * a
+        travel = (0.012 + rng.normal(0.0, 2e-4, (draws, 1))) / closing
+        radius = 3.0 + rng.normal(0.0, 1.5e-4, (draws, 1))
+        sample = np.cov((reading - travel * a - radius * n).T)
+        assert np.allclose(sample, points.covariance[0], atol=0.04 * np.trace(sample))
+        along = (n @ sample @ n.T).item()
+        assert points.standard_uncertainty[0] == pytest.approx(np.sqrt(along), rel=0.03)
+
+    def test_deviation_from_nominal_points_and_surfaces(self) -> None:
+        n = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]])
+        surface = np.array([[5.0, 5.0, 0.0], [0.0, 6.0, 8.0]])
+        positions = surface + (3.0 - 0.012 + 0.005) * n
+        touches = Touches(positions, n, nominal_points=surface)
+        assert np.allclose(apply(touches, self._map()).deviation, 0.005, atol=1e-12)
+        ball = apply(touches, self._map(), nominal=Sphere([0.0, 0.0, 0.0], 10.0)).deviation
+        assert ball[1] == pytest.approx(0.005, abs=1e-12)
+        floor = apply(touches, self._map(), nominal=Plane([0, 0, 0], [0, 0, 1])).deviation
+        assert floor[0] == pytest.approx(0.005, abs=1e-12)
+        assert apply(Touches(positions, n), self._map()).deviation is None
+
+    def test_outside_the_map(self) -> None:
+        down = unit([[0.0, 0.5, -0.8]])
+        with pytest.raises(ExtrapolationError, match="1 of 1 directions"):
+            apply(Touches([[0.0, 0.0, 0.0]], down), self._map())
+        apply(Touches([[0.0, 0.0, 0.0]], down), self._map(), extrapolate=True)
+
+
+class TestQualification:
+    def _pretravel(self, n: np.ndarray) -> np.ndarray:
+        azimuth = np.arctan2(n[:, 1], n[:, 0])
+        sine = np.hypot(n[:, 0], n[:, 1])
+        return 0.002 + 0.010 * sine**2 + 0.003 * sine**3 * np.cos(3.0 * azimuth - 0.7)
+
+    def _touches(self, seed: int = 0, noise: float = 3e-4, repeats: int = 3) -> Touches:
+        n = np.repeat(sphere_pattern_25(), repeats, axis=0)
+        rng = np.random.default_rng(seed)
+        return sphere_touches(self._pretravel(n) + rng.normal(0.0, noise, len(n)), n)
+
+    def test_repeatability_is_pooled(self) -> None:
+        """By hand: mean of the 25 variances of three."""
+        touches = self._touches()
+        result = qualify(touches, 25.0, tip_diameter=6.0)
+        distance = np.linalg.norm(touches.positions - result.center, axis=1)
+        pooled = np.sqrt(distance.reshape(25, 3).var(axis=1, ddof=1).mean())
+        assert result.repeatability == pytest.approx(pooled, rel=1e-3)
+        assert result.repeatability_dof == 50.0
+
+    def test_an_outlier_among_repeats_is_named_not_dropped(self) -> None:
+        touches = self._touches()
+        assert qualify(touches, 25.0, tip_diameter=6.0).outliers == ()
+        positions = touches.positions.copy()
+        positions[31] += 0.005 * touches.normals[31]
+        bad = Touches(positions, touches.normals, lines=tuple(range(2, 77)))
+        result = qualify(bad, 25.0, tip_diameter=6.0)
+        assert [outlier.row for outlier in result.outliers] == [31]
+        assert "touch 32 (line 33)" in result.outliers[0].message
+        assert len(result.residuals) == 75
+
+    def test_an_outlier_without_repeats_is_named(self) -> None:
+        n = fibonacci_cap(120, np.radians(90.0))
+        rng = np.random.default_rng(1)
+        pretravel = self._pretravel(n) + rng.normal(0.0, 3e-4, 120)
+        assert qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers == ()
+        pretravel[60] += 0.01
+        rows = [
+            o.row for o in qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
+        ]
+        assert rows == [60]
+
+    @pytest.mark.parametrize("kind", ["mean", "sectors", "harmonic"])
+    def test_tip_uncertainty_comes_from_the_sphere(self, kind: Kind) -> None:
+        result = qualify(self._touches(), 25.0, tip_diameter=6.0, kind=kind, u_diameter=4e-4)
+        assert result.pretravel_map.u_tip_radius == pytest.approx(2e-4)
+        assert result.u_effective_radius > 2e-4
+
+    def test_degrees_of_freedom(self) -> None:
+        """Mean: 75 touches less centre (3) and mean (1)."""
+        assert (
+            qualify(self._touches(), 25.0, tip_diameter=6.0, kind="mean").degrees_of_freedom == 71
+        )
+        harmonic = qualify(self._touches(), 25.0, tip_diameter=6.0)
+        assert 50.0 <= harmonic.degrees_of_freedom < 71.0
+
+    def test_centre_and_radius_covariance_against_monte_carlo(self) -> None:
+        """Mean kind on a perfect probe; 600 draws know variances to 6 %, 25 % is allowed."""
+        n = np.repeat(sphere_pattern_25(), 3, axis=0)
+        rng = np.random.default_rng(3)
+        results = [
+            qualify(
+                sphere_touches(0.01 + rng.normal(0.0, 3e-4, 75), n),
+                25.0,
+                tip_diameter=6.0,
+                kind="mean",
+            )
+            for _ in range(600)
+        ]
+        centers = np.array([r.center for r in results])
+        stated = np.mean([np.diag(r.center_covariance) for r in results], axis=0)
+        assert np.allclose(centers.var(axis=0), stated, rtol=0.25)
+        radii = np.array([r.effective_radius for r in results])
+        u_radius = np.mean([r.u_effective_radius for r in results])
+        assert radii.std() == pytest.approx(u_radius, rel=0.125)
+
+    def test_harmonic_uncertainty_at_the_touches_against_monte_carlo(self) -> None:
+        """A fixed smooth probe, many noises: where it is touched, the map scatters no more than it
+        says, and its mean error is small against u (a prior's bias)."""
+        n = sphere_pattern_25()
+        values, stated = [], []
+        for seed in range(60):
+            result = qualify(self._touches(seed), 25.0, tip_diameter=6.0, axial_pretravel=None)
+            values.append(result.pretravel_map.pretravel(n))
+            stated.append(result.pretravel_map.standard_uncertainty(n))
+        scatter = np.array(values).std(axis=0)
+        u = np.mean(stated, axis=0)
+        assert np.all(scatter < 1.3 * u)
+        assert np.median(scatter) > 0.5 * np.median(u)
+
+
+class TestMapValidation:
+    SUPPORT = DirectionSupport(sphere_pattern_25())
+
+    @pytest.mark.parametrize(
+        ("coefficients", "covariance", "words"),
+        [
+            (np.zeros(2), np.zeros(1), "needs 1 coefficients"),
+            (np.zeros(1), np.zeros((2, 2)), "covariance of 1"),
+            (np.array([np.nan]), np.zeros(1), "must be finite"),
+            (np.zeros(1), np.array([-1.0]), "cannot be negative"),
+        ],
+    )
+    def test_sizes(self, coefficients: np.ndarray, covariance: np.ndarray, words: str) -> None:
+        with pytest.raises(PretravelError, match=words):
+            PretravelMap(MeanBasis(), coefficients, covariance, self.SUPPORT, tip_radius=3.0)
+
+    def test_values_cannot_be_written_to(self) -> None:
+        made = PretravelMap(MeanBasis(), np.zeros(1), np.zeros(1), self.SUPPORT, tip_radius=3.0)
+        with pytest.raises(ValueError, match="read-only"):
+            made.coefficients[0] = 1.0  # type: ignore[index]
+
+    def test_many_directions_are_the_same_as_few(self) -> None:
+        """Chunks: values do not depend on how many are asked for at once."""
+        basis = HarmonicBasis(degrees_and_orders(12))
+        rng = np.random.default_rng(0)
+        half = rng.normal(size=(basis.size, basis.size)) * 1e-5
+        made = PretravelMap(
+            basis, rng.normal(size=basis.size), half @ half.T, self.SUPPORT, tip_radius=3.0
+        )
+        n = fibonacci_cap(50_001, 1.5)
+        assert np.allclose(made.pretravel(n)[-3:], made.pretravel(n[-3:]), atol=1e-13)
+        assert np.allclose(
+            made.standard_uncertainty(n)[-3:], made.standard_uncertainty(n[-3:]), rtol=1e-9
+        )
+
+    def test_sector_basis_sums_to_one(self) -> None:
+        assert np.allclose(SectorBasis().design(fibonacci_cap(500, 3.0)).sum(axis=1), 1.0)

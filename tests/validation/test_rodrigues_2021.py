@@ -1,0 +1,132 @@
+"""M. Rodrigues, An Accurate On-Machine Surfaces Measurement Using FEA Method, Concordia 2021.
+
+Figures from Tables 2.3 and 4.1 to 4.9 (reference/*.csv). "Existing method" is Shen & Zhang
+1997: six-seat statics and one cantilever.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.directions import from_angles
+from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.predict import Trigger, predict
+from pretravel.units import delay_travel
+
+REFERENCE = Path(__file__).parent / "reference"
+
+
+@pytest.fixture(scope="module")
+def tables() -> CsvTable:
+    """Tables 4.1 to 4.9, 63 directions."""
+    table = read_csv_table(REFERENCE / "rodrigues_trigger_50mm.csv")
+    assert len(table) == 63
+    return table
+
+
+def _predicted(tables: CsvTable, lever: float, model: str) -> Trigger:
+    polar, azimuth = np.radians(tables.numbers("polar_deg", "azimuth_deg")).T
+    probe = load_probe("omp40-2").with_lever(lever)
+    return predict(probe, from_angles(polar, azimuth), model)
+
+
+def _row(tables: CsvTable, polar: int, azimuth: int) -> int:
+    angles = tables.numbers("polar_deg", "azimuth_deg")
+    return int(np.flatnonzero((angles == (polar, azimuth)).all(axis=1))[0])
+
+
+def test_tables_4_1_to_4_9_existing_forces(tables: CsvTable) -> None:
+    """Lever 50 mm. Forces are printed to 0.01 N, 0.5 % of the smallest; 0.6 % is allowed.
+
+    Two of 63 are further off and are taken for misprints, not hidden:
+    polar 40°, azimuth 50° prints 1.44 N where statics gives 1.554 (its neighbours 1.41 and 1.79,
+    and its own sensing distance, fit 1.55); polar 20°, azimuth 40° prints 2.12 N for 2.134, a
+    last digit off by one.
+    """
+    printed = tables.numbers("trigger_force_existing_N")[:, 0]
+    ours = _predicted(tables, 50.0, "shen").force
+    relative = np.abs(ours / printed - 1.0)
+    misprint, last_digit = _row(tables, 40, 50), _row(tables, 20, 40)
+    assert printed[misprint] == 1.44
+    assert ours[misprint] == pytest.approx(1.554, abs=5e-4)
+    assert printed[last_digit] == 2.12
+    assert ours[last_digit] == pytest.approx(2.134, abs=5e-4)
+    assert relative[last_digit] < 0.007
+    good = np.ones(63, dtype=bool)
+    good[[misprint, last_digit]] = False
+    assert relative[good].max() < 0.006
+
+
+def test_the_misprint_s_sensing_distance_fits_our_force(tables: CsvTable) -> None:
+    row = _row(tables, 40, 50)
+    printed = tables.numbers("sensing_distance_existing_mm")[row, 0]
+    ours = _predicted(tables, 50.0, "shen").sensing_distance[row]
+    assert abs(ours - printed) < 0.5e-4  # to the printed digit, 0.1 um
+
+
+def test_tables_4_1_to_4_9_finite_element_forces_are_statics(tables: CsvTable) -> None:
+    """Lever 64.4 mm (50 mm stylus + 14.4 mm hub): all 63 within 1 %, of which rounding to
+    0.01 N is up to 0.7 %."""
+    printed = tables.numbers("trigger_force_fea_N")[:, 0]
+    ours = _predicted(tables, 64.4, "analytic").force
+    assert np.abs(ours / printed - 1.0).max() < 0.01
+
+
+def test_tables_4_1_to_4_9_existing_sensing_distances(tables: CsvTable) -> None:
+    """F sin(polar) L³ / 3EI, to the last printed digit (0.1 um) ± 1: off by less than 0.15 um."""
+    printed = tables.numbers("sensing_distance_existing_mm")[:, 0]
+    ours = _predicted(tables, 50.0, "shen").sensing_distance
+    assert np.abs(ours - printed).max() < 1.5e-4
+
+
+def test_table_2_2_existing_trigger_forces() -> None:
+    """50 mm, polar 90°: 0.965 and 1.49 N printed; extremes over the printed azimuths 0 and 60°."""
+    probe = load_probe("omp40-2").with_lever(50.0)
+    low, high = predict(probe, from_angles(np.pi / 2, np.radians([0.0, 60.0])), "shen").force
+    assert low == pytest.approx(0.965, abs=1e-3)
+    assert high == pytest.approx(1.49, abs=1e-2)
+
+
+def test_table_2_2_finite_element_trigger_forces() -> None:
+    probe = load_probe("omp40-2")
+    low, high = predict(probe, from_angles(np.pi / 2, np.radians([0.0, 60.0]))).force
+    assert low == pytest.approx(0.75, abs=5e-3)
+    assert high == pytest.approx(1.22, abs=5e-3)
+
+
+def test_table_2_3_existing_sensing_distances() -> None:
+    """100 mm stylus as the lever: 19.36 and 33.79 um at azimuth 0 and 60°, to the last digit."""
+    probe = load_probe("omp40-2-100mm").with_lever(100.0)
+    um = (
+        1e3
+        * predict(probe, from_angles(np.pi / 2, np.radians([0.0, 60.0])), "shen").sensing_distance
+    )
+    assert np.round(um, 2).tolist() == [19.36, 33.79]
+
+
+def test_section_2_9_2_delay_travel() -> None:
+    """14.5 ms at 50 mm/min: 12.08 um."""
+    assert delay_travel(50.0, 0.0145) == pytest.approx(12.083e-3, abs=1e-6)
+
+
+def test_section_4_6_longer_stylus_triggers_at_less_force_but_bends_more() -> None:
+    directions = from_angles(np.pi / 2, np.radians(np.arange(0, 61, 10)))
+    short, long = (predict(load_probe(n), directions) for n in ("omp40-2", "omp40-2-100mm"))
+    carbide = predict(load_probe("omp40-2-100mm-carbide"), directions)
+    assert np.all(long.force < short.force)
+    assert np.all(long.sensing_distance > short.sensing_distance)
+    assert np.array_equal(carbide.force, long.force)
+    assert np.all(carbide.sensing_distance < long.sensing_distance)
+
+
+def test_table_2_3_analytic_honest_miss() -> None:
+    """The analytic model's hub is rigid and its head and radii are assumed: against the printed
+    finite elements (16.11 and 28.456 um) it is 9 % and 5 % high. A statement, not an aim."""
+    probe = load_probe("omp40-2-100mm")
+    um = 1e3 * predict(probe, from_angles(np.pi / 2, np.radians([0.0, 60.0]))).sensing_distance
+    assert 0.08 < um[0] / 16.11 - 1.0 < 0.10
+    assert 0.04 < um[1] / 28.456 - 1.0 < 0.06
