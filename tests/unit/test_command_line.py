@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import io
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,21 +20,19 @@ SPHERE, PART = EXAMPLES / "sphere_touches.csv", EXAMPLES / "part_touches.csv"
 
 def run(*arguments: object, code: int = 0) -> str:
     """Run in this process; gives stdout, or stderr where an error is expected."""
-    import contextlib
-    import io
-    import sys
-
     out, err = io.StringIO(), io.StringIO()
-    old = sys.argv
-    sys.argv = ["pretravel", *map(str, arguments)]
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            with pytest.raises(SystemExit) as stop:
-                main.run()
-                raise SystemExit(0)
-    finally:
-        sys.argv = old
-    assert (stop.value.code or 0) == code, out.getvalue() + err.getvalue()
+    stopped = 0
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        patch.setattr(sys, "argv", ["pretravel", *map(str, arguments)])
+        try:
+            main.run()
+        except SystemExit as stop:
+            stopped = int(stop.code or 0)
+    assert stopped == code, out.getvalue() + err.getvalue()
     assert "Traceback" not in err.getvalue()
     return out.getvalue() if code == 0 else err.getvalue()
 
@@ -39,6 +40,10 @@ def run(*arguments: object, code: int = 0) -> str:
 def rows(path: Path) -> list[dict[str, str]]:
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
+
+
+def positions(path: Path) -> np.ndarray:
+    return np.array([[float(row[k]) for k in ("x_mm", "y_mm", "z_mm")] for row in rows(path)])
 
 
 class TestPredict:
@@ -197,8 +202,9 @@ class TestSimulate:
         """Touched and compensated with the same probe's map, the sphere comes back: to what
         linear interpolation over 1° leaves."""
         targets, touches = self._targets(tmp_path / "t.csv"), tmp_path / "touches.csv"
-        run("simulate", "omp40-2", "--surface", "sphere:radius=12.5,x=5", "--targets", targets, "-o",
-            touches, "--plot", tmp_path / "s.png")  # fmt: skip
+        ball = "sphere:radius=12.5,x=5"
+        run("simulate", "omp40-2", "--surface", ball, "--targets", targets, "-o", touches,
+            "--plot", tmp_path / "s.png")  # fmt: skip
         run(
             "predict",
             "omp40-2",
@@ -210,8 +216,7 @@ class TestSimulate:
             tmp_path / "m.nc",
         )
         points = tmp_path / "points.csv"
-        run("compensate", touches, "--map", tmp_path / "m.nc", "--nominal", "sphere:radius=12.5,x=5",
-            "-o", points)  # fmt: skip
+        run("compensate", touches, "--map", tmp_path / "m.nc", "--nominal", ball, "-o", points)
         table = rows(points)
         assert [r["label"] for r in table] == ["top", "side", "slope"]
         assert all(abs(float(r["deviation_um"])) < 0.02 for r in table)
@@ -246,10 +251,10 @@ class TestSimulate:
         position = []
         for name, extra in (("a", []), ("b", ["--feed", 50, "--delay", 14.5])):
             out = tmp_path / f"{name}.csv"
-            run("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", targets, "-o",
-                out, *extra)  # fmt: skip
-            position.append([[float(r[k]) for k in ("x_mm", "y_mm", "z_mm")] for r in rows(out)])
-        travel = np.array(position[0]) - np.array(position[1])
+            run("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", targets,
+                "-o", out, *extra)  # fmt: skip
+            position.append(positions(out))
+        travel = position[0] - position[1]
         normals = [[0, 0, 1], [1, 0, 0], [0, 0.6, 0.8]]
         assert np.allclose(travel, 50 / 60 * 0.0145 * np.array(normals), atol=1e-9)
 
