@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,8 @@ from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import apply
-from pretravel.metrology.qualification import KINDS, Kind, qualify
+from pretravel.metrology.map_fit import KINDS, Kind
+from pretravel.metrology.qualification import qualify
 from pretravel.report import points_report, qualification_report, table
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
@@ -33,16 +34,27 @@ RING_DIAMETER = 50.0
 """Of the KP-3's ring gauge: not published, and without influence on the map. [mm]"""
 
 _READ_SPHERE = """\
-all numbers are root mean squares. Fitted: left of the touches that made the map. Left out:
-of touches in directions the map was not shown, a fifth of them at a time; noise of one touch:
-{noise}. A sector table needs all its directions, so none can be left out. On the part: difference
-to the harmonic map at the part's 140 points, a shift of the whole part taken off. The part's true
-form is not known here; what it deviates by from its nominal is deviation_um in points.csv."""
+All numbers are root mean squares in µm; a single touch repeats to {noise}.
+Fitted: what is left, on the sphere, of the touches that made the map.
+Left out: what is predicted wrongly, on the sphere, in directions that the map was not shown (a fifth
+of them at a time). A sector table needs all its directions, so none can be left out.
+On the part: difference to the harmonic map at the part's 140 points, a shift of the whole part taken
+off; it shows what the other kinds would cost there. The harmonic map's own error is not in it: that
+is u_um in points.csv. The part's true form is not known here; its deviation from the nominal is
+deviation_um. "Not compensated" takes off the tip radius alone, so the mean pretravel is in its 16 µm."""
 _READ_RING = """\
-fitted to every second of 72 directions; left out: the other 36. Each was read once off a
-published picture, to ±0.5 µm; the ring's centring is fitted along."""
+Real data: 72 directions, each read once off a published picture, to ±0.5 µm, the ring's centring
+still in it. Fitted: every second direction, then the others; left out: the directions not shown.
+The centring is fitted along; what the harmonic map leaves is the scatter of single readings."""
 
-KIND_NAMES = {"mean": "mean radius", "sectors": "eight sectors", "harmonic": "harmonic map"}
+_CAPTIONS = {
+    "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with the "
+    "touched directions, over azimuth at four polar angles with the touches, and what is left.",
+    "points.png": "The part: deviation from its nominal, pretravel taken off, standard uncertainty.",
+    "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind of "
+    "map leaves when it is fitted to all directions.",
+}
+KIND_NAMES = {"mean": "mean radius", "sectors": "sector table", "harmonic": "harmonic map"}
 
 
 def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
@@ -163,7 +175,7 @@ def demonstrate(data: Path, output: Path) -> str:
         ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
         ("Read as", _READ_RING),
     ]
-    _write_page(output / "index.html", sections, list(pictures))
+    _write_page(output / "index.html", sections, _CAPTIONS)
     text = "\n\n".join(f"{title}\n{body}" for title, body in sections)
     return (
         f"{text}\n\nLook at {(output / 'index.html').resolve()}\n"
@@ -217,11 +229,14 @@ def _ring_table(ring: Touches) -> str:
     even = np.arange(len(ring)) % 2 == 0
     rows = []
     for kind in KINDS:
-        made = qualify(
-            ring.take(even), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
-        )
-        left_out = left_out_errors(ring, [even], RING_DIAMETER, kind, ring=True)
-        rows.append([KIND_NAMES[kind], _rms(made.residuals), _rms(left_out)])
+        fitted = [
+            qualify(
+                ring.take(half), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
+            ).residuals
+            for half in (even, ~even)
+        ]
+        left_out = left_out_errors(ring, [even, ~even], RING_DIAMETER, kind, ring=True)
+        rows.append([KIND_NAMES[kind], _rms(np.concatenate(fitted)), _rms(left_out)])
     return table(["", "fitted", "left out"], rows)
 
 
@@ -242,11 +257,13 @@ def _ring_picture(ring: Touches) -> Figure:
     )
 
 
-def _write_page(path: Path, sections: Sequence[tuple[str, str]], pictures: Sequence[str]) -> None:
+def _write_page(
+    path: Path, sections: Sequence[tuple[str, str]], pictures: Mapping[str, str]
+) -> None:
     style = (
         "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;"
         "color:#222}img{max-width:100%}pre{background:#f4f4f2;padding:1rem;overflow-x:auto}"
-        "h1,h2{color:#1b4965}"
+        "h1,h2{color:#1b4965}figure{margin:1rem 0}figcaption{color:#555;font-size:.9em}"
     )
     blocks = "".join(
         f"<h2>{html.escape(title)}</h2><pre>{html.escape(body)}</pre>\n"
@@ -260,7 +277,7 @@ def _write_page(path: Path, sections: Sequence[tuple[str, str]], pictures: Seque
         f"<title>pretravel: the main job</title><style>{style}</style></head><body>\n"
         "<h1>pretravel: from touches to compensated points</h1>\n"
         '<p>Files: <a href="points.csv">points.csv</a>, <a href="map.nc">map.nc</a></p>\n'
-        f"{figures}{blocks}</body></html>\n"
+        f"{blocks}{figures}</body></html>\n"
     )
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -32,7 +32,11 @@ _ENDINGS = (".png", ".svg", ".pdf")
 def _figure(width: float, height: float) -> Figure:
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained", dpi=130)
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]
+    return figure
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -55,6 +59,10 @@ def save(figure: Figure, path: str | Path) -> None:
         )
     with whole_file(path) as temporary:
         figure.savefig(temporary)
+
+
+def _legend_below(axes: Axes, columns: int) -> None:
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
 
 
 def _polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
@@ -88,8 +96,12 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     levels = np.unique(polar)[::-1]
     around = levels[levels > 0.0]  # at the pole there is no azimuth to draw over
     shown = around[np.unique(np.linspace(0, len(around) - 1, min(len(around), 6)).astype(int))]
-    force = _polar_axes(figure, 1, 3, 1, "trigger force / N")
-    travel = _polar_axes(figure, 1, 3, 2, "pretravel / µm")
+    titles = ["trigger force / N", "pretravel / µm"]
+    at_pole = np.flatnonzero(polar == 0.0)[:1]
+    for i, values in enumerate((trigger.force, trigger.pretravel / MICROMETRE)):
+        titles[i] += "".join(f" (at the pole {values[row]:.2f})" for row in at_pole)
+    force = _polar_axes(figure, 1, 3, 1, titles[0])
+    travel = _polar_axes(figure, 1, 3, 2, titles[1])
     for colour, level in zip(_COLOURS, shown, strict=False):
         rows = np.flatnonzero(polar == level)
         rows = rows[np.argsort(azimuth[rows])]
@@ -100,8 +112,9 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
         force.plot(azimuth[rows], trigger.force[rows], label=f"polar {level:g}°", **style)
         travel.plot(azimuth[rows], trigger.pretravel[rows] / MICROMETRE, **style)
     for axes in (force, travel):
-        axes.set_ylim(bottom=0.0)
-    force.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.05), fontsize=7, ncols=2)
+        axes.set_ylim(bottom=0.0, top=None if len(shown) else 1.0)
+    if len(shown):
+        _legend_below(force, 3)
     shares = figure.add_subplot(1, 3, 3)
     mean = {
         name: np.array([share[polar == level].mean() for level in levels]) / MICROMETRE
@@ -141,7 +154,16 @@ def draw_map(axes: PolarAxes, pretravel_map: PretravelMap) -> None:
     )
     nodes = pretravel_map.support.nodes
     if len(nodes) <= 400:
-        axes.plot(azimuth_angle(nodes), polar_angle(nodes) / DEGREE, "w.", ms=3, alpha=0.7)
+        axes.plot(
+            azimuth_angle(nodes),
+            polar_angle(nodes) / DEGREE,
+            "o",
+            ms=3,
+            mfc="w",
+            mec="k",
+            mew=0.4,
+            clip_on=False,
+        )
     axes.set_ylim(0.0, float(values["polar_deg"].max()))
     axes.grid(visible=False)
     figure = axes.get_figure()
@@ -203,10 +225,12 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
         rows = np.abs(polar - level) < 1.5
         diagram.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
     diagram.set_ylim(bottom=0.0 if observed.min() > 0.0 else None)
-    diagram.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.05), fontsize=7, ncols=2)
+    _legend_below(diagram, 4)
     residuals = figure.add_subplot(1, 3, 3)
     number = np.arange(1, len(observed) + 1)
-    mean = observed - observed.mean()
+    # What a least-squares sphere leaves, about its own centre.
+    sphere = np.hstack([np.ones((len(observed), 1)), directions])
+    mean = observed - sphere @ np.linalg.lstsq(sphere, observed, rcond=None)[0]
     residuals.plot(number, mean, ".", color="#bbbbbb", ms=4, label="left by the mean radius")
     residuals.plot(
         number,
@@ -216,7 +240,7 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
         ms=5,
         label=f"left by {pretravel_map.kind}",
     )
-    rows = [outlier.row for outlier in qualification.outliers]
+    rows = [row for outlier in qualification.outliers for row in outlier.rows]
     residuals.plot(
         number[rows],
         qualification.residuals[rows] / MICROMETRE,
@@ -339,7 +363,7 @@ def plot_ring_kinds(
             label=f"{name}: {residual.std():.1f} µm",
         )
     diagram.set_ylim(bottom=0.0)
-    diagram.legend(fontsize=8, loc="upper left", bbox_to_anchor=(-0.2, 0.1))
+    _legend_below(diagram, 4)
     left.axhline(0.0, color="k", lw=0.6)
     left.set_xlabel("azimuth / °")
     left.set_ylabel("left over / µm")

@@ -8,7 +8,7 @@ harmonics, table of predicted directions) is used in the same way.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -156,8 +156,9 @@ class PretravelMap:
     basis : MapBasis
     coefficients : (k,) float
         [mm]
-    covariance : (k, k) float, or (k,) variances of independent coefficients
-        [mm²]
+    covariance : (k, k) float, or (k,) variances
+        Variances alone stand for independent coefficients; of a tabulated map, whose
+        neighbours share their errors, for wholly dependent ones. [mm²]
     support : DirectionSupport
         Directions (probe frame) that the map rests on.
     tip_radius : float
@@ -265,13 +266,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         ExtrapolationError
             Directions outside the support, unless extrapolation is allowed.
         """
-        directions = self.probe_directions(normals)
-        if not extrapolate:
-            self._refuse_outside(directions)
-        if isinstance(self.basis, TabulatedBasis):
-            nodes, weights, _ = self.basis.support.interpolation(directions)
-            return np.asarray(np.sum(self.coefficients[nodes] * weights, axis=1))
-        return self._by_chunks(directions, lambda design: design @ self.coefficients)
+        return self._evaluate(normals, extrapolate=extrapolate, with_uncertainty=False)[0]
 
     def standard_uncertainty(self, normals: npt.ArrayLike) -> FloatArray:
         """Standard uncertainty of the map's value: coefficients only.
@@ -288,17 +283,49 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         (n,) float
             [mm]
         """
+        return self._evaluate(normals, extrapolate=True, with_uncertainty=True)[1]
+
+    def pretravel_and_uncertainty(
+        self, normals: npt.ArrayLike, *, extrapolate: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        """Both at once, at the cost of one.
+
+        Parameters, errors: see `pretravel`.
+
+        Returns
+        -------
+        pretravel, standard_uncertainty : (n,) float each
+            [mm]
+        """
+        return self._evaluate(normals, extrapolate=extrapolate, with_uncertainty=True)
+
+    def _evaluate(
+        self, normals: npt.ArrayLike, *, extrapolate: bool, with_uncertainty: bool
+    ) -> tuple[FloatArray, FloatArray]:
         directions = self.probe_directions(normals)
-        covariance = self.covariance
-        if not covariance.any():
-            return np.zeros(len(directions))
+        if not extrapolate:
+            self._refuse_outside(directions)
+        value, variance = np.empty(len(directions)), np.zeros(len(directions))
+        with_uncertainty = with_uncertainty and self.states_uncertainty
+        rows = max(_CHUNK_VALUES // self.basis.size, 1)
+        for start in range(0, len(directions), rows):
+            part = slice(start, start + rows)
+            if isinstance(self.basis, TabulatedBasis) and not with_uncertainty:
+                nodes, weights, _ = self.basis.support.interpolation(directions[part])
+                value[part] = np.sum(self.coefficients[nodes] * weights, axis=1)
+                continue
+            design = self.basis.design(directions[part])
+            value[part] = design @ self.coefficients
+            if with_uncertainty and self.covariance.ndim == 1:
+                variance[part] = self._variance_from_variances(design)
+            elif with_uncertainty:
+                variance[part] = np.sum((design @ self.covariance) * design, axis=1)
+        return value, np.sqrt(np.maximum(variance, 0.0))
 
-        def variance(design: FloatArray) -> FloatArray:
-            if covariance.ndim == 1:
-                return np.asarray(design**2 @ covariance)
-            return np.asarray(np.sum((design @ covariance) * design, axis=1))
-
-        return np.sqrt(np.maximum(self._by_chunks(directions, variance), 0.0))
+    @property
+    def states_uncertainty(self) -> bool:
+        """Whether the map knows anything of its own errors; predicted ones do not."""
+        return bool(self.covariance.any())
 
     def value_covariance(self, normals: npt.ArrayLike) -> FloatArray:
         """Covariance between the map's values in different directions.
@@ -314,21 +341,17 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
             [mm²]
         """
         design = self.basis.design(self.probe_directions(normals))
+        if self.covariance.ndim == 1 and isinstance(self.basis, TabulatedBasis):
+            deviation = design @ np.sqrt(self.covariance)
+            return np.outer(deviation, deviation)
         if self.covariance.ndim == 1:
             return np.asarray((design * self.covariance) @ design.T)
         return np.asarray(design @ self.covariance @ design.T)
 
-    def _by_chunks(
-        self, directions: FloatArray, function: Callable[[FloatArray], FloatArray]
-    ) -> FloatArray:
-        rows = max(_CHUNK_VALUES // self.basis.size, 1)
-        return np.concatenate(
-            [np.empty(0)]
-            + [
-                function(self.basis.design(directions[start : start + rows]))
-                for start in range(0, len(directions), rows)
-            ]
-        )
+    def _variance_from_variances(self, design: FloatArray) -> FloatArray:
+        if isinstance(self.basis, TabulatedBasis):
+            return np.asarray((design @ np.sqrt(self.covariance)) ** 2)
+        return np.asarray(design**2 @ self.covariance)
 
     def _refuse_outside(self, directions: FloatArray) -> None:
         distance = self.support.interpolation(directions)[2]

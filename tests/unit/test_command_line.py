@@ -101,7 +101,9 @@ class TestPredict:
             (["omp40-2", "--model", "magic"], "there are analytic, shen"),
             (["omp40-2", "--azimuth", "0:10"], "--azimuth 0:10"),
             (["omp40-2", "--azimuth", "0:10:0"], "step above 0"),
-            (["omp40-2", "--polar", "170"], "never triggers"),
+            (["omp40-2", "--polar", "178"], "never triggers"),
+            (["omp40-2", "--polar", "200"], "between 0 and 180"),
+            (["omp40-2", "--polar", "nan"], "--polar nan"),
             (["omp40-2", "--workpiece", "cheese"], "known are"),
             (["omp40-2", "--lever", "10"], "shorter than the stylus"),
             (["omp40-2", "--lever", "-10", "--model", "shen"], "positive"),
@@ -193,7 +195,68 @@ class TestMainJob:
         assert "50 mm/min" in result.stderr
 
 
+class TestFilesAreSafe:
+    def test_inputs_are_not_overwritten(self, tmp_path: Path) -> None:
+        own = tmp_path / "own.csv"
+        own.write_bytes(SPHERE.read_bytes())
+        saved = tmp_path / "map.nc"
+        run("qualify", own, "--diameter", 24.9987, "-o", saved)
+        for arguments in (
+            ["qualify", own, "--diameter", 24.9987, "-o", own],
+            ["compensate", own, "--map", saved, "-o", own],
+            ["compensate", own, "--map", saved, "-o", saved],
+        ):
+            assert "would be overwritten" in run(*arguments, code=2)
+        assert own.read_bytes() == SPHERE.read_bytes()
+
+    def test_a_bad_picture_stops_before_the_map_is_written(self, tmp_path: Path) -> None:
+        saved = tmp_path / "map.nc"
+        arguments = ["--diameter", 24.9987, "-o", saved, "--plot", tmp_path / "picture.bmp"]
+        assert "picture.bmp" in run("qualify", SPHERE, *arguments, code=2)
+        assert not saved.exists()
+
+    @pytest.mark.parametrize(
+        "extra",
+        [
+            ["--u-diameter", "nan"],
+            ["--u-diameter", "-1"],
+            ["--axial-pretravel", "1e9"],
+            ["--axial-pretravel", "nan"],
+            ["--axis", "nan,0,1"],
+            ["--axis", "0,0"],
+            ["--kind", "magic"],
+        ],
+    )
+    def test_nonsense_options(self, extra: list[str]) -> None:
+        message = run("qualify", SPHERE, "--diameter", 24.9987, *extra, code=2)
+        assert extra[1] in message
+
+    def test_inches_in_compensate_are_warned_of(self, tmp_path: Path) -> None:
+        head, *lines = PART.read_text().splitlines()
+        inches = [head]
+        for line in lines:
+            values = [float(cell) for cell in line.split(",")]
+            inches.append(
+                ",".join(str(v if 3 <= i < 6 else v / 25.4) for i, v in enumerate(values))
+            )
+        (tmp_path / "inches.csv").write_text("\n".join(inches))
+        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
+        arguments = ["compensate", tmp_path / "inches.csv", "--map", saved, "-o", points]
+        result = CliRunner().invoke(main.app, [str(a) for a in arguments])
+        assert "of the size of the tip radius" in result.stderr
+
+
 class TestSimulate:
+    def test_targets_that_do_not_fit_are_warned_of(self, tmp_path: Path) -> None:
+        targets = tmp_path / "t.csv"
+        targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0,0,1\n")
+        arguments = ["simulate", "omp40-2", "--surface", "plane:polar=40", "--targets", targets]
+        result = CliRunner().invoke(
+            main.app, [*(str(a) for a in arguments), "-o", str(tmp_path / "o.csv")]
+        )
+        assert "up to 40.0° away" in result.stderr
+
     def _targets(self, path: Path) -> Path:
         path.write_text("nx,ny,nz,label\n0,0,1,top\n1,0,0,side\n0,0.6,0.8,slope\n")
         return path
@@ -265,6 +328,9 @@ class TestSimulate:
             ("sphere:", [], "needs radius="),
             ("sphere:radius=-3", [], "must be positive"),
             ("sphere:radius=12.5,q=3", [], "not understood"),
+            ("sphere:radius=12.5,radius=12", [], "there twice"),
+            ("plane", [], "needs polar="),
+            ("plane:polar=400", [], "between 0 and 180"),
             ("sphere:radius=twelve", [], "not a number"),
             ("plane:polar=90", [], "cannot be touched"),
             ("sphere:radius=12.5", ["--friction", "0.1"], "not modelled yet"),

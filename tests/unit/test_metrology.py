@@ -8,14 +8,16 @@ import pytest
 from pretravel.direction_support import DirectionSupport
 from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.errors import ExtrapolationError, PretravelError
+from pretravel.formats.touches_csv import read_touches
 from pretravel.metrology.compensation import apply
 from pretravel.metrology.fitting import fit_sphere
-from pretravel.metrology.qualification import Kind, qualify
+from pretravel.metrology.map_fit import Kind
+from pretravel.metrology.qualification import qualify
 from pretravel.pretravel_map import HarmonicBasis, MeanBasis, PretravelMap, SectorBasis
 from pretravel.spherical_harmonics import degrees_and_orders
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
-from tests.conftest import sphere_touches
+from tests.conftest import EXAMPLES, sphere_touches
 
 
 class TestSphereFit:
@@ -128,7 +130,7 @@ class TestQualification:
         positions[31] += 0.005 * touches.normals[31]
         bad = Touches(positions, touches.normals, lines=tuple(range(2, 77)))
         result = qualify(bad, 25.0, tip_diameter=6.0)
-        assert [outlier.row for outlier in result.outliers] == [31]
+        assert [outlier.rows for outlier in result.outliers] == [(31,)]
         assert "touch 32 (line 33)" in result.outliers[0].message
         assert len(result.residuals) == 75
 
@@ -139,9 +141,9 @@ class TestQualification:
         assert qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers == ()
         pretravel[60] += 0.01
         rows = [
-            o.row for o in qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
+            o.rows for o in qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
         ]
-        assert rows == [60]
+        assert rows == [(60,)]
 
     @pytest.mark.parametrize("kind", ["mean", "sectors", "harmonic"])
     def test_tip_uncertainty_comes_from_the_sphere(self, kind: Kind) -> None:
@@ -229,3 +231,52 @@ class TestMapValidation:
 
     def test_sector_basis_sums_to_one(self) -> None:
         assert np.allclose(SectorBasis().design(fibonacci_cap(500, 3.0)).sum(axis=1), 1.0)
+
+
+class TestWhatAQualificationWarnsOf:
+    """Mistakes that still give a map: they must not pass in silence."""
+
+    def _example(self) -> Touches:
+        return read_touches(EXAMPLES / "sphere_touches.csv")
+
+    @pytest.mark.parametrize("chip", [0.02, 0.25])
+    def test_a_chip_under_all_repeats_is_named(self, chip: float) -> None:
+        touches = self._example()
+        positions = touches.positions.copy()
+        positions[30:33] += chip * touches.normals[30:33]
+        moved = Touches(positions, touches.normals)
+        result = qualify(moved, 24.9987, tip_diameter=6.0)
+        assert [outlier.rows for outlier in result.outliers] == [(30, 31, 32)]
+        assert any("falls to -" in warning for warning in result.warnings)
+
+    def test_the_example_itself_is_clean(self) -> None:
+        result = qualify(self._example(), 24.9987, tip_diameter=6.0)
+        assert result.outliers == ()
+        assert result.warnings == ()
+
+    @pytest.mark.parametrize(
+        ("keep", "options", "words"),
+        [
+            (slice(None), {"diameter": 24.93}, "no probe triggers before contact"),
+            (slice(None), {"tip_diameter": 6.3}, "probes give by 1 to 80"),
+            (slice(None), {"tip_diameter": None}, "without --tip-diameter"),
+            (slice(0, 15), {}, "from a cap"),
+        ],
+    )
+    def test_warnings(self, keep: slice, options: dict[str, float | None], words: str) -> None:
+        touches = self._example().take(np.arange(75)[keep])
+        arguments = {"diameter": 24.9987, "tip_diameter": 6.0, **options}
+        result = qualify(touches, **arguments)  # type: ignore[arg-type]
+        assert any(words in warning for warning in result.warnings), result.warnings
+
+    def test_a_wide_gap_is_warned_of(self) -> None:
+        """Pole and equator alone: in between the map is a guess, and says so."""
+        touches = self._example()
+        ends = np.abs(touches.normals[:, 2] - 0.5) > 0.45
+        result = qualify(touches.take(ends), 24.9987, tip_diameter=6.0)
+        assert any("between the touches u" in warning for warning in result.warnings)
+
+    def test_a_pole_that_was_not_touched_is_told(self) -> None:
+        touches = self._example()
+        result = qualify(touches.take(np.arange(3, 75)), 24.9987, tip_diameter=6.0)
+        assert "the pole was not touched" in result.pretravel_map.provenance["gauge"]

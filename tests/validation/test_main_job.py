@@ -13,7 +13,8 @@ import pytest
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
 from pretravel.metrology.compensation import apply
-from pretravel.metrology.qualification import KINDS, Kind, qualify
+from pretravel.metrology.map_fit import KINDS, Kind
+from pretravel.metrology.qualification import qualify
 from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches

@@ -4,12 +4,59 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from pretravel.errors import PretravelError
 
 _MOST_VALUES = 100_000
+
+PICTURES = (".png", ".svg", ".pdf")
+MAPS = (".nc", ".csv", ".json")
+POINTS = (".csv", ".nc", ".json")
+
+
+def check_files(
+    outputs: Sequence[tuple[Path | None, Sequence[str]]], inputs: Sequence[Path | str] = ()
+) -> None:
+    """Refuse outputs that could not be written, before any work is done for them.
+
+    Parameters
+    ----------
+    outputs : pairs of path and endings
+        Paths that will be written (None: not asked for), and what they may end in.
+    inputs : paths
+        Of files that are read; none may be overwritten.
+
+    Raises
+    ------
+    PretravelError
+        Another ending, no such folder, a folder of that name, a file that is read.
+
+    >>> check_files([(Path("map.xyz"), (".nc",))])
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    """
+    seen: set[Path] = set()
+    for path, endings in outputs:
+        if path is None:
+            continue
+        if path.suffix.lower() not in endings:
+            raise PretravelError(f"cannot write {path}: the ending must be {', '.join(endings)}")
+        if not path.parent.is_dir():
+            raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
+        if path.is_dir():
+            raise PretravelError(f"cannot write {path}: it is a folder")
+        resolved = path.resolve()
+        if resolved in seen:
+            raise PretravelError(f"cannot write {path} twice")
+        if any(resolved == Path(source).resolve() for source in inputs):
+            raise PretravelError(
+                f"cannot write {path}: it is read too and would be overwritten; choose another name"
+            )
+        seen.add(resolved)
 
 
 def angle_range(text: str, name: str) -> list[float]:
@@ -35,9 +82,12 @@ def angle_range(text: str, name: str) -> list[float]:
     ([0.0, 10.0, 20.0, 30.0], [90.0])
     """
     try:
+        numbers = [float(part) for part in text.replace(":", ",").split(",")]
+        if not all(math.isfinite(value) for value in numbers):
+            raise ValueError
         if ":" not in text:
-            return [float(part) for part in text.split(",")]
-        start, stop, step = (float(part) for part in text.split(":"))
+            return numbers
+        start, stop, step = numbers
     except ValueError:
         raise PretravelError(
             f"{name} {text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
@@ -93,9 +143,9 @@ def unit_vector(text: str, name: str) -> tuple[float, float, float]:
     (0.0, 0.0, -1.0)
     """
     x, y, z = vector(text, name)
-    length = (x * x + y * y + z * z) ** 0.5
-    if not length > 0.0:
-        raise PretravelError(f"{name} {text}: a direction cannot be zero")
+    length = math.hypot(x, y, z)
+    if not (math.isfinite(length) and length > 0.0):
+        raise PretravelError(f"{name} {text}: a direction has three finite numbers, not all zero")
     return (x / length, y / length, z / length)
 
 

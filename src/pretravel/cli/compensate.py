@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import working
+from pretravel.cli.arguments import PICTURES, POINTS, check_files, working
 
 
 def compensate(
@@ -38,10 +38,11 @@ def compensate(
     from pretravel.formats.map_file import read_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches
-    from pretravel.metrology.compensation import apply
+    from pretravel.metrology.compensation import apply, compensation_warnings
     from pretravel.report import points_report
     from pretravel.surface.specification import parse_surface
 
+    check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file])
     surface = None if nominal is None else parse_surface(nominal)
     measured = read_touches(touches)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
@@ -67,3 +68,5 @@ def compensate(
 
         save(plot_points(points, f"{touches.name}, compensated"), plot)
     typer.echo(points_report(points))
+    for warning in compensation_warnings(points, pretravel_map):
+        typer.echo(f"Warning: {warning}", err=True)

@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import angle_range, unit_vector, working
+from pretravel.cli.arguments import (
+    MAPS,
+    PICTURES,
+    angle_range,
+    check_files,
+    unit_vector,
+    working,
+)
 
 
 def predict(
@@ -40,16 +47,20 @@ def predict(
     import numpy as np
 
     from pretravel.directions import grid
+    from pretravel.errors import PretravelError
     from pretravel.formats.map_file import trigger_table, write_map
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
     from pretravel.report import prediction_report
     from pretravel.trigger import predict as prediction
 
+    check_files([(output, MAPS), (plot, PICTURES)], [probe])
     description = load_probe(probe)
     if lever is not None:
         description = description.with_lever(lever, shorten=model == "shen")
     polar_deg, azimuth_deg = angle_range(polar, "--polar"), angle_range(azimuth, "--azimuth")
+    if min(polar_deg) < 0.0 or max(polar_deg) > 180.0:
+        raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
     directions = grid(np.radians(polar_deg), np.radians(azimuth_deg))
     with working(f"predicting {len(directions)} directions"):
         trigger = prediction.predict(

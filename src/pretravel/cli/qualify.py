@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import number, unit_vector, working
+from pretravel.cli.arguments import (
+    MAPS,
+    PICTURES,
+    check_files,
+    number,
+    unit_vector,
+    working,
+)
 
 
 def qualify(
@@ -50,12 +57,17 @@ def qualify(
     from pretravel.report import qualification_report
     from pretravel.units import MICROMETRE
 
-    if u_diameter < 0.0:
-        raise PretravelError(f"--u-diameter {u_diameter:g}: it cannot be negative")
+    check_files([(output, MAPS), (plot, PICTURES)], [touches])
+    if not 0.0 <= u_diameter <= 1000.0:
+        raise PretravelError(f"--u-diameter {u_diameter:g}: it lies between 0 and 1000 µm")
     if axial_pretravel.lower() == "none":
         axial = None
     else:
         axial = number(axial_pretravel, "--axial-pretravel") * MICROMETRE
+        if not 0.0 <= axial <= 0.1:
+            raise PretravelError(
+                f"--axial-pretravel {axial_pretravel}: it lies between 0 and 100 µm"
+            )
     measured = read_touches(touches)
     with working(f"qualifying on {len(measured)} touches"):
         result = qualification.qualify(
@@ -68,11 +80,12 @@ def qualify(
             axial_pretravel=axial,
             axis=unit_vector(axis, "--axis"),
         )
-    report = qualification_report(result)
     if output is not None:
         write_map(output, result.pretravel_map)
     if plot is not None:
         from pretravel.plotting import plot_qualification, save
 
         save(plot_qualification(result, f"{touches.name}, map kind {kind}"), plot)
-    typer.echo(report)
+    typer.echo(qualification_report(result))
+    for warning in result.warnings:
+        typer.echo(f"Warning: {warning}", err=True)

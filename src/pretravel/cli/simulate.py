@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import unit_vector, working
+from pretravel.cli.arguments import PICTURES, check_files, unit_vector, working
 
 
 def simulate(
@@ -54,8 +54,7 @@ def simulate(
         raise PretravelError(
             f"--friction {friction:g}: friction at the tip is not modelled yet; only 0 is possible"
         )
-    if output.suffix.lower() != ".csv":
-        raise PretravelError(f"touches cannot be written to '{output}': the ending must be .csv")
+    check_files([(output, (".csv",)), (plot, PICTURES)], [probe, targets])
     description = load_probe(probe)
     shape = parse_surface(surface)
     wanted = read_targets(targets, shape, approach=approach)
@@ -73,6 +72,8 @@ def simulate(
             seed=seed,
         )
     write_touches(output, touches)
+    for warning in simulation.target_warnings(wanted, shape):
+        typer.echo(f"Warning: {warning}", err=True)
     travel = simulation.travel_since_contact(touches, description.tip.radius)
     typer.echo(
         f"{len(touches.positions)} touches: travel since first contact "

@@ -57,7 +57,10 @@ class CsvTable:
         there = ", ".join(self.columns)
         hint = ""
         inches = [n for n in self.columns if n.endswith(("_in", "_inch"))]
-        if inches:
+        cased = [n for n in self.columns if n.lower() in missing]
+        if cased:
+            hint = f" ({cased[0]} differs only in case: write {cased[0].lower()})"
+        elif inches:
             hint = f" ({inches[0]} looks like inches: convert to mm, columns x_mm, y_mm, z_mm)"
         raise InputError(
             f"{what} need{'' if what.endswith('s') else 's'} the column"
@@ -131,8 +134,14 @@ def read_csv_table(path: str | Path) -> CsvTable:
         text = Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise InputError("there is no such file", path=place) from None
-    except UnicodeDecodeError:
-        raise InputError("this is not a text file; a CSV file is needed", path=place) from None
+    except UnicodeDecodeError as error:
+        if error.object[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            hint = "this file is UTF-16 text; save it as CSV UTF-8"
+        elif b"\0" in error.object:
+            hint = "this is not a text file; a CSV file is needed"
+        else:
+            hint = "this file is not UTF-8 text (Latin-1, perhaps); save it as CSV UTF-8"
+        raise InputError(hint, path=place) from None
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path=place) from error
     if "\0" in text:
@@ -152,8 +161,10 @@ def read_csv_table(path: str | Path) -> CsvTable:
             _check_header(header, stripped, place, number)
             continue
         if len(cells) != len(header):
+            decimal = len(cells) > len(header) and ("." not in line)
             raise InputError(
-                f"{len(cells)} values, but the header names {len(header)} columns",
+                f"{len(cells)} values, but the header names {len(header)} columns"
+                + ("; are there decimal commas? Use points" if decimal else ""),
                 path=place,
                 line=number,
             )

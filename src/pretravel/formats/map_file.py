@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -15,8 +16,10 @@ import numpy.typing as npt
 from pretravel.direction_support import DirectionSupport
 from pretravel.directions import azimuth_angle, from_angles, grid, polar_angle
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.csv_table import read_csv_table, write_csv_table
+from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
+from pretravel.formats.netcdf import write_dataset
 from pretravel.formats.whole_file import whole_file
+from pretravel.frames import probe_rotation
 from pretravel.pretravel_map import (
     HarmonicBasis,
     MapBasis,
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "pretravel map, version 1"
+_LARGEST = 0.5  # of a table's pretravel, mm
 
 
 def trigger_table(trigger: Trigger) -> dict[str, npt.ArrayLike]:
@@ -144,6 +148,7 @@ def map_dataset(
         "repeatability_mm": pretravel_map.repeatability,
         "repeatability_dof": pretravel_map.repeatability_dof,
         "provenance": json.dumps(dict(pretravel_map.provenance)),
+        "checksum": _checksum(pretravel_map),
     }
     if pretravel_map.feed is not None:
         attributes["feed_mm_min"] = pretravel_map.feed
@@ -155,6 +160,21 @@ def map_dataset(
         },
         attrs=attributes,
     )
+
+
+def _checksum(pretravel_map: PretravelMap) -> str:
+    """Of the numbers that make the map, so that damage on disk is noticed."""
+    digest = hashlib.sha256()
+    for values in (
+        pretravel_map.coefficients,
+        pretravel_map.covariance,
+        pretravel_map.support.nodes,
+        pretravel_map.rotation,
+        np.array([pretravel_map.tip_radius, pretravel_map.u_tip_radius]),
+        np.array([pretravel_map.repeatability, pretravel_map.repeatability_dof]),
+    ):
+        digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return digest.hexdigest()
 
 
 def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
@@ -186,7 +206,7 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
     else:
         raise PretravelError(f"maps of kind '{kind}' are not known to this version")
     feed = dataset.attrs.get("feed_mm_min")
-    return PretravelMap(
+    found = PretravelMap(
         basis=basis,
         coefficients=np.asarray(dataset["coefficients"].values),
         covariance=np.asarray(dataset["covariance"].values),
@@ -199,6 +219,12 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         feed=None if feed is None else float(feed),
         provenance=json.loads(dataset.attrs["provenance"]),
     )
+    if _checksum(found) != dataset.attrs.get("checksum"):
+        raise PretravelError(
+            "this map was damaged or edited after it was written (its checksum does not fit); "
+            "qualify or predict again"
+        )
+    return found
 
 
 def write_map(
@@ -226,8 +252,7 @@ def write_map(
     """
     ending = Path(path).suffix.lower()
     if ending == ".nc":
-        with whole_file(path) as temporary:
-            map_dataset(pretravel_map, table).to_netcdf(temporary, engine="h5netcdf")
+        write_dataset(path, map_dataset(pretravel_map, table))
         return
     if ending not in (".csv", ".json"):
         raise PretravelError(
@@ -235,9 +260,9 @@ def write_map(
         )
     columns = dict(table) if table is not None else _grid_table(pretravel_map)
     if ending == ".csv":
-        # A column of one number: a table that says its tip radius can be used as a map.
         rows = len(np.asarray(columns["polar_deg"]))
-        columns["tip_radius_mm"] = np.full(rows, pretravel_map.tip_radius)
+        constants = _table_constants(pretravel_map)
+        columns |= {name: np.full(rows, value) for name, value in constants.items()}
         write_csv_table(path, columns)
     else:
         content = {
@@ -249,6 +274,26 @@ def write_map(
         }
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
+    """What a table must say beside its values, a column of one number each, to be used as a
+    map. The axis is left out where it is +z.
+    """
+    constants = {
+        "tip_radius_mm": pretravel_map.tip_radius,
+        "u_tip_radius_um": pretravel_map.u_tip_radius / MICROMETRE,
+    }
+    if pretravel_map.repeatability:
+        constants["repeatability_um"] = pretravel_map.repeatability / MICROMETRE
+    rotation = pretravel_map.rotation
+    if not np.allclose(rotation, np.eye(3), atol=1e-12):
+        axis = rotation[:, 2]
+        about = probe_rotation(axis).T @ rotation
+        turn = math.degrees(math.atan2(about[1, 0], about[0, 0]))
+        constants |= {f"probe_axis_{name}": float(v) for name, v in zip("xyz", axis, strict=True)}
+        constants["probe_rotation_deg"] = turn
+    return constants
 
 
 def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
@@ -272,7 +317,8 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
         ``.nc`` as written by `write_map`, or a CSV with polar_deg, azimuth_deg,
         pretravel_um and perhaps u_um (probe axis +z), interpolated linearly.
     tip_diameter : float, optional
-        Of the tip in use, where it is another than the map's or a CSV does not say. [mm]
+        Of the tip in use, where a predicted map's was another, or a table does not say. A
+        qualified map is good only with its own. [mm]
 
     Returns
     -------
@@ -285,14 +331,25 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
     """
     place = Path(path)
     if not place.is_file():
-        raise InputError("there is no such file", path=path)
+        what = "this is a folder" if place.is_dir() else "there is no such file"
+        raise InputError(what, path=path)
+    if place.suffix.lower() == ".json":
+        raise InputError("a map is read from .nc, or from a .csv table, not from .json", path=path)
+    if tip_diameter is not None and not 0.0 < tip_diameter < 100.0:
+        raise PretravelError(f"the tip diameter is {tip_diameter:g} mm")
     if place.suffix.lower() == ".csv":
         found = _read_csv_map(place, tip_diameter)
     else:
         found = _read_netcdf_map(place)
-    if tip_diameter is not None:
-        found = replace(found, tip_radius=0.5 * tip_diameter)
-    return found
+    if tip_diameter is None or math.isclose(found.tip_radius, 0.5 * tip_diameter, abs_tol=1e-6):
+        return found
+    if not str(found.provenance.get("source", "")).startswith("predicted"):
+        raise PretravelError(
+            f"{path}: this map was qualified with a tip of {2.0 * found.tip_radius:.6g} mm "
+            f"diameter and is good only with it, not with {tip_diameter:g} mm; leave "
+            "--tip-diameter out"
+        )
+    return replace(found, tip_radius=0.5 * tip_diameter)
 
 
 def _read_netcdf_map(path: Path) -> PretravelMap:
@@ -329,12 +386,19 @@ def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
             path=path,
             line=table.lines[int(clash[0])],
         )
-    if tip_diameter is not None:
-        radius = 0.5 * tip_diameter
-    elif table.has("tip_radius_mm"):
-        radius = float(table.numbers("tip_radius_mm")[0, 0])
-    else:
+    if np.max(np.abs(value)) > _LARGEST:
+        row = int(np.argmax(np.abs(value)))
+        raise InputError(
+            f"pretravel_um is {value[row] / MICROMETRE:g}; probes give by 1 to 80 µm",
+            path=path,
+            line=table.lines[row],
+        )
+    radius = _constant(table, "tip_radius_mm")
+    if radius is None and tip_diameter is None:
         raise InputError("this table has no column tip_radius_mm; give --tip-diameter", path=path)
+    axis = [_constant(table, f"probe_axis_{name}") for name in "xyz"]
+    turn = _constant(table, "probe_rotation_deg") or 0.0
+    rotation = probe_rotation([v or 0.0 for v in axis], turn * DEGREE) if any(axis) else np.eye(3)
     keep = np.sort(first)
     support = DirectionSupport(directions[keep])
     return PretravelMap(
@@ -342,6 +406,27 @@ def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         coefficients=value[keep],
         covariance=u[keep] ** 2,
         support=support,
-        tip_radius=radius,
-        provenance={"source": f"table {path.name}"},
+        tip_radius=radius if radius is not None else 0.5 * (tip_diameter or 0.0),
+        u_tip_radius=(_constant(table, "u_tip_radius_um") or 0.0) * MICROMETRE,
+        repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
+        rotation=rotation,
+        provenance={
+            "source": f"{'qualified' if table.has('u_um') else 'predicted'}, table {path.name}"
+        },
     )
+
+
+def _constant(table: CsvTable, name: str) -> float | None:
+    """The number that fills a column; None without the column."""
+    if not table.has(name):
+        return None
+    values = table.numbers(name)[:, 0]
+    other = np.flatnonzero(values != values[0])
+    if len(other):
+        row = int(other[0])
+        raise InputError(
+            f"{name} is {values[row]:g}, but {values[0]:g} in the rows above; it must be the same",
+            path=table.path,
+            line=table.lines[row],
+        )
+    return float(values[0])

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import write_csv_table
+from pretravel.formats.netcdf import write_dataset
 from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import Points
 from pretravel.units import MICROMETRE
@@ -87,8 +88,7 @@ def write_points(path: str | Path, points: Points, note: str = "") -> None:
     if ending == ".csv":
         write_csv_table(path, points_table(points))
     elif ending == ".nc":
-        with whole_file(path) as temporary:
-            points_dataset(points).assign_attrs(note=note).to_netcdf(temporary, engine="h5netcdf")
+        write_dataset(path, points_dataset(points).assign_attrs(note=note))
     elif ending == ".json":
         columns = {
             name: np.asarray(values).tolist() for name, values in points_table(points).items()

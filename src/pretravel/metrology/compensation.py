@@ -98,14 +98,13 @@ def apply(
     ([[0.0, 0.0, 0.0]], [0.316])
     """
     normals, approaches = touches.normals, touches.approach_directions
-    pretravel = pretravel_map.pretravel(normals, extrapolate=extrapolate)
+    pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
     closing = -np.sum(approaches * normals, axis=1)
     travel = pretravel / closing
     positions = (
         touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
     )
-    along = pretravel_map.repeatability**2
-    along = along + (pretravel_map.standard_uncertainty(normals) / closing) ** 2
+    along = pretravel_map.repeatability**2 + (u_map / closing) ** 2
     covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
     covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
     if nominal is not None:
@@ -122,6 +121,34 @@ def apply(
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
     )
+
+
+def compensation_warnings(points: Points, pretravel_map: PretravelMap) -> list[str]:
+    """What a user should know before believing the points, as sentences.
+
+    >>> from pretravel.direction_support import DirectionSupport
+    >>> from pretravel.pretravel_map import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> compensation_warnings(apply(Touches([[0.0, 0.0, 2.990]], up), mean), mean)
+    []
+    """
+    warnings = []
+    if not pretravel_map.states_uncertainty:
+        warnings.append(
+            "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
+            "(and a told repeatability) alone, not how far the described probe is from yours"
+        )
+    if points.deviation is not None:
+        middle = float(np.median(points.deviation))
+        if abs(middle) > 0.2 * pretravel_map.tip_radius:
+            warnings.append(
+                f"deviations are about {middle:+.3f} mm, of the size of the tip radius "
+                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+                "mm, do the normals point out of the part, is the nominal where the part is?"
+            )
+    return warnings
 
 
 def embed(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -147,6 +148,8 @@ def _check_tables(tables: Mapping[str, Any], place: str) -> None:
             "pretravel probes omp40-2 prints a whole description",
             path=place,
         )
+    if not isinstance(tables.get("name", ""), str):
+        raise InputError(f"name must be text, got {tables['name']!r}", path=place)
     unknown = [name for name in tables if name not in _TABLES and name != "name"]
     if unknown:
         raise InputError(
@@ -166,28 +169,37 @@ def _check_tables(tables: Mapping[str, Any], place: str) -> None:
         for table in entries:
             if not isinstance(table, dict):
                 raise InputError(f"[{name}] must be a table", path=place)
-            for key in sorted(needed - table.keys()):
-                raise InputError(f"[{name}] needs {key}", path=place)
+            allowed = ", ".join(sorted(needed | optional))
             for key in sorted(table.keys() - needed - optional):
-                allowed = ", ".join(sorted(needed | optional))
                 raise InputError(f"[{name}] has no {key}; it has {allowed}", path=place)
+            for key in sorted(needed - table.keys()):
+                raise InputError(f"[{name}] needs {key}; it has {allowed}", path=place)
 
 
-def _number(table: Mapping[str, Any], name: str, key: str, default: float | None = None) -> float:
+@contextmanager
+def _table(name: str) -> Iterator[None]:
+    """Say in which table of the description something was wrong."""
+    try:
+        yield
+    except DescriptionError as error:
+        raise DescriptionError(f"[{name}]: {error}") from None
+
+
+def _number(table: Mapping[str, Any], key: str, default: float | None = None) -> float:
     value = table.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise DescriptionError(f"[{name}] {key} must be a number, got {value!r}")
+        raise DescriptionError(f"{key} must be a number, got {value!r}")
     return float(value)
 
 
-def _numbers(table: Mapping[str, Any], name: str, key: str) -> tuple[float, float, float]:
+def _numbers(table: Mapping[str, Any], key: str) -> tuple[float, float, float]:
     value = table[key]
     if (
         not isinstance(value, list)
         or len(value) != 3
         or any(isinstance(v, bool) or not isinstance(v, int | float) for v in value)
     ):
-        raise DescriptionError(f"[{name}] {key} must be three numbers, got {value!r}")
+        raise DescriptionError(f"{key} must be three numbers, got {value!r}")
     return (float(value[0]), float(value[1]), float(value[2]))
 
 
@@ -201,46 +213,65 @@ def _build(tables: Mapping[str, Any], place: str) -> Probe:
         return material(str(table["material"]), own)
 
     tripod, seats, tip = tables["tripod"], tables["seats"], tables["tip"]
-    azimuths = _numbers(tripod, "tripod", "rod_azimuths_deg")
     moving = tables.get("moving", {})
     orientation = tables.get("orientation", {})
     trigger = tables.get("trigger", {})
+    with _table("tripod"):
+        azimuths = _numbers(tripod, "rod_azimuths_deg")
+        tripod_value = Tripod(
+            radius=_number(tripod, "radius_mm"),
+            rod_azimuths=(azimuths[0] * DEGREE, azimuths[1] * DEGREE, azimuths[2] * DEGREE),
+            rod_radius=_number(tripod, "rod_radius_mm"),
+            material=named(tripod),
+        )
+    with _table("seats"):
+        seats_value = Seats(
+            support_angle=_number(seats, "support_angle_deg") * DEGREE,
+            ball_radius=_number(seats, "ball_radius_mm"),
+            material=named(seats),
+        )
+    stylus = []
+    for number, segment in enumerate(tables["stylus"], start=1):
+        with _table(f"[stylus] number {number}"):
+            stylus.append(
+                StylusSegment(
+                    length=_number(segment, "length_mm"),
+                    diameter=_number(segment, "diameter_mm"),
+                    material=named(segment),
+                )
+            )
+    with _table("tip"):
+        tip_value = Tip(
+            radius=_number(tip, "radius_mm"),
+            material=named(tip),
+            u_radius=_number(tip, "u_radius_um", 0.0) * MICROMETRE,
+        )
+    with _table("moving"):
+        moving_value = Moving(
+            mass=_number(moving, "mass_g", 0.0) * 1e-3,
+            height=_number(moving, "height_mm", 0.0),
+        )
+    with _table("orientation"):
+        orientation_value = Orientation(
+            axis=_numbers({"axis": [0, 0, 1], **orientation}, "axis"),
+            rotation=_number(orientation, "rotation_deg", 0.0) * DEGREE,
+        )
+    with _table("spring"):
+        preload = _number(tables["spring"], "preload_N")
+    with _table("hub"):
+        hub_offset = _number(tables["hub"], "offset_mm")
+    with _table("trigger"):
+        threshold = _number(trigger, "threshold_N", 0.0)
     return Probe(
         name=str(tables.get("name", "unnamed probe")),
-        tripod=Tripod(
-            radius=_number(tripod, "tripod", "radius_mm"),
-            rod_azimuths=(azimuths[0] * DEGREE, azimuths[1] * DEGREE, azimuths[2] * DEGREE),
-            rod_radius=_number(tripod, "tripod", "rod_radius_mm"),
-            material=named(tripod),
-        ),
-        seats=Seats(
-            support_angle=_number(seats, "seats", "support_angle_deg") * DEGREE,
-            ball_radius=_number(seats, "seats", "ball_radius_mm"),
-            material=named(seats),
-        ),
-        preload=_number(tables["spring"], "spring", "preload_N"),
-        hub_offset=_number(tables["hub"], "hub", "offset_mm"),
-        stylus=tuple(
-            StylusSegment(
-                length=_number(segment, "stylus", "length_mm"),
-                diameter=_number(segment, "stylus", "diameter_mm"),
-                material=named(segment),
-            )
-            for segment in tables["stylus"]
-        ),
-        tip=Tip(
-            radius=_number(tip, "tip", "radius_mm"),
-            material=named(tip),
-            u_radius=_number(tip, "tip", "u_radius_um", 0.0) * MICROMETRE,
-        ),
-        moving=Moving(
-            mass=_number(moving, "moving", "mass_g", 0.0) * 1e-3,
-            height=_number(moving, "moving", "height_mm", 0.0),
-        ),
-        orientation=Orientation(
-            axis=_numbers({"axis": [0, 0, 1], **orientation}, "orientation", "axis"),
-            rotation=_number(orientation, "orientation", "rotation_deg", 0.0) * DEGREE,
-        ),
+        tripod=tripod_value,
+        seats=seats_value,
+        preload=preload,
+        hub_offset=hub_offset,
+        stylus=tuple(stylus),
+        tip=tip_value,
+        moving=moving_value,
+        orientation=orientation_value,
         criterion=str(trigger.get("criterion", "first_contact")),
-        threshold=_number(trigger, "trigger", "threshold_N", 0.0),
+        threshold=threshold,
     )

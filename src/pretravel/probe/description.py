@@ -14,9 +14,20 @@ from pretravel.units import DEGREE
 CRITERIA = ("first_contact", "arm_lift")
 
 
-def _positive(value: float, what: str, unit: str = "mm") -> None:
+LONGEST = 1000.0
+"""No length of a probe is larger than this. [mm]"""
+STRONGEST = 100.0
+"""Nor is a preload. [N]"""
+
+
+def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGEST) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise DescriptionError(f"{what} is {value:g} {unit}; it must be positive")
+    if value > largest:
+        raise DescriptionError(
+            f"{what} is {value:g} {unit}; no probe has more than {largest:g} {unit} there. "
+            "Is it in the unit that the key names?"
+        )
 
 
 @dataclass(frozen=True)
@@ -49,7 +60,7 @@ class Tripod:
             )
         if not all(math.isfinite(azimuth) for azimuth in self.rod_azimuths):
             raise DescriptionError("the rod azimuths must be finite numbers")
-        if self.rod_radius >= self.radius:
+        if self.rod_radius >= 0.5 * self.radius:
             raise DescriptionError(
                 f"rods of radius {self.rod_radius:g} mm do not fit at a tripod radius of "
                 f"{self.radius:g} mm"
@@ -101,8 +112,12 @@ class StylusSegment:
     material: Material
 
     def __post_init__(self) -> None:
-        _positive(self.length, "a stylus segment's length")
-        _positive(self.diameter, "a stylus segment's diameter")
+        _positive(self.length, "the segment's length")
+        _positive(self.diameter, "the segment's diameter", largest=100.0)
+        if self.diameter < 0.05:
+            raise DescriptionError(
+                f"the segment's diameter is {self.diameter:g} mm; thinner than 0.05 mm no stem is"
+            )
 
 
 @dataclass(frozen=True)
@@ -166,6 +181,8 @@ class Orientation:
     rotation: float = 0.0
 
     def __post_init__(self) -> None:
+        if not math.isfinite(self.rotation):
+            raise DescriptionError(f"the probe's rotation is {self.rotation:g}")
         length = math.hypot(*self.axis)
         if not abs(length - 1.0) <= 1e-3:
             raise DescriptionError(
@@ -219,10 +236,15 @@ class Probe:
     threshold: float = 0.0
 
     def __post_init__(self) -> None:
-        _positive(self.preload, "the spring preload", "N")
-        if not (math.isfinite(self.hub_offset) and self.hub_offset >= 0.0):
+        _positive(self.preload, "the spring preload", "N", STRONGEST)
+        if not 0.0 <= self.hub_offset <= LONGEST:
             raise DescriptionError(
-                f"the hub offset is {self.hub_offset:g} mm; it cannot be negative"
+                f"the hub offset is {self.hub_offset:g} mm; it must lie between 0 and {LONGEST:g}"
+            )
+        if self.seats.ball_radius >= self.tripod.radius:
+            raise DescriptionError(
+                f"seat balls of radius {self.seats.ball_radius:g} mm do not fit at a tripod radius "
+                f"of {self.tripod.radius:g} mm"
             )
         if not self.stylus:
             raise DescriptionError("the stylus has no segment")

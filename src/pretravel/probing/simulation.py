@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -189,6 +190,35 @@ def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
         raise PretravelError("these touches have no nominal points to take the travel from")
     contact = touches.nominal_points + tip_radius * touches.normals
     return np.asarray(np.sum((touches.positions - contact) * touches.approach_directions, axis=1))
+
+
+def target_warnings(targets: Targets, surface: Surface) -> list[str]:
+    """Where targets and surface do not fit together, as sentences.
+
+    >>> from pretravel.surface.shapes import Plane
+    >>> floor = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    >>> target_warnings(Targets([[0, 0, 5]], [[0, 0, 1]]), floor)
+    ['1 of 1 targets lie off the surface, by up to 5 mm; what counts is where their approach \
+meets it']
+    """
+    warnings = []
+    distance = np.abs(surface.signed_distance(targets.points))
+    if np.any(distance > 0.05):
+        warnings.append(
+            f"{int(np.sum(distance > 0.05))} of {len(distance)} targets lie off the surface, by up "
+            f"to {distance.max():.3g} mm; what counts is where their approach meets it"
+        )
+    _, normal = surface.ball_contact(
+        targets.points + targets.normals, np.asarray(targets.approaches), 0.0
+    )
+    cosine = np.sum(normal * targets.normals, axis=1)
+    if np.any(cosine < math.cos(math.radians(1.0))):
+        worst = math.degrees(math.acos(float(np.clip(cosine.min(), -1.0, 1.0))))
+        warnings.append(
+            f"the targets' normals are up to {worst:.1f}° away from the surface's: compensation "
+            "along them will be wrong by about that"
+        )
+    return warnings
 
 
 def _refuse_misses(travel: FloatArray, targets: Targets) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 from pretravel.directions import from_angles
@@ -21,8 +22,8 @@ def _sphere(v: Mapping[str, float]) -> Surface:
 
 _SHAPES: Mapping[str, tuple[Callable[[Mapping[str, float]], Surface], Mapping[str, float]]] = {
     # shape: (made by, parameters with their defaults)
-    "plane": (_plane, {"polar": 0.0, "azimuth": 0.0, "x": 0.0, "y": 0.0, "z": 0.0}),
-    "sphere": (_sphere, {"radius": float("nan"), "x": 0.0, "y": 0.0, "z": 0.0}),
+    "plane": (_plane, {"polar": math.nan, "azimuth": 0.0, "x": 0.0, "y": 0.0, "z": 0.0}),
+    "sphere": (_sphere, {"radius": math.nan, "x": 0.0, "y": 0.0, "z": 0.0}),
 }
 
 
@@ -58,6 +59,7 @@ def parse_surface(text: str) -> Surface:
         )
     make, defaults = _SHAPES[shape]
     values = dict(defaults)
+    given: set[str] = set()
     for part in filter(None, (piece.strip() for piece in rest.split(","))):
         key, equals, number = part.partition("=")
         if not equals or key not in defaults:
@@ -65,11 +67,18 @@ def parse_surface(text: str) -> Surface:
                 f"surface '{text}': '{part}' is not understood; {shape} has "
                 + ", ".join(f"{name}=" for name in defaults)
             )
+        if key in given:
+            raise PretravelError(f"surface '{text}': {key}= is there twice")
+        given.add(key)
         try:
             values[key] = float(number)
         except ValueError:
+            values[key] = math.nan
+        if not math.isfinite(values[key]):
             raise PretravelError(f"surface '{text}': {key}={number} is not a number") from None
-    missing = [key for key, value in values.items() if value != value]
+    missing = [key for key, value in values.items() if math.isnan(value)]
     if missing:
         raise PretravelError(f"surface '{text}' needs {missing[0]}=")
+    if not 0.0 <= values.get("polar", 0.0) <= 180.0:
+        raise PretravelError(f"surface '{text}': a polar angle lies between 0 and 180 degrees")
     return make(values)

@@ -1,0 +1,27 @@
+"""Labelled datasets as NetCDF files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pretravel.formats.whole_file import whole_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def write_dataset(path: str | Path, dataset: xr.Dataset) -> None:
+    """Write a dataset, whole or not at all.
+
+    The file is made in memory first: HDF5 takes the process down with it when a
+    disk runs full under its hands.
+
+    Parameters
+    ----------
+    path : str or Path
+    dataset : xarray.Dataset
+    """
+    content = bytes(dataset.to_netcdf(engine="h5netcdf"))
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content)
