@@ -36,23 +36,25 @@ RING_DIAMETER = 50.0
 _READ_SPHERE = """\
 All numbers are root mean squares in µm; a single touch repeats to {noise}.
 Fitted: what is left, on the sphere, of the touches that made the map.
-Left out: what is predicted wrongly, on the sphere, in directions that the map was not shown (a fifth
-of them at a time). A sector table needs all its directions, so none can be left out.
-On the part: difference to the harmonic map at the part's 140 points, a shift of the whole part taken
-off; it shows what the other kinds would cost there. The harmonic map's own error is not in it: that
-is u_um in points.csv. The part's true form is not known here; its deviation from the nominal is
-deviation_um. "Not compensated" takes off the tip radius alone, so the mean pretravel is in its 16 µm."""
+Left out: what is predicted wrongly, on the sphere, in directions that the map was not shown (a
+fifth of them at a time). A sector table needs all its directions, so none can be left out.
+On the part: difference to the harmonic map at the part's 140 points, a shift of the whole part
+taken off; it shows what the other kinds would cost there. The harmonic map's own error is not in
+it: that is u_um in points.csv. The part's true form is not known here; its deviation from the
+nominal is deviation_um. "Not compensated" takes off the tip radius alone, so the mean pretravel is
+in its 16 µm."""
 _READ_RING = """\
 Real data: 72 directions, each read once off a published picture, to ±0.5 µm, the ring's centring
 still in it. Fitted: every second direction, then the others; left out: the directions not shown.
-The centring is fitted along; what the harmonic map leaves is the scatter of single readings."""
+The centring is fitted along. Neighbouring directions differ by about as much as the harmonic map
+leaves."""
 
 _CAPTIONS = {
-    "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with the "
-    "touched directions, over azimuth at four polar angles with the touches, and what is left.",
-    "points.png": "The part: deviation from its nominal, pretravel taken off, standard uncertainty.",
-    "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind of "
-    "map leaves when it is fitted to all directions.",
+    "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with "
+    "the touched directions, over azimuth at four polar angles with the touches, and what is left.",
+    "points.png": "The part: deviation from its nominal, pretravel taken off, uncertainty.",
+    "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind "
+    "of map leaves when it is fitted to all directions.",
 }
 KIND_NAMES = {"mean": "mean radius", "sectors": "sector table", "harmonic": "harmonic map"}
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
+from pretravel.directions import grid, sphere_pattern_25
 from pretravel.errors import DescriptionError, InputError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.map_file import read_map
