@@ -16,6 +16,7 @@ from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import Points
 from pretravel.metrology.qualification import Qualification
 from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.description import Probe
 from pretravel.touches import Touches
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
@@ -75,6 +76,71 @@ def _polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.35)
     return axes
+
+
+def plot_probe(probe: Probe) -> Figure:
+    """A described probe to scale: from the side, and its seats from the spindle.
+
+    Parameters
+    ----------
+    probe : Probe
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.patches import Circle, Rectangle
+
+    figure = _figure(10.0, 6.0)
+    figure.suptitle(probe.name)
+    side, top = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
+    rod, ball = probe.tripod.rod_radius, probe.seats.ball_radius
+    radius = probe.tripod.radius
+    side.add_patch(Rectangle((-radius, -rod), 2 * radius, 2 * rod, fc="#c9d6df", ec="k", lw=0.6))
+    side.plot([0, 0], [-rod, -probe.hub_offset], color="k", lw=1.0, ls=":")
+    side.annotate("hub (rigid)", (0.0, -0.5 * probe.hub_offset), xytext=(6, 0), fontsize=8,
+                  textcoords="offset points")  # fmt: skip
+    height = -probe.hub_offset
+    for colour, segment in zip(_COLOURS * 4, probe.stylus, strict=False):
+        side.add_patch(
+            Rectangle((-0.5 * segment.diameter, height - segment.length), segment.diameter,
+                      segment.length, fc=colour, ec="k", lw=0.6, alpha=0.6)
+        )  # fmt: skip
+        side.annotate(
+            f"{segment.length:g} mm, Ø {segment.diameter:g}, {segment.material.name}",
+            (0.5 * segment.diameter, height - 0.5 * segment.length),
+            xytext=(8, 0), textcoords="offset points", va="center", fontsize=8,
+        )  # fmt: skip
+        height -= segment.length
+    side.add_patch(Circle((0.0, -probe.lever), probe.tip.radius, fc="#9b2226", ec="k", lw=0.6))
+    side.annotate(f"tip Ø {2 * probe.tip.radius:g}, {probe.tip.material.name}",
+                  (probe.tip.radius, -probe.lever), xytext=(8, 0), va="center", fontsize=8,
+                  textcoords="offset points")  # fmt: skip
+    side.set_ylim(-probe.lever - 3.0 * probe.tip.radius, 4.0 * rod)
+    side.set_xlim(-1.3 * radius, max(1.3 * radius, 0.7 * probe.lever))
+    side.set_title(f"side, lever {probe.lever:g} mm, preload {probe.preload:g} N", fontsize=10)
+
+    angle = probe.seats.support_angle
+    apart = (rod + ball) * np.cos(angle)
+    for name, azimuth in zip("ABC", probe.tripod.rod_azimuths, strict=True):
+        outward = np.array([np.cos(azimuth), np.sin(azimuth)])
+        across = np.array([-outward[1], outward[0]])
+        end = (radius + 2.0 * ball) * outward
+        top.plot([0, end[0]], [0, end[1]], color="#7d8f9b", lw=5, solid_capstyle="round", zorder=1)
+        for sign in (1.0, -1.0):
+            center = radius * outward + sign * apart * across
+            top.add_patch(Circle((center[0], center[1]), ball, fc="#ca6702", ec="k", lw=0.6))
+        top.annotate(name, tuple(1.22 * end), ha="center", va="center", fontsize=10)
+    reach = 1.5 * (radius + 2.0 * ball)
+    top.set_xlim(-reach, reach)
+    top.set_ylim(-reach, reach)
+    top.set_title("rods and seats, from the spindle", fontsize=10)
+    for axes in (side, top):
+        axes.set_aspect("equal")
+        axes.set_xlabel("x / mm")
+    side.set_ylabel("z / mm")
+    top.set_ylabel("y / mm")
+    return figure
 
 
 def plot_prediction(trigger: Trigger, title: str = "") -> Figure:

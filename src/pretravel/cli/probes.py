@@ -1,24 +1,44 @@
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from pretravel.cli.arguments import PICTURES, check_files
+
 
 def probes(
     name: Annotated[
-        str | None, typer.Argument(help="A catalogue probe; prints its description to edit.")
+        str | None,
+        typer.Argument(help="A catalogue probe, to print; or a TOML file, to check."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture of the named probe: .png, .svg or .pdf.")
     ] = None,
 ) -> None:
     """List the catalogue of probes, or print one description as TOML.
 
     Example: pretravel probes omp40-2 > mine.toml
     """
+    from pretravel.errors import PretravelError
     from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
     from pretravel.report import table
 
-    if name is not None:
+    check_files([(plot, PICTURES)])
+    if plot is not None:
+        from pretravel.plotting import plot_probe, save
+
+        if name is None:
+            raise PretravelError(
+                "--plot draws one probe: pretravel probes omp40-2 --plot probe.png"
+            )
+        save(plot_probe(load_probe(name)), plot)
+    if name is not None and name in catalogue_names():
         typer.echo(description_text(name), nl=False)
+        return
+    if name is not None:  # a file: say what it holds, or what is wrong with it
+        typer.echo(f"{name}: {load_probe(name).name}, a valid description")
         return
     rows = []
     for entry in catalogue_names():
