@@ -116,6 +116,12 @@ def _turned_normals(touches: Touches) -> Touches:
     return Touches(touches.positions, -touches.normals)
 
 
+def _stray(touches: Touches) -> Touches:
+    positions = touches.positions.copy()
+    positions[20, 2] += 1000.0
+    return Touches(positions, touches.normals, lines=touches.lines)
+
+
 def _one_wrong_normal(touches: Touches) -> Touches:
     normals = touches.normals.copy()
     normals[7] = [0.0, 0.0, 1.0]
@@ -137,6 +143,9 @@ def _one_wrong_normal(touches: Touches) -> Touches:
             "diameters look like",
         ),
         (lambda t: t, {"diameter": 24.0}, "with this tip the sphere would measure 24.966"),
+        (lambda t: t, {"diameter": 25.4}, "probes give by 1 to 80"),
+        (_stray, {}, "touch 21 (line 22) lies 1000"),
+        (_stray, {"tip_diameter": None}, "its position is wrong"),
         (lambda t: t, {"diameter": 12.49935}, "radius given as its diameter"),
         (lambda t: t, {"tip_diameter": 3.0}, "tip's radius given as its diameter"),
         (lambda t: t, {"diameter": 30.9987}, "pretravel"),

@@ -258,7 +258,7 @@ class TestWhatAQualificationWarnsOf:
         ("keep", "options", "words"),
         [
             (slice(None), {"diameter": 24.93}, "no probe triggers before contact"),
-            (slice(None), {"tip_diameter": 6.3}, "probes give by 1 to 80"),
+            (slice(None), {"tip_diameter": 6.2}, "probes give by 1 to 80"),
             (slice(None), {"tip_diameter": None}, "without --tip-diameter"),
             (slice(0, 15), {}, "from a cap"),
         ],
@@ -268,6 +268,17 @@ class TestWhatAQualificationWarnsOf:
         arguments = {"diameter": 24.9987, "tip_diameter": 6.0, **options}
         result = qualify(touches, **arguments)  # type: ignore[arg-type]
         assert any(words in warning for warning in result.warnings), result.warnings
+
+    def test_delay_travel_is_allowed_for_where_the_feed_is_told(self) -> None:
+        """At 600 mm/min and 14.5 ms the spindle travels 145 µm further: too much for a probe, but
+        not for a machine that moves so fast."""
+        example = self._example()
+        late = example.positions - 0.145 * example.normals
+        with pytest.raises(PretravelError, match="feed_mm_min"):
+            qualify(Touches(late, example.normals), 24.9987, tip_diameter=6.0)
+        told = Touches(late, example.normals, feeds=np.full(75, 600.0))
+        result = qualify(told, 24.9987, tip_diameter=6.0, kind="mean")
+        assert result.effective_radius == pytest.approx(2.98363 - 0.145, abs=1e-5)
 
     def test_a_wide_gap_is_warned_of(self) -> None:
         """Pole and equator alone: in between the map is a guess, and says so."""

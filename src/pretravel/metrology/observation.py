@@ -10,15 +10,17 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.directions import describe, unit
-from pretravel.errors import PretravelError
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.metrology.fitting import fit_sphere
 from pretravel.touches import Touches
-from pretravel.units import DEGREE, INCH, MICROMETRE
+from pretravel.units import DEGREE, INCH, MICROMETRE, delay_travel
 
-LARGEST_PRETRAVEL = 0.25
+LARGEST_PRETRAVEL = 0.15
 """A mean pretravel above this says that a diameter is wrong. [mm]
 
-Probes give by 1 to 80 um; a delay at high feed adds some tens."""
+Probes give by 1 to 80 um."""
+LONGEST_DELAY = 0.03
+"""Signal delay that is allowed for on top, where the touches tell their feed. [s]"""
 SMALLEST_PRETRAVEL = -0.02
 """A mean pretravel below this says the same: no probe triggers before contact. [mm]"""
 NORMAL_TOLERANCE = 10.0 * DEGREE
@@ -135,11 +137,15 @@ def observe(
             f"touches in at least {least} directions"
             + ("" if ring else ", one of them far from the plane of the others")
         )
+    _refuse_strays(touches, 0.5 * diameter, source)
     in_probe = touches.positions @ rotation
     if not ring:
         _refuse_plane(touches, source)
     try:
         fit = fit_sphere(in_probe[:, :2] if ring else in_probe)
+    except ConvergenceError as error:
+        hint = "" if not ring else " (is this a ring, touched inside at one height?)"
+        raise PretravelError(f"{source}{error}{hint}") from None
     except PretravelError as error:
         raise PretravelError(f"{source}{error}") from None
     observation = Observation(
@@ -147,11 +153,32 @@ def observe(
         groups=groups,
         center=np.append(fit.center, in_probe[:, 2].mean()) if ring else np.array(fit.center),
         reference_radius=0.5 * diameter,
-        tip_radius=_checked_tip_radius(fit.radius, 0.5 * diameter, tip_diameter, ring, source),
+        tip_radius=_checked_tip_radius(
+            fit.radius, 0.5 * diameter, tip_diameter, ring, source, _allowed_pretravel(touches)
+        ),
         ring=ring,
     )
     _check_normals(touches, observation.directions @ rotation.T, what, source)
     return observation
+
+
+def _allowed_pretravel(touches: Touches) -> float:
+    feed = 0.0 if touches.feeds is None else float(touches.feeds.max())
+    return LARGEST_PRETRAVEL + delay_travel(feed, LONGEST_DELAY)
+
+
+def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> None:
+    """Single touches that lie nowhere near the others, before they bend the fit."""
+    distance = np.max(np.abs(touches.positions - np.median(touches.positions, axis=0)), axis=1)
+    # Within two radii of reference and tip, were the tip as big as the reference.
+    strays = np.flatnonzero(distance > 4.0 * reference_radius)
+    if 0 < len(strays) <= 0.2 * len(touches):
+        row = int(strays[0])
+        raise PretravelError(
+            f"{source}{touches.where(row)} lies {distance[row]:.6g} mm from the others, on a "
+            f"reference of {2.0 * reference_radius:g} mm: its position is wrong"
+            + (f" ({len(strays)} touches are like that)" if len(strays) > 1 else "")
+        )
 
 
 def _repeats(normals: FloatArray) -> IntArray:
@@ -191,6 +218,7 @@ def _checked_tip_radius(
     tip_diameter: float | None,
     ring: bool,
     source: str,
+    allowed: float,
 ) -> float:
     """The tip radius, once fitted radius and diameters were seen to fit together."""
     what = "ring" if ring else "sphere"
@@ -222,7 +250,7 @@ def _checked_tip_radius(
             )
         return implied
     pretravel = sign * (expected - fitted_radius)
-    if not SMALLEST_PRETRAVEL <= pretravel <= LARGEST_PRETRAVEL:
+    if not SMALLEST_PRETRAVEL <= pretravel <= allowed:
         if abs(implied) < 0.1:
             advice = (
                 "the positions look like surface points, already compensated by the tip radius; "
@@ -241,8 +269,8 @@ def _checked_tip_radius(
         raise PretravelError(
             f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f} mm, which "
             f"means a mean pretravel of {pretravel / MICROMETRE:.1f} µm; probes give by 1 to 80, "
-            f"and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {LARGEST_PRETRAVEL / MICROMETRE:.0f} µm "
-            f"is accepted: {advice}"
+            f"and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {allowed / MICROMETRE:.0f} µm is "
+            f"accepted (more with a column feed_mm_min, for the delay travel): {advice}"
         )
     return tip
 
@@ -261,7 +289,8 @@ def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str
     if len(bad):
         row = int(bad[0])
         raise PretravelError(
-            f"{source}{touches.where(row)}: its normal ({describe(touches.normals[row])}) is "
+            f"{source}{touches.where(row)}: its position or its normal is wrong; the normal "
+            f"({describe(touches.normals[row])}) is "
             f"{math.degrees(math.acos(min(max(cosine[row], -1.0), 1.0))):.0f}° away from where the "
             f"touch lies on the fitted {what} ({describe(contact[row])}); "
             f"{len(bad)} of {len(touches)} touches are more than "
