@@ -273,7 +273,11 @@ def _write_page(
         else f"<p>{html.escape(body)}</p>\n"
         for title, body in sections
     )
-    figures = "".join(f'<p><img src="{name}" alt="{html.escape(name)}"></p>\n' for name in pictures)
+    figures = "".join(
+        f'<figure><img src="{name}" alt="{html.escape(caption)}">'
+        f"<figcaption>{html.escape(caption)}</figcaption></figure>\n"
+        for name, caption in pictures.items()
+    )
     text = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f"<title>pretravel: the main job</title><style>{style}</style></head><body>\n"

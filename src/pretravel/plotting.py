@@ -471,4 +471,4 @@ def _scatter(
     axes.set_title(name, fontsize=10)
     figure = axes.get_figure()
     assert figure is not None
-    figure.colorbar(drawn, ax=axes, shrink=0.8)
+    figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9, aspect=30)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,6 +32,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         ).rstrip()
         for row in cells
     )
+
+
+def _labelled(label: str, text: str) -> list[str]:
+    """Lines of a label and a long text beside it."""
+    lines = textwrap.wrap(text, width=78)
+    return [f"  {label if i == 0 else '':17s}  {line}" for i, line in enumerate(lines)]
 
 
 def _um(value: float, digits: int = 3) -> str:
@@ -102,9 +109,10 @@ def qualification_report(result: Qualification) -> str:
         f"  pretravel          {_range_um(value)}, u of the map {_range_um(u)}",
         f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
         f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
-        f"  gauge              {pretravel_map.provenance['gauge']}",
+        *_labelled("gauge", pretravel_map.provenance["gauge"]),
     ]
-    lines += [f"  OUTLIER            {outlier.message}" for outlier in result.outliers]
+    for outlier in result.outliers:
+        lines += _labelled("OUTLIER", outlier.message)
     return "\n".join(lines)
 
 
