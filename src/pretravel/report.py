@@ -11,7 +11,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.metrology.compensation import Points
-from pretravel.metrology.qualification import Qualification
+from pretravel.metrology.qualification import Qualification, supported_uncertainty
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -94,6 +94,7 @@ def qualification_report(result: Qualification) -> str:
     normals = result.contact_normals
     value = pretravel_map.pretravel(normals, extrapolate=True)
     u = pretravel_map.standard_uncertainty(normals)
+    between = float(supported_uncertainty(pretravel_map)[1].max())
     dof = (
         f"{result.repeatability_dof:.0f} degrees of freedom"
         if math.isfinite(result.repeatability_dof)
@@ -106,7 +107,8 @@ def qualification_report(result: Qualification) -> str:
         f"  map kind           {pretravel_map.kind}",
         f"  centre             ({center}) mm, u = ({u_center}) µm",
         f"  effective radius   {result.effective_radius:.6f} mm, u = {u_radius}",
-        f"  pretravel          {_range_um(value)}, u of the map {_range_um(u)}",
+        f"  pretravel          {_range_um(value)} at the touches",
+        f"  u of the map       {_range_um(u)} at the touches, up to {_um(between, 2)} between them",
         f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
         f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
         *_labelled("gauge", pretravel_map.provenance["gauge"]),

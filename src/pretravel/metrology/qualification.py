@@ -250,6 +250,29 @@ def _settle(
     return center, coefficients, gauge
 
 
+def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
+    """Standard uncertainty of a map all over the directions that it supports.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    directions : (n, 3) float
+        Spread over the support, probe frame, the map's own nodes among them.
+    u : (n,) float
+        [mm]
+    """
+    nodes = pretravel_map.support.nodes
+    polar = polar_angle(nodes)
+    spread = fibonacci_cap(2000, float(polar.max()))
+    around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 720))
+    candidates = np.concatenate([spread, around])
+    directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
+    return directions, pretravel_map.standard_uncertainty(directions @ pretravel_map.rotation.T)
+
+
 def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: bool) -> list[str]:
     """What is implausible or badly covered, as sentences."""
     found = []
@@ -264,10 +287,7 @@ def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: 
             "without --tip-diameter the map is relative to its mean, and the centre's height "
             "along the axis is that of the least-squares sphere, usually 5 to 15 µm off"
         )
-    directions = fibonacci_cap(2000, min(largest_polar + 1e-6, 2.9))
-    if observation.ring:
-        directions = from_angles(np.pi / 2.0, np.linspace(0.0, 2.0 * np.pi, 720))
-    directions = directions[pretravel_map.support.supports(directions)]
+    directions, _ = supported_uncertainty(pretravel_map)
     normals = directions @ pretravel_map.rotation.T
     value, u = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
     if tip_known and value.min() < -IMPLAUSIBLE - 3.0 * u[np.argmin(value)]:
