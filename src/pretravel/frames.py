@@ -41,9 +41,11 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     a = checked_unit(np.atleast_2d(np.asarray(axis, dtype=np.float64)), "probe axis")[0]
     cosine, sine = math.cos(rotation), math.sin(rotation)
     about_axis = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    if a[2] < -1.0 + 1e-12:  # upside down: the shortest way is not unique; turn about x
-        return np.asarray(np.diag([1.0, -1.0, -1.0]) @ about_axis)
-    # Rodrigues' formula for the rotation that takes +z to a.
-    cross = np.array([[0.0, 0.0, a[0]], [0.0, 0.0, a[1]], [-a[0], -a[1], 0.0]])
-    tilt = np.eye(3) + cross + cross @ cross / (1.0 + a[2])
+    across = math.hypot(a[0], a[1])
+    # The plane of the tilt; upside down the shortest way is not unique: over x.
+    x, y = (a[0] / across, a[1] / across) if across > 0.0 else (1.0, 0.0)
+    to_plane = np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])
+    length = math.hypot(across, a[2])
+    c, s = a[2] / length, across / length
+    tilt = to_plane @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ to_plane.T
     return np.asarray(tilt @ about_axis)

@@ -157,8 +157,8 @@ class PretravelMap:
     coefficients : (k,) float
         [mm]
     covariance : (k, k) float, or (k,) variances
-        Variances alone stand for independent coefficients; of a tabulated map, whose
-        neighbours share their errors, for wholly dependent ones. [mm²]
+        Variances alone stand for errors that neighbouring coefficients share wholly, so
+        that uncertainties, not variances, are interpolated between them. [mm²]
     support : DirectionSupport
         Directions (probe frame) that the map rests on.
     tip_radius : float
@@ -226,6 +226,12 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
             raise PretravelError("a map's coefficients and covariance must be finite")
         if np.any(variances < 0.0):
             raise PretravelError("a map's variances cannot be negative")
+        if covariance.ndim == 2:
+            lowest, highest = np.linalg.eigvalsh(covariance)[[0, -1]]
+            if not np.allclose(covariance, covariance.T, atol=1e-12 * max(highest, 0.0)) or (
+                lowest < -1e-9 * highest
+            ):
+                raise PretravelError("this is not a covariance: symmetric, no negative variance")
         if not self.tip_radius > 0.0:
             raise PretravelError(f"tip radius {self.tip_radius} mm: it must be positive")
         object.__setattr__(self, "coefficients", coefficients)
@@ -317,7 +323,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
             design = self.basis.design(directions[part])
             value[part] = design @ self.coefficients
             if with_uncertainty and self.covariance.ndim == 1:
-                variance[part] = self._variance_from_variances(design)
+                variance[part] = (design @ np.sqrt(self.covariance)) ** 2
             elif with_uncertainty:
                 variance[part] = np.sum((design @ self.covariance) * design, axis=1)
         return value, np.sqrt(np.maximum(variance, 0.0))
@@ -341,17 +347,10 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
             [mm²]
         """
         design = self.basis.design(self.probe_directions(normals))
-        if self.covariance.ndim == 1 and isinstance(self.basis, TabulatedBasis):
+        if self.covariance.ndim == 1:
             deviation = design @ np.sqrt(self.covariance)
             return np.outer(deviation, deviation)
-        if self.covariance.ndim == 1:
-            return np.asarray((design * self.covariance) @ design.T)
         return np.asarray(design @ self.covariance @ design.T)
-
-    def _variance_from_variances(self, design: FloatArray) -> FloatArray:
-        if isinstance(self.basis, TabulatedBasis):
-            return np.asarray((design @ np.sqrt(self.covariance)) ** 2)
-        return np.asarray(design**2 @ self.covariance)
 
     def _refuse_outside(self, directions: FloatArray) -> None:
         distance = self.support.interpolation(directions)[2]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pretravel.direction_support import DirectionSupport
@@ -159,6 +159,7 @@ def test_noise_free_sectors_return_the_table() -> None:
     assert np.abs(result.pretravel_map.pretravel(n) - table).max() < 1e-9
 
 
+@settings(max_examples=8)
 @given(st.integers(0, 10_000))
 def test_frame_invariance_of_a_qualification(seed: int) -> None:
     """Touches, axis and all turned and shifted together give the same map and radius."""
@@ -176,6 +177,8 @@ def test_frame_invariance_of_a_qualification(seed: int) -> None:
     assert other.effective_radius == pytest.approx(plain.effective_radius, abs=1e-9)
     assert np.allclose(other.center, shift + rotation @ plain.center, atol=1e-9)
     assert np.allclose(other.residuals, plain.residuals, atol=1e-9)
+    turned_back = rotation.T @ other.center_covariance @ rotation
+    assert np.allclose(turned_back, plain.center_covariance, atol=1e-15)
 
 
 def test_a_ring_s_centring_is_taken_off() -> None:

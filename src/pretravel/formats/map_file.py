@@ -79,7 +79,10 @@ def map_grid(
         the probe frame.
     """
     largest = math.degrees(float(polar_angle(pretravel_map.support.nodes).max()))
-    polar = np.arange(0.0, min(largest + 1e-9, 165.0) + 1e-9, polar_step)
+    largest = min(largest, 165.0)
+    polar = np.arange(0.0, largest + 1e-9, polar_step)
+    if largest - polar[-1] > 0.01:
+        polar = np.append(polar, largest)
     azimuth = np.arange(0.0, 360.0, azimuth_step)
     directions = grid(polar * DEGREE, azimuth * DEGREE)
     normals = directions @ pretravel_map.rotation.T
@@ -286,6 +289,8 @@ def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
     }
     if pretravel_map.repeatability:
         constants["repeatability_um"] = pretravel_map.repeatability / MICROMETRE
+    if pretravel_map.feed is not None:
+        constants["feed_mm_min"] = pretravel_map.feed
     rotation = pretravel_map.rotation
     if not np.allclose(rotation, np.eye(3), atol=1e-12):
         axis = rotation[:, 2]
@@ -297,7 +302,8 @@ def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
 
 
 def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
-    values = map_grid(pretravel_map)
+    # Fine enough for linear interpolation between: 0.1 µm where harmonics reach degree 24.
+    values = map_grid(pretravel_map, polar_step=2.5, azimuth_step=2.5)
     polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
     supported = np.isfinite(values["pretravel_um"])
     return {
@@ -410,6 +416,7 @@ def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         u_tip_radius=(_constant(table, "u_tip_radius_um") or 0.0) * MICROMETRE,
         repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
         rotation=rotation,
+        feed=_constant(table, "feed_mm_min"),
         provenance={
             "source": f"{'qualified' if table.has('u_um') else 'predicted'}, table {path.name}"
         },

@@ -13,6 +13,10 @@ from pretravel.errors import PretravelError
 from pretravel.pretravel_map import PretravelMap
 from pretravel.surface.shapes import Surface
 from pretravel.touches import Touches
+from pretravel.units import DEGREE
+
+OBLIQUE = 10.0 * DEGREE
+"""Approaches further off the normal than this are warned about. [rad]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,14 @@ class Points:
     deviation : (n,) float or None
         Distance from the nominal along its normal, positive outside. [mm]
     labels : tuple of str
+    largest_obliqueness : float
+        Largest angle between an approach and -n. [rad]
+
+    Notes
+    -----
+    Covariances are of single points. Errors of the map are common to points with like
+    normals (`PretravelMap.value_covariance`): averaging n points does not divide
+    their uncertainty by the root of n.
     """
 
     positions: FloatArray
@@ -40,6 +52,7 @@ class Points:
     covariance: FloatArray
     deviation: FloatArray | None
     labels: tuple[str, ...]
+    largest_obliqueness: float = 0.0
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -120,6 +133,7 @@ def apply(
         covariance=frozen(covariance),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
+        largest_obliqueness=float(np.arccos(np.clip(closing.min(), -1.0, 1.0))),
     )
 
 
@@ -139,6 +153,13 @@ def compensation_warnings(points: Points, pretravel_map: PretravelMap) -> list[s
         warnings.append(
             "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
             "(and a told repeatability) alone, not how far the described probe is from yours"
+        )
+    if points.largest_obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0:
+        warnings.append(
+            f"approaches are up to {points.largest_obliqueness / DEGREE:.0f}° off the normal: a "
+            "signal delay adds its travel along the approach, but a qualified map holds it as if "
+            "it were pretravel; at 45° and 12 µm of delay travel that is 3.5 µm. Probe along the "
+            "normal"
         )
     if points.deviation is not None:
         middle = float(np.median(points.deviation))

@@ -55,7 +55,9 @@ class MapFit:
 class HarmonicMapFit(MapFit):
     """The same with the regression's posterior, before what a shift explains went away."""
 
+    basis: HarmonicBasis
     posterior: HarmonicFit
+    shift_covariance_with_map: FloatArray  # (axes, k)
 
 
 def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None) -> HarmonicMapFit:
@@ -87,6 +89,7 @@ def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None)
         noise=fit.noise,
         leverage=np.diag(fit.hat),
         posterior=fit,
+        shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
     )
 
 

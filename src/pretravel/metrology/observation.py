@@ -183,12 +183,15 @@ def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> No
 
 def _repeats(normals: FloatArray) -> IntArray:
     """Number the directions in order of appearance; touches of one direction share it."""
-    _, first, inverse = np.unique(
-        np.round(normals / _SAME_DIRECTION).astype(np.int64),
-        axis=0,
-        return_index=True,
-        return_inverse=True,
-    )
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(normals).query_pairs(_SAME_DIRECTION, output_type="ndarray")
+    count = len(normals)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    label = connected_components(graph, directed=False)[1]
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[inverse.ravel()], dtype=np.int64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from pretravel.metrology.observation import Observation
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
+FEWEST_DIRECTIONS = 8
+"""With fewer directions left the others do not say enough of one."""
 OUTLIER_LEVEL = 0.01
 """Chance of naming any touch an outlier when all are good (Bonferroni)."""
 MOST_WRONG_DIRECTIONS = 3
@@ -56,42 +59,52 @@ def _outlier_factor(count: int) -> float:
 
 
 def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]:
-    """Touches far from the median of three or more of one direction."""
+    """Touches far from the median of their direction, and pairs far from each other."""
     from scipy.stats import chi2
 
     values, groups = observation.values, observation.groups
     count = np.bincount(groups)
-    big = np.flatnonzero(count >= 3)
-    if len(big) < 3:
+    repeated = np.flatnonzero(count >= 2)
+    if len(repeated) < 3:
         return []
-    medians = np.array([np.median(values[groups == g]) for g in big])
-    variances = np.array([np.var(values[groups == g], ddof=1) for g in big])
+    median = np.array([np.median(values[groups == g]) for g in repeated])
+    variance = np.array([np.var(values[groups == g], ddof=1) for g in repeated])
     # The median over directions is not moved by a few bad touches.
-    unbias = np.median(chi2.ppf(0.5, count[big] - 1) / (count[big] - 1))
-    limit = _outlier_factor(len(values)) * math.sqrt(float(np.median(variances) / unbias))
-    limit = max(limit, 1e-9)
+    unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
+    noise = math.sqrt(float(np.median(variance) / unbias))
+    limit = max(_outlier_factor(len(values)) * noise, 1e-9)
     found = []
-    for group, median in zip(big, medians, strict=True):
-        for row in np.flatnonzero(groups == group):
-            distance = float(values[row] - median)
-            if abs(distance) > limit:
-                found.append(
-                    Outlier(
-                        (int(row),),
-                        distance,
-                        limit,
-                        f"{touches.where(int(row))} at {describe(observation.directions[row])} "
-                        f"lies {distance / MICROMETRE:+.1f} µm from the median of the "
-                        f"{count[group]} touches of its direction; repeatability lets "
-                        f"{limit / MICROMETRE:.1f} µm pass. It was kept: remove the line and "
-                        "qualify again if it is wrong",
-                    )
+    for group, middle in zip(repeated, median, strict=True):
+        rows = np.flatnonzero(groups == group)
+        place = describe(observation.directions[rows[0]])
+        if len(rows) == 2:
+            # Of two nobody can say which; their difference scatters by the root of two more.
+            apart = float(values[rows[0]] - values[rows[1]])
+            if abs(apart) > math.sqrt(2.0) * limit:
+                names = " and ".join(touches.where(int(row)) for row in rows)
+                message = (
+                    f"{names} at {place} lie {abs(apart) / MICROMETRE:.1f} µm apart; repeatability "
+                    f"lets {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm pass. Both were kept: "
+                    "remove the wrong one, or both, and qualify again"
                 )
+                pair = (int(rows[0]), int(rows[1]))
+                found.append(Outlier(pair, apart, math.sqrt(2.0) * limit, message))
+            continue
+        for row in rows:
+            distance = float(values[row] - middle)
+            if abs(distance) > limit:
+                message = (
+                    f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
+                    f"from the median of the {len(rows)} touches of its direction; repeatability "
+                    f"lets {limit / MICROMETRE:.1f} µm pass. It was kept: remove the line and qualify "
+                    "again if it is wrong"
+                )
+                found.append(Outlier((int(row),), distance, limit, message))
     return found
 
 
 def direction_outliers(
-    touches: Touches, observation: Observation, fit: HarmonicMapFit
+    touches: Touches, observation: Observation, fit: HarmonicMapFit, named: Sequence[int] = ()
 ) -> list[Outlier]:
     """Directions far from what the others say of them: a chip, dirt, a wrong normal.
 
@@ -102,11 +115,17 @@ def direction_outliers(
     found: list[Outlier] = []
     kept = np.ones(len(observation.groups), dtype=bool)
     current, part = fit, observation
+    if len(named):  # touches that were named already must not hide others
+        kept[list(named)] = False
+        part = observation.take(kept)
+        current = fit_harmonic(part)
     for _ in range(MOST_WRONG_DIRECTIONS):
         suspect = _most_suspect(part, current)
         if suspect is None:
             break
         out = kept & (observation.groups == np.unique(observation.groups[kept])[suspect])
+        if len(np.unique(observation.groups[kept & ~out])) < FEWEST_DIRECTIONS:
+            break
         kept = kept & ~out
         part = observation.take(kept)
         current = fit_harmonic(part)

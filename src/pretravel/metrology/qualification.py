@@ -16,6 +16,7 @@ from pretravel.frames import probe_rotation
 from pretravel.metrology.map_fit import (
     EQUATORIAL,
     KINDS,
+    HarmonicMapFit,
     Kind,
     MapFit,
     fit_harmonic,
@@ -23,7 +24,7 @@ from pretravel.metrology.map_fit import (
 )
 from pretravel.metrology.observation import Observation, observe, pure_error
 from pretravel.metrology.outliers import Outlier, direction_outliers, repeat_outliers
-from pretravel.pretravel_map import HarmonicBasis, PretravelMap
+from pretravel.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -98,6 +99,7 @@ def qualify(
     u_diameter: float = 0.0,
     axial_pretravel: float | None = AXIAL_PRETRAVEL,
     axis: npt.ArrayLike = (0.0, 0.0, 1.0),
+    search_outliers: bool = True,
 ) -> Qualification:
     """Qualify a probe on a reference sphere or in a ring gauge.
 
@@ -124,7 +126,9 @@ def qualify(
         The reference is a ring, touched inside; its axis is the probe's.
     tip_diameter : float, optional
         [mm]. Not given: only differences of pretravel are known, the map's mean is
-        zero and its tip radius the effective one. Compensation is the same.
+        zero and its tip radius the effective one. Points come out the same but for the
+        height: without an absolute pretravel the axial convention has nothing to hold on
+        to, and the centre is the least-squares sphere's along the axis too.
     u_diameter : float
         Standard uncertainty of the diameter. [mm]
     axial_pretravel : float or None
@@ -133,6 +137,9 @@ def qualify(
         axis too. [mm]
     axis : (3,) float
         The probe's +z (tip to spindle) in the machine frame.
+    search_outliers : bool
+        Compare each direction with the others. It costs the kinds mean and sectors a
+        harmonic fit, which also tells noise from lobing where nothing is repeated.
 
     Returns
     -------
@@ -161,20 +168,27 @@ def qualify(
     observation = observe(touches, diameter, ring, tip_diameter, rotation)
     repeatability, repeatability_dof = pure_error(observation)
     outliers = repeat_outliers(touches, observation)
-    fit: MapFit
     told = axial_pretravel if kind == "harmonic" and tip_diameter is not None else None
+    fit: MapFit
+    lively: HarmonicMapFit | None = None
     if kind == "harmonic":
         first = fit_harmonic(observation)
         # Once more with the contact normals about the centre that was found.
-        found, _, _ = _settle(first, observation, told)
-        observation = replace(observation, center=found)
-        fit = second = fit_harmonic(observation, first.posterior.amplitudes)
-        outliers = outliers or direction_outliers(touches, observation, second)
+        observation = replace(observation, center=_settle(first, observation, told).center)
+        fit = lively = fit_harmonic(observation, first.posterior.amplitudes)
     else:
         fit = fit_table(observation, kind)
+        # What a table leaves is mostly the probe's lobing; noise and outliers show once
+        # that is taken off.
+        lively = fit_harmonic(observation) if search_outliers else None
+    if search_outliers and lively is not None:
+        named = [row for outlier in outliers for row in outlier.rows]
+        outliers = outliers + direction_outliers(touches, observation, lively, named)
     if repeatability_dof == 0.0:
-        repeatability, repeatability_dof = fit.noise, max(fit.dof, 1.0)
-    center, coefficients, gauge = _settle(fit, observation, told)
+        source = fit if lively is None else lively
+        repeatability, repeatability_dof = source.noise, max(source.dof, 1.0)
+    settled = _settle(fit, observation, told)
+    coefficients, gauge = settled.coefficients.copy(), settled.gauge
     offset = 0.0
     if tip_diameter is None:
         offset = fit.mean
@@ -186,7 +200,7 @@ def qualify(
     pretravel_map = PretravelMap(
         basis=fit.basis,
         coefficients=coefficients,
-        covariance=fit.covariance,
+        covariance=settled.covariance,
         support=DirectionSupport(observation.group_directions),
         tip_radius=observation.tip_radius - offset,
         u_tip_radius=0.5 * u_diameter,
@@ -201,11 +215,11 @@ def qualify(
             "gauge": f"pretravel is relative to {gauge}",
         },
     )
-    moved = (center - observation.center)[: observation.axes]
+    moved = (settled.center - observation.center)[: observation.axes]
     return Qualification(
         pretravel_map=pretravel_map,
-        center=frozen(rotation @ center),
-        center_covariance=frozen(axes @ fit.shift_covariance @ axes.T),
+        center=frozen(rotation @ settled.center),
+        center_covariance=frozen(axes @ settled.center_covariance @ axes.T),
         effective_radius=observation.tip_radius - fit.mean,
         u_effective_radius=math.hypot(fit.u_mean, 0.5 * u_diameter),
         residuals=frozen(fit.residuals),
@@ -216,38 +230,75 @@ def qualify(
         contact_normals=frozen(observation.directions @ rotation.T),
         groups=observation.groups,
         outliers=tuple(outliers),
-        warnings=tuple(_warnings(pretravel_map, observation, tip_diameter is not None)),
+        warnings=tuple(
+            _feed_warnings(touches)
+            + _warnings(pretravel_map, observation, tip_diameter is not None)
+        ),
     )
 
 
-def _settle(
-    fit: MapFit, observation: Observation, axial_pretravel: float | None
-) -> tuple[FloatArray, FloatArray, str]:
-    """Centre (probe frame), coefficients that go with it, and the convention in words."""
-    coefficients = fit.coefficients.copy()
+@dataclass(frozen=True, eq=False)
+class _Settled:
+    """A fit in the convention that tells its map from its centre, probe frame."""
+
+    center: FloatArray
+    center_covariance: FloatArray  # (axes, axes)
+    coefficients: FloatArray
+    covariance: FloatArray
+    gauge: str
+
+
+def _settle(fit: MapFit, observation: Observation, axial_pretravel: float | None) -> _Settled:
     # A centre moved by s adds n·s to the observed pretravel, in a ring as on a sphere.
     center = observation.center.copy()
     center[: observation.axes] -= fit.shift
-    gauge = "the reference's least-squares centre"
-    if axial_pretravel is None or observation.ring or not isinstance(fit.basis, HarmonicBasis):
-        return center, coefficients, gauge
+    least_squares = _Settled(
+        center=center,
+        center_covariance=fit.shift_covariance,
+        coefficients=fit.coefficients,
+        covariance=fit.covariance,
+        gauge="the reference's least-squares centre",
+    )
+    if axial_pretravel is None or observation.ring or not isinstance(fit, HarmonicMapFit):
+        return least_squares
     pole = np.array([[0.0, 0.0, 1.0]])
     if not DirectionSupport(observation.group_directions).supports(pole)[0]:
-        return center, coefficients, gauge + " (no touch near the pole tells its height better)"
-    axial = (fit.basis.design(pole) @ coefficients).item() - axial_pretravel
-    coefficients[(fit.basis.terms == (1, 0)).all(axis=1)] -= axial / math.sqrt(3.0)
+        return replace(
+            least_squares,
+            gauge=least_squares.gauge + " (no touch near the pole tells its height better)",
+        )
+    at_pole = fit.basis.design(pole)[0]
+    axial = float(at_pole @ fit.coefficients) - axial_pretravel
+    # The map less its own value at the pole: what is subtracted scatters with the touches too.
+    move = np.eye(len(fit.coefficients))
+    first_zonal = (fit.basis.terms == (1, 0)).all(axis=1)
+    move[first_zonal] -= at_pole / math.sqrt(3.0)
+    coefficients = fit.coefficients.copy()
+    coefficients[first_zonal] -= axial / math.sqrt(3.0)
+    center = center.copy()
     center[2] -= axial
+    along = np.array([0.0, 0.0, 1.0])
+    mixed = np.outer(fit.shift_covariance_with_map @ at_pole, along)
+    u_pole = math.sqrt(float(at_pole @ fit.covariance @ at_pole))
     gauge = (
         f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
         "(assumed: touches on a sphere cannot tell it) and is least-squares across"
     )
     if observation.directions[:, 2].max() < math.cos(MARGIN):
-        design = fit.basis.design(pole)
-        u_pole = math.sqrt((design @ fit.covariance @ design.T).item())
         gauge += (
-            f"; the pole was not touched, its value interpolated (u {u_pole / MICROMETRE:.1f} µm)"
+            "; the pole was not touched, its value is interpolated "
+            f"(u {u_pole / MICROMETRE:.1f} µm)"
         )
-    return center, coefficients, gauge
+    return _Settled(
+        center=center,
+        center_covariance=fit.shift_covariance
+        + mixed
+        + mixed.T
+        + u_pole**2 * np.outer(along, along),
+        coefficients=coefficients,
+        covariance=move @ fit.covariance @ move.T,
+        gauge=gauge,
+    )
 
 
 def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
@@ -271,6 +322,17 @@ def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, Floa
     candidates = np.concatenate([spread, around])
     directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
     return directions, pretravel_map.standard_uncertainty(directions @ pretravel_map.rotation.T)
+
+
+def _feed_warnings(touches: Touches) -> list[str]:
+    if touches.feeds is None or np.ptp(touches.feeds) <= 0.01 * touches.feeds.max():
+        return []
+    slowest, fastest = touches.feeds.min(), touches.feeds.max()
+    warning = (
+        f"the touches were made at {slowest:g} to {fastest:g} mm/min: delay travel changes with "
+        "the feed and is now spread over the map; qualify at one feed"
+    )
+    return [warning]
 
 
 def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: bool) -> list[str]:

@@ -72,9 +72,10 @@ def arm_lift(
     Frictionless seats cannot hold the tripod once the first has opened; that a
     whole rod lifts later presupposes something that still holds it sideways
     (friction, a groove). The criterion then is the classical lever: the rod's
-    load along the probe axis, N_left + N_right, falls to zero while the tripod
-    tips over the other two rods. It gives the larger of the two forces, for
-    circuits that sense arms and not single contacts.
+    load along the probe axis, (N_left + N_right) sin(support angle), falls away while
+    the tripod tips over the other two rods. The threshold is one of the sum
+    N_left + N_right. It gives the larger of the two forces, for circuits that sense
+    arms and not single contacts.
 
     >>> rest, unit = np.full(6, 2.0), np.array([[0.5, 0.5, 1.0, 1.0, -1.0, -3.0]])
     >>> force, seat = arm_lift(rest, unit)

@@ -151,10 +151,13 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         load = load + np.concatenate([weight, np.cross(arm, weight)])
     rest = np.linalg.solve(wrenches, -load)
     worst = int(np.argmin(rest))
-    if rest[worst] <= max(probe.threshold, 0.0) + 1e-12:
+    # What the criterion looks at must be above its threshold, and no seat may pull.
+    watched = rest if probe.criterion == "first_contact" else rest[0::2] + rest[1::2]
+    if rest[worst] <= 1e-12 or watched.min() <= probe.threshold + 1e-12:
         raise DescriptionError(
-            f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N, which is not above "
-            f"the trigger threshold of {probe.threshold:g} N: the probe would never be seated. "
+            f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N; against the trigger "
+            f"threshold of {probe.threshold:g} N ({probe.criterion}) the probe would never be "
+            "seated. "
             "Raise the preload, lower the threshold"
             + (" or the moving mass" if gravity is not None else " or spread the rods evenly")
         )
