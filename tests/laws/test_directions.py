@@ -47,6 +47,12 @@ def test_a_turn_is_counter_clockwise_about_the_axis() -> None:
     assert np.allclose(probe_rotation((0, 0, 1), np.pi / 2) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
 
 
+@pytest.mark.parametrize("tilt", [1e-3, 1e-5, 2e-6, 1e-9])
+def test_nearly_upside_down_keeps_its_digits(tilt: float) -> None:
+    rotation = probe_rotation(unit([tilt, 0.3 * tilt, -1.0]), 0.4)
+    assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+
+
 def test_upside_down_is_a_rotation_too() -> None:
     rotation = probe_rotation((0.0, 0.0, -1.0))
     assert np.linalg.det(rotation) == pytest.approx(1.0)
@@ -101,6 +107,12 @@ class TestSupport:
         support = DirectionSupport(grid(np.pi / 2, np.radians([0.0, 40.0])))
         supported = support.supports(grid(np.pi / 2, np.radians([20.0, 60.0, 180.0])))
         assert supported.tolist() == [True, False, False]
+
+    def test_a_wide_hole_is_a_hole(self) -> None:
+        """Three directions 65° from their centre do not support it; three at 55° do."""
+        for polar, expected in ((65.0, False), (55.0, True)):
+            support = DirectionSupport(grid(np.radians(polar), np.radians([0.0, 120.0, 240.0])))
+            assert support.supports([[0.0, 0.0, 1.0]])[0] == expected
 
     @given(st.floats(0.0, 90.0), st.floats(0.0, 360.0), st.floats(0.0, 6.3))
     def test_interpolation_has_no_seam(self, polar: float, azimuth: float, way: float) -> None:

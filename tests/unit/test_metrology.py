@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from pretravel.direction_support import DirectionSupport
-from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.errors import ExtrapolationError, PretravelError
+from pretravel.formats.csv_table import read_csv_table
+from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.metrology.compensation import apply
 from pretravel.metrology.fitting import fit_sphere
@@ -84,6 +90,34 @@ class TestCompensation:
         along = (n @ sample @ n.T).item()
         assert points.standard_uncertainty[0] == pytest.approx(np.sqrt(along), rel=0.03)
 
+    def test_oblique_map_uncertainty_in_closed_form(self) -> None:
+        """Approach 60° off the normal: the travel's uncertainty is that of the map over cos 60°,
+        and along the normal it comes back to the map's. Repeatability acts along the approach."""
+        n = np.array([[0.0, 0.0, 1.0]])
+        a = np.array([[math.sqrt(0.75), 0.0, -0.5]])
+        quiet = replace(self._map(), repeatability=0.0, u_tip_radius=0.0)
+        points = apply(Touches([[0.0, 0.0, 3.0]], n, a), quiet)
+        assert np.allclose(points.covariance[0], 4.0 * 4e-8 * np.outer(a[0], a[0]), atol=1e-18)
+        assert points.standard_uncertainty[0] == pytest.approx(2e-4)
+        noisy = replace(quiet, repeatability=3e-4, covariance=np.zeros((1, 1)))
+        along = apply(Touches([[0.0, 0.0, 3.0]], n, a), noisy).standard_uncertainty[0]
+        assert along == pytest.approx(0.5 * 3e-4)
+
+    def test_deviation_has_a_sign_and_only_the_normal_part(self) -> None:
+        n = np.array([[0.0, 0.0, 1.0]])
+        low = Touches([[6.0, 5.0, 3.0 - 0.012 - 0.005]], n, nominal_points=[[5.0, 5.0, 0.0]])
+        deviation = apply(low, self._map()).deviation
+        assert deviation is not None
+        assert deviation[0] == pytest.approx(-0.005, abs=1e-12)
+
+    def test_u_um_in_the_file_is_along_the_normal(self, tmp_path: Path) -> None:
+        n = np.array([[0.0, 0.6, 0.8]])
+        a = unit([[0.3, -0.1, -1.0]])
+        points = apply(Touches([[0.0, 0.0, 3.0]], n, a), self._map())
+        write_points(tmp_path / "p.csv", points)
+        written = read_csv_table(tmp_path / "p.csv").numbers("u_um")[0, 0]
+        assert written == pytest.approx(1e3 * math.sqrt((n @ points.covariance[0] @ n.T).item()))
+
     def test_deviation_from_nominal_points_and_surfaces(self) -> None:
         n = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]])
         surface = np.array([[5.0, 5.0, 0.0], [0.0, 6.0, 8.0]])
@@ -151,6 +185,110 @@ class TestQualification:
         assert result.pretravel_map.u_tip_radius == pytest.approx(2e-4)
         assert result.u_effective_radius > 2e-4
 
+    def test_uncertainties_of_the_mean_kind_by_hand(self) -> None:
+        """Eight directions once. What the mean leaves in any one direction: sum of squares over
+        8 - 4. The radius: the same over the normal equations of a sphere, by numpy alone."""
+        n = sphere_pattern_25()[[0, 5, 7, 9, 13, 15, 17, 19]]
+        touches = sphere_touches(self._pretravel(n), n)
+        result = qualify(
+            touches, 25.0, tip_diameter=6.0, kind="mean", u_diameter=4e-4, search_outliers=False
+        )
+        distance = np.linalg.norm(touches.positions - result.center, axis=1)
+        left = distance - distance.mean()
+        variance = np.sum(left**2) / 4
+        normals = (touches.positions - result.center) / distance[:, None]
+        design = np.hstack([np.ones((8, 1)), normals])
+        inverse = np.linalg.inv(design.T @ design)
+        u = result.pretravel_map.standard_uncertainty(n)
+        assert np.allclose(u, math.sqrt(variance), rtol=1e-4)
+        expected = math.hypot(math.sqrt(variance * inverse[0, 0]), 2e-4)
+        assert result.u_effective_radius == pytest.approx(expected, rel=1e-4)
+        assert np.allclose(result.center_covariance, variance * inverse[1:, 1:], rtol=1e-3)
+
+    def test_without_repeats_noise_is_not_lobing(self) -> None:
+        """Kind mean, each direction once: 3 µm of lobing around it, yet the probe repeats to
+        0.3 µm; degrees of freedom are the harmonic fit's."""
+        n = fibonacci_cap(150, np.radians(90.0))
+        rng = np.random.default_rng(1)
+        pretravel = self._pretravel(n) + rng.normal(0.0, 3e-4, 150)
+        result = qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0, kind="mean")
+        assert np.std(result.residuals) > 1.5e-3
+        assert result.repeatability == pytest.approx(3e-4, rel=0.25)
+        assert result.repeatability_dof < 150
+
+    def test_repeatability_without_repeats_has_the_fit_s_degrees_of_freedom(self) -> None:
+        n = fibonacci_cap(150, np.radians(90.0))
+        result = qualify(sphere_touches(self._pretravel(n), n), 25.0, tip_diameter=6.0)
+        assert result.repeatability_dof == result.degrees_of_freedom
+
+    @pytest.mark.parametrize("told", [1e-3, None])
+    def test_harmonic_centre_radius_and_map_in_either_gauge(self, told: float | None) -> None:
+        """60 noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
+        sigma); a prior makes the map scatter less than it says, never more: factors 0.5 to 1.3.
+        In the gauge of the pole the value there is told, so it has no uncertainty left."""
+        centers, radii, values, stated = [], [], [], []
+        check = fibonacci_cap(40, np.radians(85.0))
+        for seed in range(60):
+            result = qualify(
+                self._touches(seed), 25.0, tip_diameter=6.0, axial_pretravel=told,
+                search_outliers=False,
+            )  # fmt: skip
+            centers.append(result.center)
+            radii.append(result.effective_radius)
+            values.append(result.pretravel_map.pretravel(check))
+            stated.append(
+                [
+                    *np.sqrt(np.diag(result.center_covariance)),
+                    result.u_effective_radius,
+                    *result.pretravel_map.standard_uncertainty(check),
+                ]
+            )
+        scatter = np.concatenate([np.std(centers, axis=0), [np.std(radii)], np.std(values, axis=0)])
+        u = np.mean(stated, axis=0)
+        ratio = scatter[:4] / u[:4]
+        assert np.all((ratio > 0.5) & (ratio < 1.3)), ratio
+        assert np.all(scatter[4:] < 1.3 * u[4:])
+        pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
+        assert (pole < 1e-9) == (told is not None)
+
+    def test_sectors_without_a_tip_diameter_give_the_same_points(self) -> None:
+        touches = self._touches()
+        found = []
+        for tip_diameter in (6.0, None):
+            made = qualify(touches, 25.0, tip_diameter=tip_diameter, kind="sectors").pretravel_map
+            found.append(apply(touches, made).positions)
+        assert np.allclose(found[0], found[1], atol=1e-9)
+
+    def test_a_pair_that_disagrees_is_named(self) -> None:
+        touches = self._touches(repeats=2)
+        assert qualify(touches, 25.0, tip_diameter=6.0).outliers == ()
+        positions = touches.positions.copy()
+        positions[20] += 0.005 * touches.normals[20]
+        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
+        assert [outlier.rows for outlier in result.outliers] == [(20, 21)]
+
+    def test_one_bad_touch_does_not_hide_a_bad_direction(self) -> None:
+        touches = self._touches()
+        positions = touches.positions.copy()
+        positions[30:33] += 0.02 * touches.normals[30:33]
+        positions[50] += 0.005 * touches.normals[50]
+        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
+        assert {outlier.rows for outlier in result.outliers} == {(50,), (30, 31, 32)}
+
+    def test_repeats_are_told_by_distance(self) -> None:
+        """A cell's border between two normals 1e-9 apart is no border."""
+        n = np.repeat(sphere_pattern_25(), 2, axis=0)
+        n[::2, 0] += 1e-9
+        n[:, 0] += 0.0005 * n[:, 2]
+        result = qualify(sphere_touches(self._pretravel(n), unit(n)), 25.0, tip_diameter=6.0)
+        assert result.groups.max() == 24
+
+    def test_mixed_feeds_are_warned_of(self) -> None:
+        touches = self._touches()
+        mixed = replace(touches, feeds=np.where(np.arange(75) < 40, 50.0, 500.0))
+        warnings = qualify(mixed, 25.0, tip_diameter=6.0, kind="mean").warnings
+        assert any("50 to 500 mm/min" in warning for warning in warnings)
+
     def test_degrees_of_freedom(self) -> None:
         """Mean: 75 touches less centre (3) and mean (1)."""
         assert (
@@ -169,6 +307,7 @@ class TestQualification:
                 25.0,
                 tip_diameter=6.0,
                 kind="mean",
+                search_outliers=False,
             )
             for _ in range(600)
         ]
@@ -209,6 +348,21 @@ class TestMapValidation:
     def test_sizes(self, coefficients: np.ndarray, covariance: np.ndarray, words: str) -> None:
         with pytest.raises(PretravelError, match=words):
             PretravelMap(MeanBasis(), coefficients, covariance, self.SUPPORT, tip_radius=3.0)
+
+    def test_not_a_covariance(self) -> None:
+        bad = np.array([[1e-8, -9e-8], [-9e-8, 1e-8]])
+        basis = HarmonicBasis(np.array([[0, 0], [1, 0]]))
+        with pytest.raises(PretravelError, match="not a covariance"):
+            PretravelMap(basis, np.zeros(2), bad, self.SUPPORT, tip_radius=3.0)
+
+    def test_variances_alone_are_shared_errors(self) -> None:
+        """Halfway between sectors of 2 and 4 µm u is 3 µm, not less than either's share."""
+        variances = np.full(10, 4e-6)
+        variances[3] = 16e-6
+        made = PretravelMap(SectorBasis(), np.zeros(10), variances, self.SUPPORT, tip_radius=3.0)
+        between = from_angles(np.pi / 2, np.radians([45.0, 30.0]))
+        assert np.allclose(made.standard_uncertainty(between), [3e-3, 2e-3])
+        assert np.allclose(made.value_covariance(between), np.outer([3e-3, 2e-3], [3e-3, 2e-3]))
 
     def test_values_cannot_be_written_to(self) -> None:
         made = PretravelMap(MeanBasis(), np.zeros(1), np.zeros(1), self.SUPPORT, tip_radius=3.0)

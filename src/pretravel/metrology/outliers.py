@@ -95,9 +95,9 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
             if abs(distance) > limit:
                 message = (
                     f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
-                    f"from the median of the {len(rows)} touches of its direction; repeatability "
-                    f"lets {limit / MICROMETRE:.1f} µm pass. It was kept: remove the line and qualify "
-                    "again if it is wrong"
+                    f"from the median of the {len(rows)} touches of its direction; "
+                    f"{limit / MICROMETRE:.1f} µm would pass. It was kept: remove the line and "
+                    "qualify again if it is wrong"
                 )
                 found.append(Outlier((int(row),), distance, limit, message))
     return found
