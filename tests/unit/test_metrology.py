@@ -251,6 +251,17 @@ class TestQualification:
         pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
         assert (pole < 1e-9) == (told is not None)
 
+    def test_in_the_least_squares_gauge_the_map_has_no_first_harmonic(self) -> None:
+        """Neither the map nor its uncertainty: over the touched directions a least-squares sphere
+        finds no shift in the values, and none in their covariance."""
+        touches = self._touches()
+        result = qualify(touches, 25.0, tip_diameter=6.0, axial_pretravel=None)
+        n = result.contact_normals
+        shift = np.linalg.pinv(np.hstack([np.ones((75, 1)), n]))[1:]
+        assert np.abs(shift @ result.pretravel_map.pretravel(n)).max() < 1e-9
+        covariance = shift @ result.pretravel_map.value_covariance(n) @ shift.T
+        assert np.abs(covariance).max() < 1e-6 * result.center_covariance.max()
+
     def test_sectors_without_a_tip_diameter_give_the_same_points(self) -> None:
         touches = self._touches()
         found = []
