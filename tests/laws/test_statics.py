@@ -216,3 +216,14 @@ class TestGravity:
 def test_a_pull_out_of_the_seats_is_refused(omp40: Probe) -> None:
     with pytest.raises(PretravelError, match="never triggers"):
         predict(omp40, [[0.0, 0.0, -1.0]])
+
+
+def test_a_left_seat_is_on_the_counter_clockwise_side(omp40: Probe) -> None:
+    """Rod A lies along +x; its left seat is at +y and pushes the rod towards -y, and up."""
+    from pretravel.trigger.seats import SEAT_NAMES
+
+    statics = seat_statics(omp40)
+    left = SEAT_NAMES.index("A-left")
+    assert np.allclose(statics.points[left], [16.34, 0.0, 0.0])
+    angle = np.radians(27.266)
+    assert np.allclose(statics.normals[left], [0.0, -np.cos(angle), np.sin(angle)])
