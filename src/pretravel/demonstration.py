@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +16,10 @@ from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.map_file import write_map
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
-from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import apply
 from pretravel.metrology.map_fit import KINDS, Kind
 from pretravel.metrology.qualification import qualify
+from pretravel.page import write_page
 from pretravel.report import points_report, qualification_report, table
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
@@ -173,12 +172,18 @@ def demonstrate(data: Path, output: Path) -> str:
         ("The probe, qualified on the sphere", qualification_report(best)),
         ("The part, compensated", points_report(points)),
         ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part)),
-        ("Read as", _READ_SPHERE.format(noise=noise)),
+        ("", _READ_SPHERE.format(noise=noise)),
         ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
-        ("Read as", _READ_RING),
+        ("", _READ_RING),
     ]
-    _write_page(output / "index.html", sections, _CAPTIONS)
-    text = "\n\n".join(f"{title}\n{body}" for title, body in sections)
+    write_page(
+        output / "index.html",
+        "pretravel: from touches to compensated points",
+        sections,
+        {_CAPTIONS[name]: figure for name, figure in pictures.items()},
+        files=("points.csv", "map.nc", *pictures),
+    )
+    text = "\n\n".join(f"{title}\n{body}".lstrip() for title, body in sections)
     return (
         f"{text}\n\nLook at {(output / 'index.html').resolve()}\n"
         "(points.csv, map.nc and the pictures are beside it)"
@@ -257,33 +262,3 @@ def _ring_picture(ring: Touches) -> Figure:
         },
         "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring taken off",
     )
-
-
-def _write_page(
-    path: Path, sections: Sequence[tuple[str, str]], pictures: Mapping[str, str]
-) -> None:
-    style = (
-        "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;"
-        "color:#222}img{max-width:100%}pre{background:#f4f4f2;padding:1rem;overflow-x:auto}"
-        "h1,h2{color:#1b4965}figure{margin:1rem 0}figcaption{color:#555;font-size:.9em}"
-    )
-    blocks = "".join(
-        f"<h2>{html.escape(title)}</h2><pre>{html.escape(body)}</pre>\n"
-        if title != "Read as"
-        else f"<p>{html.escape(body)}</p>\n"
-        for title, body in sections
-    )
-    figures = "".join(
-        f'<figure><img src="{name}" alt="{html.escape(caption)}">'
-        f"<figcaption>{html.escape(caption)}</figcaption></figure>\n"
-        for name, caption in pictures.items()
-    )
-    text = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>pretravel: the main job</title><style>{style}</style></head><body>\n"
-        "<h1>pretravel: from touches to compensated points</h1>\n"
-        '<p>Files: <a href="points.csv">points.csv</a>, <a href="map.nc">map.nc</a></p>\n'
-        f"{blocks}{figures}</body></html>\n"
-    )
-    with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")

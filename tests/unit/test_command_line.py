@@ -195,6 +195,23 @@ class TestMainJob:
         assert "50 mm/min" in result.stderr
 
 
+def test_pages(tmp_path: Path) -> None:
+    """One file with the numbers and a picture in it."""
+    saved = tmp_path / "map.nc"
+    options = ["--diameter", 24.9987, "--tip-diameter", 6]
+    run("qualify", SPHERE, *options, "-o", saved)
+    pages = {
+        "q.html": (["qualify", SPHERE, *options], "repeatability"),
+        "c.html": (["compensate", PART, "--map", saved], "140 points"),
+        "p.html": (["predict", "omp40-2"], "trigger force"),
+    }
+    for name, (arguments, words) in pages.items():
+        run(*arguments, "-o", tmp_path / name)
+        page = (tmp_path / name).read_text()
+        assert words in page
+        assert "data:image/png;base64," in page
+
+
 class TestFilesAreSafe:
     def test_inputs_are_not_overwritten(self, tmp_path: Path) -> None:
         own = tmp_path / "own.csv"

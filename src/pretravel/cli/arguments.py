@@ -13,8 +13,8 @@ from pretravel.errors import PretravelError
 _MOST_VALUES = 100_000
 
 PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".nc", ".csv", ".json")
-POINTS = (".csv", ".nc", ".json")
+MAPS = (".nc", ".csv", ".json", ".html")
+POINTS = (".csv", ".nc", ".json", ".html")
 
 
 def check_files(

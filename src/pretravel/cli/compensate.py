@@ -14,7 +14,10 @@ def compensate(
         Path, typer.Option("--map", help="Map from qualify or predict: .nc, or a .csv table.")
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Surface points: .csv, .nc or .json.")
+        Path,
+        typer.Option(
+            "--output", "-o", help="Surface points: .csv, .nc or .json; or a page, .html."
+        ),
     ],
     nominal: Annotated[
         str | None,
@@ -57,16 +60,26 @@ def compensate(
             )
     with working(f"compensating {len(measured)} touches"):
         points = apply(measured, pretravel_map, nominal=surface, extrapolate=extrapolate)
-    write_points(
-        output,
-        points,
-        f"{touches.name} compensated with {map_file.name} ({pretravel_map.kind}; "
-        f"{pretravel_map.provenance.get('source', 'unknown')})",
-    )
+    report = points_report(points)
+    warnings = compensation_warnings(points, pretravel_map)
+    if output.suffix.lower() == ".html":
+        from pretravel.page import write_page
+        from pretravel.plotting import plot_points
+
+        title = f"pretravel compensate: {touches.name}"
+        sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
+        write_page(output, title, sections, {"Compensated points": plot_points(points)})
+    else:
+        write_points(
+            output,
+            points,
+            f"{touches.name} compensated with {map_file.name} ({pretravel_map.kind}; "
+            f"{pretravel_map.provenance.get('source', 'unknown')})",
+        )
     if plot is not None:
         from pretravel.plotting import plot_points, save
 
         save(plot_points(points, f"{touches.name}, compensated"), plot)
-    typer.echo(points_report(points))
-    for warning in compensation_warnings(points, pretravel_map):
+    typer.echo(report)
+    for warning in warnings:
         typer.echo(f"Warning: {warning}", err=True)

@@ -36,7 +36,8 @@ def predict(
         typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Map: .csv, .nc or .json.")
+        Path | None,
+        typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
 ) -> None:
@@ -74,7 +75,14 @@ def predict(
     # The angles that were asked for; at the pole a direction has lost its azimuth.
     table["polar_deg"] = np.repeat(polar_deg, len(azimuth_deg))
     table["azimuth_deg"] = np.tile(azimuth_deg, len(polar_deg))
-    if output is not None:
+    report = prediction_report(trigger, description.name)
+    if output is not None and output.suffix.lower() == ".html":
+        from pretravel.page import write_page
+        from pretravel.plotting import plot_prediction, plot_probe
+
+        pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
+        write_page(output, f"pretravel predict: {description.name}", [("Result", report)], pictures)
+    elif output is not None:
         write_map(
             output,
             prediction.predicted_map(description, trigger),
@@ -84,4 +92,4 @@ def predict(
         from pretravel.plotting import plot_prediction, save
 
         save(plot_prediction(trigger, f"{description.name}, model {model}"), plot)
-    typer.echo(prediction_report(trigger, description.name))
+    typer.echo(report)

@@ -42,7 +42,8 @@ def qualify(
         str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
     ] = "0,0,1",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json.")
+        Path | None,
+        typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
 ) -> None:
@@ -80,12 +81,24 @@ def qualify(
             axial_pretravel=axial,
             axis=unit_vector(axis, "--axis"),
         )
-    if output is not None:
+    report = qualification_report(result)
+    if output is not None and output.suffix.lower() == ".html":
+        from pretravel.page import write_page
+        from pretravel.plotting import plot_qualification
+
+        sections = [("Result", report), *(("", f"Warning: {w}") for w in result.warnings)]
+        write_page(
+            output,
+            f"pretravel qualify: {touches.name}",
+            sections,
+            {f"Map kind {kind}": plot_qualification(result)},
+        )
+    elif output is not None:
         write_map(output, result.pretravel_map)
     if plot is not None:
         from pretravel.plotting import plot_qualification, save
 
         save(plot_qualification(result, f"{touches.name}, map kind {kind}"), plot)
-    typer.echo(qualification_report(result))
+    typer.echo(report)
     for warning in result.warnings:
         typer.echo(f"Warning: {warning}", err=True)

@@ -1,0 +1,71 @@
+"""Results as one HTML page: text and pictures in a single file that opens anywhere."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pretravel.formats.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;"
+    "color:#222}img{max-width:100%}pre{background:#f4f4f2;padding:1rem;overflow-x:auto}"
+    "h1,h2{color:#1b4965}figure{margin:1rem 0}figcaption{color:#555;font-size:.9em}"
+)
+
+
+def write_page(
+    path: str | Path,
+    title: str,
+    sections: Sequence[tuple[str, str]],
+    figures: Mapping[str, Figure],
+    files: Sequence[str] = (),
+) -> None:
+    """Write a page, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    title : str
+    sections : pairs of heading and text
+        A section without a heading is running text, others are set as they are.
+    figures : mapping of caption to matplotlib.figure.Figure
+        Held in the page itself.
+    files : strings
+        Names of files beside the page, to link to.
+    """
+    blocks = [
+        f"<h2>{html.escape(heading)}</h2><pre>{html.escape(text)}</pre>"
+        if heading
+        else f"<p>{html.escape(text)}</p>"
+        for heading, text in sections
+    ]
+    for caption, figure in figures.items():
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+        data = base64.b64encode(picture.getvalue()).decode()
+        words = html.escape(caption)
+        blocks.append(
+            f'<figure><img src="data:image/png;base64,{data}" alt="{words}">'
+            f"<figcaption>{words}</figcaption></figure>"
+        )
+    links = ", ".join(f'<a href="{name}">{html.escape(name)}</a>' for name in files)
+    page = "\n".join(
+        [
+            '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
+            f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>",
+            f"<h1>{html.escape(title)}</h1>",
+            *([f"<p>Files: {links}</p>"] if files else []),
+            *blocks,
+            "</body></html>\n",
+        ]
+    )
+    with whole_file(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
