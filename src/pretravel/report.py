@@ -11,7 +11,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.metrology.compensation import Points
-from pretravel.metrology.qualification import Qualification, supported_uncertainty
+from pretravel.metrology.qualification import Qualification, over_support
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -94,7 +94,7 @@ def qualification_report(result: Qualification) -> str:
     normals = result.contact_normals
     value = pretravel_map.pretravel(normals, extrapolate=True)
     u = pretravel_map.standard_uncertainty(normals)
-    between = float(supported_uncertainty(pretravel_map)[1].max())
+    between = float(over_support(pretravel_map)[2].max())
     dof = (
         f"{result.repeatability_dof:.0f} degrees of freedom"
         if math.isfinite(result.repeatability_dof)

@@ -301,8 +301,8 @@ def _settle(fit: MapFit, observation: Observation, axial_pretravel: float | None
     )
 
 
-def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
-    """Standard uncertainty of a map all over the directions that it supports.
+def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A map all over the directions that it supports.
 
     Parameters
     ----------
@@ -312,7 +312,7 @@ def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, Floa
     -------
     directions : (n, 3) float
         Spread over the support, probe frame, the map's own nodes among them.
-    u : (n,) float
+    pretravel, standard_uncertainty : (n,) float each
         [mm]
     """
     nodes = pretravel_map.support.nodes
@@ -321,7 +321,8 @@ def supported_uncertainty(pretravel_map: PretravelMap) -> tuple[FloatArray, Floa
     around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 720))
     candidates = np.concatenate([spread, around])
     directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
-    return directions, pretravel_map.standard_uncertainty(directions @ pretravel_map.rotation.T)
+    normals = directions @ pretravel_map.rotation.T
+    return directions, *pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
 
 
 def _feed_warnings(touches: Touches) -> list[str]:
@@ -349,9 +350,7 @@ def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: 
             "without --tip-diameter the map is relative to its mean, and the centre's height "
             "along the axis is that of the least-squares sphere, usually 5 to 15 µm off"
         )
-    directions, _ = supported_uncertainty(pretravel_map)
-    normals = directions @ pretravel_map.rotation.T
-    value, u = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
+    directions, value, u = over_support(pretravel_map)
     if tip_known and value.min() < -IMPLAUSIBLE - 3.0 * u[np.argmin(value)]:
         found.append(
             f"pretravel falls to {value.min() / MICROMETRE:.1f} µm at "
