@@ -15,7 +15,7 @@ from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
-from pretravel.metrology.compensation import apply
+from pretravel.metrology.compensation import apply, compensation_warnings
 from pretravel.metrology.fitting import fit_sphere
 from pretravel.metrology.map_fit import Kind
 from pretravel.metrology.qualification import qualify
@@ -102,6 +102,16 @@ class TestCompensation:
         noisy = replace(quiet, repeatability=3e-4, covariance=np.zeros((1, 1)))
         along = apply(Touches([[0.0, 0.0, 3.0]], n, a), noisy).standard_uncertainty[0]
         assert along == pytest.approx(0.5 * 3e-4)
+
+    def test_oblique_approaches_are_warned_of(self) -> None:
+        """Only of a map that was measured, so that it may hold a delay."""
+        n = np.array([[0.0, 0.0, 1.0]])
+        for tilt, noise, expected in ((30.0, 3e-4, True), (5.0, 3e-4, False), (30.0, 0.0, False)):
+            a = [[math.sin(math.radians(tilt)), 0.0, -math.cos(math.radians(tilt))]]
+            touches = Touches([[0.0, 0.0, 3.0]], n, a)  # type: ignore[arg-type]
+            pretravel_map = replace(self._map(), repeatability=noise)
+            warnings = compensation_warnings(touches, apply(touches, pretravel_map), pretravel_map)
+            assert any("off the normal" in warning for warning in warnings) == expected
 
     def test_deviation_has_a_sign_and_only_the_normal_part(self) -> None:
         n = np.array([[0.0, 0.0, 1.0]])

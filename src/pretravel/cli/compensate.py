@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import PICTURES, POINTS, check_files, working
+from pretravel.cli.options import Picture
 
 
 def compensate(
@@ -32,7 +33,7 @@ def compensate(
     extrapolate: Annotated[
         bool, typer.Option("--extrapolate", help="Also for directions outside the map.")
     ] = False,
-    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+    plot: Picture = None,
 ) -> None:
     """Compensate touches: surface points with uncertainties.
 
@@ -49,19 +50,10 @@ def compensate(
     surface = None if nominal is None else parse_surface(nominal)
     measured = read_touches(touches)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
-    if pretravel_map.feed is not None and measured.feeds is not None:
-        slowest, fastest = float(measured.feeds.min()), float(measured.feeds.max())
-        if not (slowest == fastest and abs(fastest / pretravel_map.feed - 1.0) < 0.01):
-            typer.echo(
-                f"Warning: the map was made at {pretravel_map.feed:g} mm/min, these touches at "
-                f"{slowest:g} to {fastest:g}; the delay travel (feed × signal delay) changes with "
-                "the feed. Qualify at the feed you measure with.",
-                err=True,
-            )
     with working(f"compensating {len(measured)} touches"):
         points = apply(measured, pretravel_map, nominal=surface, extrapolate=extrapolate)
     report = points_report(points)
-    warnings = compensation_warnings(points, pretravel_map)
+    warnings = compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":
         from pretravel.page import write_page
         from pretravel.plotting import plot_points

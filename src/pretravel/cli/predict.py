@@ -13,10 +13,11 @@ from pretravel.cli.arguments import (
     unit_vector,
     working,
 )
+from pretravel.cli.options import Gravity, Picture, ProbeName, Workpiece
 
 
 def predict(
-    probe: Annotated[str, typer.Argument(help="Catalogue name, or path of a TOML description.")],
+    probe: ProbeName,
     model: Annotated[
         str, typer.Option(help="analytic: elastic stylus and seats; shen: one cantilever.")
     ] = "analytic",
@@ -30,16 +31,13 @@ def predict(
         float | None,
         typer.Option(help="Tip centre to the plane of the rods, mm; the hub offset follows."),
     ] = None,
-    workpiece: Annotated[str, typer.Option(help="Material of the part.")] = "steel",
-    gravity: Annotated[
-        str | None,
-        typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
-    ] = None,
+    workpiece: Workpiece = "steel",
+    gravity: Gravity = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html."),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+    plot: Picture = None,
 ) -> None:
     """Predict trigger force, sensing distance and pretravel over directions.
 

@@ -13,6 +13,7 @@ from pretravel.cli.arguments import (
     unit_vector,
     working,
 )
+from pretravel.cli.options import Picture
 
 
 def qualify(
@@ -45,7 +46,7 @@ def qualify(
         Path | None,
         typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+    plot: Picture = None,
 ) -> None:
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 

@@ -6,10 +6,11 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import PICTURES, check_files, unit_vector, working
+from pretravel.cli.options import Gravity, Picture, ProbeName, Workpiece
 
 
 def simulate(
-    probe: Annotated[str, typer.Argument(help="Catalogue name, or path of a TOML description.")],
+    probe: ProbeName,
     surface: Annotated[
         str, typer.Option(help="plane:polar=40,azimuth=0 or sphere:radius=12.5,x=0,y=0,z=0")
     ],
@@ -28,12 +29,9 @@ def simulate(
     delay: Annotated[float, typer.Option(help="Delay of the trigger signal, ms.")] = 0.0,
     noise: Annotated[float, typer.Option(help="Repeatability, standard deviation in µm.")] = 0.0,
     seed: Annotated[int | None, typer.Option(help="Of the noise, to get the same again.")] = None,
-    workpiece: Annotated[str, typer.Option(help="Material of the part.")] = "steel",
-    gravity: Annotated[
-        str | None,
-        typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")] = None,
+    workpiece: Workpiece = "steel",
+    gravity: Gravity = None,
+    plot: Picture = None,
 ) -> None:
     """Simulate touches on a plane or sphere, as a machine would report them.
 

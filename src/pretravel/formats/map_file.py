@@ -118,8 +118,7 @@ def map_dataset(
     import xarray as xr
 
     grid_values = map_grid(pretravel_map)
-    independent = pretravel_map.covariance.ndim == 1
-    covariance_axes = ("coefficient",) if independent else ("coefficient", "other_coefficient")
+    covariance_axes = ("coefficient", "other_coefficient")[: pretravel_map.covariance.ndim]
     data: dict[str, Any] = {
         "coefficients": ("coefficient", pretravel_map.coefficients, {"units": "mm"}),
         "covariance": (covariance_axes, pretravel_map.covariance, {"units": "mm2"}),

@@ -12,7 +12,7 @@ from pretravel.directions import UNIT_TOLERANCE
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.probing.simulation import Targets
-from pretravel.surface.shapes import Surface
+from pretravel.surface.shapes import Sphere, Surface
 from pretravel.touches import Touches
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
@@ -107,8 +107,8 @@ def read_targets(path: str | Path, surface: Surface, *, approach: str = "normal"
         points = table.numbers(*_NOMINAL)
     elif table.has(*_POSITION):
         points = table.numbers(*_POSITION)
-    elif hasattr(surface, "center"):
-        points = np.asarray(surface.center) + surface.radius * normals  # type: ignore[attr-defined]
+    elif isinstance(surface, Sphere):
+        points = np.asarray(surface.center) + surface.radius * normals
     else:
         table.require(*_POSITION, what="targets")
         raise AssertionError("require() raises")

@@ -36,8 +36,6 @@ class Points:
     deviation : (n,) float or None
         Distance from the nominal along its normal, positive outside. [mm]
     labels : tuple of str
-    largest_obliqueness : float
-        Largest angle between an approach and -n. [rad]
 
     Notes
     -----
@@ -52,7 +50,6 @@ class Points:
     covariance: FloatArray
     deviation: FloatArray | None
     labels: tuple[str, ...]
-    largest_obliqueness: float = 0.0
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -133,11 +130,12 @@ def apply(
         covariance=frozen(covariance),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
-        largest_obliqueness=float(np.arccos(np.clip(closing.min(), -1.0, 1.0))),
     )
 
 
-def compensation_warnings(points: Points, pretravel_map: PretravelMap) -> list[str]:
+def compensation_warnings(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> list[str]:
     """What a user should know before believing the points, as sentences.
 
     >>> from pretravel.direction_support import DirectionSupport
@@ -145,7 +143,8 @@ def compensation_warnings(points: Points, pretravel_map: PretravelMap) -> list[s
     >>> up = [[0.0, 0.0, 1.0]]
     >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0)
-    >>> compensation_warnings(apply(Touches([[0.0, 0.0, 2.990]], up), mean), mean)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> compensation_warnings(touches, apply(touches, mean), mean)
     []
     """
     warnings = []
@@ -154,9 +153,20 @@ def compensation_warnings(points: Points, pretravel_map: PretravelMap) -> list[s
             "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
             "(and a told repeatability) alone, not how far the described probe is from yours"
         )
-    if points.largest_obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0:
+    made_at = pretravel_map.feed
+    if made_at is not None and touches.feeds is not None:
+        slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
+        if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
+            warnings.append(
+                f"the map was made at {made_at:g} mm/min, these touches at {slowest:g} to "
+                f"{fastest:g}; the delay travel (feed × signal delay) changes with the feed. "
+                "Qualify at the feed you measure with"
+            )
+    closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
+    obliqueness = float(np.arccos(np.clip(closing.min(), -1.0, 1.0)))
+    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0:
         warnings.append(
-            f"approaches are up to {points.largest_obliqueness / DEGREE:.0f}° off the normal: a "
+            f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
             "signal delay adds its travel along the approach, but a qualified map holds it as if "
             "it were pretravel; at 45° and 12 µm of delay travel that is 3.5 µm. Probe along the "
             "normal"

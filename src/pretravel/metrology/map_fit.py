@@ -48,7 +48,6 @@ class MapFit:
     residuals: FloatArray
     dof: float
     noise: float
-    leverage: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +56,7 @@ class HarmonicMapFit(MapFit):
 
     basis: HarmonicBasis
     posterior: HarmonicFit
+    leverage: FloatArray
     shift_covariance_with_map: FloatArray  # (axes, k)
 
 
@@ -119,7 +119,6 @@ def fit_table(observation: Observation, kind: Kind) -> MapFit:
         residuals=residuals,
         dof=dof,
         noise=math.sqrt(variance),
-        leverage=np.diag(free @ to_sphere),
     )
 
 
