@@ -38,3 +38,11 @@ class ExtrapolationError(PretravelError):
 
 class ConvergenceError(PretravelError):
     """An iteration did not keep its promise; the text gives the number it reached."""
+
+
+class MeshError(PretravelError):
+    """Solids that cannot be meshed, or a mesh that cannot be used."""
+
+
+class CapacityError(PretravelError):
+    """Work that this machine has not the memory for; the text gives both numbers."""

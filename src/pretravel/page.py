@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pretravel.formats.whole_file import whole_file
+from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

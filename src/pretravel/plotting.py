@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +12,16 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, from_angles, polar_angle
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import map_grid
-from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import Points
 from pretravel.metrology.qualification import Qualification
 from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe
+from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.touches import Touches
+from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
+from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -472,3 +474,114 @@ def _scatter(
     figure = axes.get_figure()
     assert figure is not None
     figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9, aspect=30)
+
+
+_REGION_COLOURS = ("#8d99ae", "#52796f", "#bc6c25", "#e9c46a", "#f1faee", "#d62828", "#6d597a")
+
+
+def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
+    """The mesh, the probe bent at the trigger with its stress, and the seats' forces.
+
+    Parameters
+    ----------
+    field : TriggerField
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    mesh, trigger = field.elastic.mesh, field.trigger
+    figure = _figure(13.0, 7.5)
+    left, middle, right = figure.subplots(1, 3, width_ratios=[1.0, 1.15, 1.2])
+    # Seen from the side that shows the bending, a little from above.
+    push = trigger.directions[0, :2]
+    azimuth = np.arctan2(push[1], push[0]) if np.hypot(*push) > 1e-9 else 0.0
+    region = np.full(len(mesh.points), -1)
+    for index in range(len(mesh.region_names)):
+        region[mesh.elements[mesh.regions == index]] = index
+    corners = mesh.boundary[:, :3]
+    colours = [_REGION_COLOURS[i % len(_REGION_COLOURS)] for i in region[corners].max(axis=1)]
+    _draw_surface(left, mesh.points, corners, azimuth, faces=colours)
+    for index, name in enumerate(mesh.region_names):
+        left.plot([], [], "s", color=_REGION_COLOURS[index % len(_REGION_COLOURS)], label=name)
+    _legend_below(left, 3)
+    left.set_title(f"{len(mesh.elements)} elements, {mesh.unknowns} unknowns", fontsize=10)
+    total, count = np.zeros(len(mesh.points)), np.zeros(len(mesh.points))
+    np.add.at(total, mesh.elements, np.repeat(field.stress[:, None], 10, axis=1))
+    np.add.at(count, mesh.elements, 1.0)
+    stress = (total / count)[corners].mean(axis=1)
+    largest = float(np.linalg.norm(field.displacement, axis=1).max())
+    extent = float(np.ptp(mesh.points[:, 2]))
+    scale = 10.0 ** np.floor(np.log10(0.15 * extent / largest))
+    drawn = _draw_surface(
+        middle, mesh.points + scale * field.displacement, corners, azimuth, values=stress
+    )
+    figure.colorbar(drawn, ax=middle, label="von Mises / MPa", shrink=0.6)
+    middle.set_title(f"at the trigger, displacement x {scale:.0f}", fontsize=10)
+    rows = np.arange(6)
+    right.barh(rows + 0.2, field.rest_reactions, 0.38, color=_COLOURS[5], label="at rest")
+    right.barh(rows - 0.2, trigger.reactions[0], 0.38, color=_COLOURS[1], label="at the trigger")
+    for row, value in zip(rows, trigger.reactions[0], strict=True):
+        right.annotate(
+            f"{value:.3f}",
+            (max(value, 0.0), row - 0.2),
+            xytext=(4, -3),
+            textcoords="offset points",
+            fontsize=8,
+        )
+    right.set_yticks(rows, SEAT_NAMES)
+    right.invert_yaxis()
+    right.set_xlabel("seat force / N")
+    right.set_title(
+        f"trigger at {trigger.force[0]:.3f} N, {trigger.seat_names[0]} opens\n"
+        f"sensing distance {trigger.sensing_distance[0] / MICROMETRE:.2f} µm",
+        fontsize=10,
+    )
+    right.legend(fontsize=8)
+    figure.suptitle(title)
+    return figure
+
+
+def _draw_surface(
+    axes: Axes,
+    points: FloatArray,
+    corners: Any,
+    azimuth: float,
+    *,
+    faces: Sequence[str] | None = None,
+    values: FloatArray | None = None,
+) -> Any:
+    """Outer triangles, far ones first, seen square to the azimuth from 20° above."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import LogNorm, to_rgb
+
+    towards = azimuth - 0.5 * np.pi
+    across = np.array([-np.sin(towards), np.cos(towards), 0.0])
+    eye = np.array([np.cos(towards) * np.cos(0.35), np.sin(towards) * np.cos(0.35), np.sin(0.35)])
+    up = np.cross(eye, across)
+    triangles = points[corners]
+    flat = np.stack([triangles @ across, triangles @ up], axis=-1)
+    order = np.argsort(triangles.mean(axis=1) @ eye)
+    if values is not None:
+        floor = max(float(np.percentile(values, 5)), 1e-6)
+        drawn = PolyCollection(
+            list(flat[order]),
+            array=np.maximum(values, floor)[order],
+            cmap="viridis",
+            norm=LogNorm(floor, float(values.max())),
+            edgecolors="face",
+            linewidths=0.2,
+        )
+    else:
+        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        light = np.abs(normal @ eye) / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)
+        shaded = np.array([to_rgb(c) for c in faces or ()]) * (0.45 + 0.55 * light[:, None])
+        drawn = PolyCollection(
+            list(flat[order]), facecolors=shaded[order], edgecolors="#00000055", linewidths=0.15
+        )
+    axes.add_collection(drawn)
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    return drawn

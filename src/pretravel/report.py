@@ -12,6 +12,9 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.metrology.compensation import Points
 from pretravel.metrology.qualification import Qualification, over_support
+from pretravel.model.condensation import ReducedModel
+from pretravel.probe.seat_frame import SEAT_NAMES
+from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -75,6 +78,51 @@ def prediction_report(trigger: Trigger, probe_name: str) -> str:
             f"  sensing distance   {_range_um(trigger.sensing_distance)}",
             f"  pretravel          {_range_um(trigger.pretravel)} ({at(weakest)}; {at(strongest)})",
             f"  mean shares        {shares}",
+        ]
+    )
+
+
+def fem_report(reduced: ReducedModel, field: TriggerField, probe_name: str) -> str:
+    """The finite-element model and its state at the trigger, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    trigger, mesh = field.trigger, field.elastic.mesh
+    highest = int(np.argmax(field.stress))
+    x, y, z = mesh.points[mesh.elements[highest]].mean(axis=0)
+    refined = reduced.summary["refined"].split("; ")
+    polar = polar_angle(trigger.directions)[0] / DEGREE
+    azimuth = azimuth_angle(trigger.directions)[0] / DEGREE
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {share[0] / MICROMETRE:.3f}"
+        for name, share in sorted(trigger.shares.items(), key=lambda item: -float(item[1][0]))
+    )
+    rows = [
+        [name, f"{rest:.4f}", f"{touched:.4f}"]
+        for name, rest, touched in zip(
+            SEAT_NAMES, field.rest_reactions, trigger.reactions[0], strict=True
+        )
+    ]
+    return "\n".join(
+        [
+            f"{probe_name}, finite elements",
+            f"  unknowns           {reduced.summary['unknowns']}, {reduced.summary['elements']}",
+            *_labelled("quality", reduced.summary["quality"]),
+            *_labelled("sizes", refined[0]),
+            *(f"{'':21}{note}" for note in refined[1:]),
+            f"  touched at         polar {polar:.6g}°, azimuth {azimuth:.6g}°",
+            f"  trigger force      {trigger.force[0]:.4f} N",
+            f"  sensing distance   {_um(float(trigger.sensing_distance[0]))}",
+            f"  pretravel          {_um(float(trigger.pretravel[0]))}: {shares}",
+            f"  opened seat        {trigger.seat_names[0]}",
+            (
+                f"  highest stress     {field.stress[highest]:.1f} MPa (von Mises) in "
+                f"{mesh.region_names[mesh.regions[highest]]} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+            ),
+            "",
+            table(["seat", "at rest/N", "at trigger/N"], rows),
         ]
     )
 

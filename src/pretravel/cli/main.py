@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pretravel import __version__
-from pretravel.cli import compensate, demo, predict, probes, qualify, simulate
+from pretravel.cli import compensate, demo, fem, predict, probes, qualify, simulate
 from pretravel.errors import PretravelError
 
 app = typer.Typer(
@@ -39,6 +39,7 @@ def _main(
 for command in (
     probes.probes,
     predict.predict,
+    fem.fem,
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,

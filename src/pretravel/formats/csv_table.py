@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
-from pretravel.formats.whole_file import whole_file
+from pretravel.whole_file import whole_file
 
 SIGNIFICANT_DIGITS = 12
 """Of numbers written; the contract asks for at least nine."""

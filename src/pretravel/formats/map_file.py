@@ -18,7 +18,6 @@ from pretravel.directions import azimuth_angle, from_angles, grid, polar_angle
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.formats.netcdf import write_dataset
-from pretravel.formats.whole_file import whole_file
 from pretravel.frames import probe_rotation
 from pretravel.pretravel_map import (
     HarmonicBasis,
@@ -30,6 +29,7 @@ from pretravel.pretravel_map import (
 )
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
+from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

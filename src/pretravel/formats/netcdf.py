@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pretravel.formats.whole_file import whole_file
+from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

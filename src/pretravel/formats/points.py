@@ -12,9 +12,9 @@ import numpy.typing as npt
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import write_csv_table
 from pretravel.formats.netcdf import write_dataset
-from pretravel.formats.whole_file import whole_file
 from pretravel.metrology.compensation import Points
 from pretravel.units import MICROMETRE
+from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
@@ -11,10 +11,12 @@ from typing import Any
 
 from pretravel.errors import DescriptionError, InputError
 from pretravel.probe.description import (
+    Hub,
     Moving,
     Orientation,
     Probe,
     Seats,
+    StepGeometry,
     StylusSegment,
     Tip,
     Tripod,
@@ -28,9 +30,19 @@ _TABLES: Mapping[str, tuple[frozenset[str], frozenset[str]]] = {
         frozenset({"radius_mm", "rod_azimuths_deg", "rod_radius_mm", "material"}),
         frozenset(),
     ),
-    "seats": (frozenset({"support_angle_deg", "ball_radius_mm", "material"}), frozenset()),
+    "seats": (
+        frozenset({"support_angle_deg", "ball_radius_mm", "material"}),
+        frozenset({"contact"}),
+    ),
     "spring": (frozenset({"preload_N"}), frozenset()),
-    "hub": (frozenset({"offset_mm"}), frozenset()),
+    "hub": (
+        frozenset({"offset_mm"}),
+        frozenset({"radius_mm", "height_mm", "holder_diameter_mm", "material"}),
+    ),
+    "geometry": (
+        frozenset({"step", "tripod", "stylus", "tip"}),
+        frozenset({"materials"}),
+    ),
     "stylus": (frozenset({"length_mm", "diameter_mm", "material"}), frozenset()),
     "tip": (frozenset({"radius_mm", "material"}), frozenset({"u_radius_um"})),
     "moving": (frozenset({"mass_g", "height_mm"}), frozenset()),
@@ -98,10 +110,10 @@ def load_probe(probe: str | Path) -> Probe:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError("not a text file, so not a probe description", path=path) from error
-    return parse_probe(text, str(path))
+    return parse_probe(text, str(path), path.parent)
 
 
-def parse_probe(text: str, place: str = "description") -> Probe:
+def parse_probe(text: str, place: str = "description", folder: Path = Path()) -> Probe:
     """A probe from TOML text; lengths, forces and angles in the units the keys name.
 
     Parameters
@@ -109,6 +121,8 @@ def parse_probe(text: str, place: str = "description") -> Probe:
     text : str
     place : str
         What to call the text in messages.
+    folder : Path
+        Where a STEP file is looked for.
 
     Returns
     -------
@@ -133,7 +147,7 @@ def parse_probe(text: str, place: str = "description") -> Probe:
         raise InputError(f"not valid TOML: {error}", path=place) from error
     _check_tables(tables, place)
     try:
-        return _build(tables, place)
+        return _build(tables, place, folder)
     except DescriptionError as error:
         if str(error).startswith(place):
             raise
@@ -203,7 +217,7 @@ def _numbers(table: Mapping[str, Any], key: str) -> tuple[float, float, float]:
     return (float(value[0]), float(value[1]), float(value[2]))
 
 
-def _build(tables: Mapping[str, Any], place: str) -> Probe:
+def _build(tables: Mapping[str, Any], place: str, folder: Path) -> Probe:
     own: dict[str, Material] = {
         name: material_from_table(name, table, place)
         for name, table in tables.get("materials", {}).items()
@@ -229,6 +243,7 @@ def _build(tables: Mapping[str, Any], place: str) -> Probe:
             support_angle=_number(seats, "support_angle_deg") * DEGREE,
             ball_radius=_number(seats, "ball_radius_mm"),
             material=named(seats),
+            contact=str(seats.get("contact", "hertz")),
         )
     stylus = []
     for number, segment in enumerate(tables["stylus"], start=1):
@@ -260,6 +275,9 @@ def _build(tables: Mapping[str, Any], place: str) -> Probe:
         preload = _number(tables["spring"], "preload_N")
     with _table("hub"):
         hub_offset = _number(tables["hub"], "offset_mm")
+        hub_value = _hub(tables["hub"], named)
+    with _table("geometry"):
+        step = _step(tables["geometry"], own, folder) if "geometry" in tables else None
     with _table("trigger"):
         threshold = _number(trigger, "threshold_N", 0.0)
     return Probe(
@@ -270,8 +288,50 @@ def _build(tables: Mapping[str, Any], place: str) -> Probe:
         hub_offset=hub_offset,
         stylus=tuple(stylus),
         tip=tip_value,
+        hub=hub_value,
+        step=step,
         moving=moving_value,
         orientation=orientation_value,
         criterion=str(trigger.get("criterion", "first_contact")),
         threshold=threshold,
+    )
+
+
+def _hub(table: Mapping[str, Any], named: Callable[[Mapping[str, Any]], Material]) -> Hub | None:
+    """The hub's solid, where it is described; all of it or nothing."""
+    keys = ("radius_mm", "height_mm", "holder_diameter_mm", "material")
+    missing = [key for key in keys if key not in table]
+    if len(missing) == len(keys):
+        return None
+    if missing:
+        raise DescriptionError(
+            f"{', '.join(missing)} is missing; a hub for the finite-element model has "
+            f"{', '.join(keys)}"
+        )
+    return Hub(
+        radius=_number(table, "radius_mm"),
+        height=_number(table, "height_mm"),
+        holder_diameter=_number(table, "holder_diameter_mm"),
+        material=named(table),
+    )
+
+
+def _step(table: Mapping[str, Any], own: Mapping[str, Material], folder: Path) -> StepGeometry:
+    def names(key: str) -> tuple[str, ...]:
+        value = [table[key]] if isinstance(table[key], str) else table[key]
+        if not isinstance(value, list) or not value or not all(isinstance(v, str) for v in value):
+            raise DescriptionError(
+                f'{key} must name solids of the STEP file, as in ["hub", "#2"], got {table[key]!r}'
+            )
+        return tuple(value)
+
+    materials = table.get("materials", {})
+    if not isinstance(materials, dict):
+        raise DescriptionError("materials must be a table: solid = material")
+    return StepGeometry(
+        path=folder / str(table["step"]),
+        tripod=names("tripod"),
+        stylus=names("stylus"),
+        tip=names("tip"),
+        materials={solid: material(str(name), own) for solid, name in materials.items()},
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from pretravel.probe.materials import Material, material
 from pretravel.units import DEGREE
 
 CRITERIA = ("first_contact", "arm_lift")
+CONTACTS = ("hertz", "rigid")
 
 
 LONGEST = 1000.0
@@ -79,11 +82,15 @@ class Seats:
     ball_radius : float
         [mm]
     material : Material
+    contact : str
+        ``hertz``: rod and ball give where they touch; ``rigid``: they do not, as in
+        models with coarse contact elements or none.
     """
 
     support_angle: float
     ball_radius: float
     material: Material
+    contact: str = "hertz"
 
     def __post_init__(self) -> None:
         _positive(self.ball_radius, "the seat ball radius")
@@ -94,6 +101,56 @@ class Seats:
                 "between 1° (walls, which carry no preload) and 89° (floors, which do not "
                 "centre the rod). It is measured from the horizontal, not from the probe axis."
             )
+        if self.contact not in CONTACTS:
+            raise DescriptionError(
+                f"the seats' contact is '{self.contact}'; known are {', '.join(CONTACTS)}"
+            )
+
+
+@dataclass(frozen=True)
+class Hub:
+    """The solid that joins rods and stylus: a disc around the rod axes, a holder below.
+
+    Parameters
+    ----------
+    radius, height : float
+        Of the disc, whose middle is the plane of the rod axes. [mm]
+    holder_diameter : float
+        Of the cylinder from the disc down to the stylus's root. [mm]
+    material : Material
+    """
+
+    radius: float
+    height: float
+    holder_diameter: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        _positive(self.radius, "the hub's radius")
+        _positive(self.height, "the hub's height")
+        _positive(self.holder_diameter, "the holder's diameter")
+
+
+@dataclass(frozen=True)
+class StepGeometry:
+    """Solids of a STEP file that take the place of the described ones.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its frame is the probe's (origin on the axis, in the plane of the
+        rod axes, z from tip to spindle).
+    tripod, stylus, tip : names of solids
+        Each a solid's name, or ``#3`` for the third solid of the file.
+    materials : mapping
+        Material by solid name, where it is not the part's.
+    """
+
+    path: Path
+    tripod: tuple[str, ...]
+    stylus: tuple[str, ...]
+    tip: tuple[str, ...]
+    materials: Mapping[str, Material] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -206,6 +263,8 @@ class Probe:
     stylus : StylusSegments
         From the hub to the tip centre.
     tip : Tip
+    hub, step : Hub, StepGeometry, optional
+        What the finite-element model needs beside the rest: one or the other.
     moving, orientation : Moving, Orientation, optional
     criterion : str
         first_contact or arm_lift.
@@ -230,6 +289,8 @@ class Probe:
     hub_offset: float
     stylus: tuple[StylusSegment, ...]
     tip: Tip
+    hub: Hub | None = None
+    step: StepGeometry | None = None
     moving: Moving = field(default_factory=Moving)
     orientation: Orientation = field(default_factory=Orientation)
     criterion: str = "first_contact"

@@ -8,10 +8,10 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.hertz import ball_on_flat, contact_modulus, rod_on_ball_coefficient
+from pretravel.model.hertz import ball_on_flat, contact_modulus
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
-from pretravel.trigger.seats import SeatStatics
+from pretravel.trigger.seats import SeatStatics, hertz_indentations
 
 
 def displacements(
@@ -44,9 +44,7 @@ def displacements(
 
     Notes
     -----
-    Each seat sinks in by c (N^(2/3) - N_rest^(2/3)); the tripod follows as a rigid
-    body. An open seat (N < 0, possible with the criterion arm_lift) counts as
-    just touching.
+    Each seat sinks in as `hertz_indentations` says; the tripod follows as a rigid body.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> from pretravel.probe.materials import material
@@ -60,13 +58,7 @@ def displacements(
     force = forces[:, None]
     lateral = directions * np.array([1.0, 1.0, 0.0])
     axial = directions * np.array([0.0, 0.0, 1.0])
-    seat = rod_on_ball_coefficient(
-        probe.tripod.rod_radius,
-        probe.seats.ball_radius,
-        contact_modulus(probe.tripod.material, probe.seats.material),
-    )
-    reactions = np.maximum(statics.reactions(directions, forces), 0.0)
-    indentations = seat * (np.cbrt(reactions**2) - np.cbrt(statics.rest_reactions**2))
+    indentations = hertz_indentations(probe, statics, directions, forces)
     approach = ball_on_flat(
         forces, probe.tip.radius, contact_modulus(probe.tip.material, workpiece)
     )

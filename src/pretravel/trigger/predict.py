@@ -17,9 +17,10 @@ from pretravel.frames import probe_rotation
 from pretravel.pretravel_map import PretravelMap, TabulatedBasis
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
+from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.trigger import analytic, shen
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.seats import SEAT_NAMES, SeatStatics, seat_statics
+from pretravel.trigger.seats import SeatStatics, seat_statics
 
 TIP_ON_PART = "tip_on_part"
 """The one share that moves the tip into the part and not against the spindle."""
@@ -38,8 +39,22 @@ class Displacements(Protocol):
     ) -> Mapping[str, FloatArray]: ...
 
 
+def _finite_elements(
+    probe: Probe,
+    statics: SeatStatics,
+    directions: FloatArray,
+    forces: FloatArray,
+    workpiece: Material,
+) -> Mapping[str, FloatArray]:
+    """`fem.displacements`, imported when first asked for: CAD kernel and solver come with it."""
+    from pretravel.trigger import fem
+
+    return fem.displacements(probe, statics, directions, forces, workpiece)
+
+
 MODELS: Mapping[str, Displacements] = {
     "analytic": analytic.displacements,
+    "fem": _finite_elements,
     "shen": shen.displacements,
 }
 """Models by name. All have the same statics; they differ in what gives."""
@@ -115,7 +130,7 @@ class Trigger:
 def predict(
     probe: Probe,
     directions: npt.ArrayLike,
-    model: str = "analytic",
+    model: str | Displacements = "analytic",
     *,
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
@@ -127,8 +142,8 @@ def predict(
     probe : Probe
     directions : (n, 3) float
         Outward surface normals, probe frame, unit vectors.
-    model : str
-        ``analytic`` or ``shen``.
+    model : str or callable
+        ``analytic``, ``fem``, ``shen``; or a function like them.
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional
@@ -155,8 +170,7 @@ def predict(
     >>> float(trigger.force[0].round(3)), trigger.seat_names
     (0.75, ['A-left'])
     """
-    if model not in MODELS:
-        raise PretravelError(f"model '{model}' is not known; there are {', '.join(sorted(MODELS))}")
+    name, displacements = _named(model)
     d = checked_unit(directions, "directions")
     if gravity is not None:
         to_machine = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
@@ -180,13 +194,21 @@ def predict(
         seat=seat,
         reactions=frozen(statics.rest_reactions + force[:, None] * unit_reactions),
         displacements={
-            name: frozen(vector)
-            for name, vector in MODELS[model](
+            share: frozen(vector)
+            for share, vector in displacements(
                 probe, statics, d, force, workpiece or default_workpiece()
             ).items()
         },
-        model=model,
+        model=name,
     )
+
+
+def _named(model: str | Displacements) -> tuple[str, Displacements]:
+    if not isinstance(model, str):
+        return getattr(model, "__name__", "own"), model
+    if model not in MODELS:
+        raise PretravelError(f"model '{model}' is not known; there are {', '.join(sorted(MODELS))}")
+    return model, MODELS[model]
 
 
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:

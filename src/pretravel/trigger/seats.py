@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +10,10 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import DescriptionError
+from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.description import Probe
+from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.units import STANDARD_GRAVITY
-
-SEAT_NAMES = ("A-left", "A-right", "B-left", "B-right", "C-left", "C-right")
-"""Rods A, B, C in the description's order; left is the counter-clockwise side of the
-rod, seen from the spindle and looking outward along the rod."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,14 +126,7 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     >>> seat_statics(load_probe("omp40-2")).rest_reactions.round(4).tolist()
     [2.1501, 2.1501, 2.1501, 2.1501, 2.1501, 2.1501]
     """
-    azimuths = np.repeat(probe.tripod.rod_azimuths, 2)
-    radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
-    tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
-    # A seat on the counter-clockwise side (left) pushes the rod clockwise and up.
-    side = np.array([-1.0, 1.0] * 3)[:, None]
-    angle = probe.seats.support_angle
-    normals = side * math.cos(angle) * tangential + np.array([0.0, 0.0, math.sin(angle)])
-    points = probe.tripod.radius * radial
+    points, normals = seat_frame(probe)[:2]
     wrenches = np.concatenate([normals, np.cross(points, normals)], axis=1).T
     load = np.array([0.0, 0.0, -probe.preload, 0.0, 0.0, 0.0])
     if gravity is not None:
@@ -162,9 +152,50 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
             + (" or the moving mass" if gravity is not None else " or spread the rods evenly")
         )
     return SeatStatics(
-        points=frozen(points),
-        normals=frozen(normals),
+        points=points,
+        normals=normals,
         wrenches=frozen(wrenches),
         rest_reactions=frozen(rest),
         tip=frozen([0.0, 0.0, -probe.lever]),
     )
+
+
+def hertz_indentations(
+    probe: Probe, statics: SeatStatics, directions: FloatArray, forces: FloatArray
+) -> FloatArray:
+    """How much deeper than at rest each rod and ball are pressed together.
+
+    Parameters
+    ----------
+    probe : Probe
+    statics : SeatStatics
+    directions : (n, 3) float
+        Unit directions of the force on the tip, probe frame.
+    forces : (n,) float
+        [N]
+
+    Returns
+    -------
+    (n, 6) float
+        c (N^(2/3) - N_rest^(2/3)); zero for seats described as rigid. An open seat
+        (N < 0, possible with the criterion arm_lift) counts as just touching. [mm]
+
+    References
+    ----------
+    Johnson, Contact Mechanics, equations 4.26.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> probe = load_probe("omp40-2")
+    >>> still = hertz_indentations(probe, seat_statics(probe), np.eye(3)[:1], np.zeros(1))
+    >>> bool(np.all(still == 0.0))
+    True
+    """
+    if probe.seats.contact == "rigid":
+        return np.zeros((len(forces), 6))
+    coefficient = rod_on_ball_coefficient(
+        probe.tripod.rod_radius,
+        probe.seats.ball_radius,
+        contact_modulus(probe.tripod.material, probe.seats.material),
+    )
+    reactions = np.maximum(statics.reactions(directions, forces), 0.0)
+    return np.asarray(coefficient * (np.cbrt(reactions**2) - np.cbrt(statics.rest_reactions**2)))

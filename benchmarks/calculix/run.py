@@ -1,0 +1,162 @@
+"""The condensed model against CalculiX: the same bodies, its own contact, its own solver.
+
+    python benchmarks/calculix/run.py            # three directions, about half an hour
+    python benchmarks/calculix/run.py --coarse   # a smaller mesh, minutes
+
+CalculiX (package calculix-ccx of Debian) is installed with apt-get where it is missing and
+this runs as root. Compared are seat reactions and tip deflection from rest to 98 % of the
+trigger force (at the trigger itself a seat is about to open, and no contact solver stands
+there), then processor time per 36 x 9 map: CalculiX used fairly, two solves a direction
+(rest is shared: one and a half here), and with a golden-section search for the trigger.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.directions import from_angles, grid
+from pretravel.model.condensation import condense
+from pretravel.model.elasticity import finite_element_model
+from pretravel.model.full_contact import resolved_bodies
+from pretravel.model.geometry import probe_solids
+from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.event import trigger_force
+from pretravel.trigger.fem import condensed
+from pretravel.trigger.predict import TIP_ON_PART, predict
+from pretravel.probe.materials import material
+from pretravel.trigger.seats import seat_statics
+
+sys.path.insert(0, str(Path(__file__).parent))
+from deck import write_deck  # noqa: E402
+
+DIRECTIONS = ((90.0, 0.0), (90.0, 60.0), (50.0, 20.0))  # polar, azimuth, degrees
+LOAD = 0.98
+MAP = 36 * 9
+# Golden section narrows an interval of a few newtons to 1e-3 N: ln(3e-4) / ln(0.618).
+GOLDEN = 17
+
+
+def install() -> str:
+    found = shutil.which("ccx")
+    if found is None and hasattr(os, "geteuid") and os.geteuid() == 0:
+        subprocess.run(["apt-get", "update", "-qq"], check=True)
+        subprocess.run(["apt-get", "install", "-y", "-qq", "calculix-ccx"], check=True)
+        found = shutil.which("ccx")
+    if found is None:
+        sys.exit("ccx is not installed: apt-get install calculix-ccx")
+    return found
+
+
+def processor_seconds(who: int) -> float:
+    used = resource.getrusage(who)
+    return used.ru_utime + used.ru_stime
+
+
+def read(path: Path, nodes: np.ndarray, weights: np.ndarray, normals: np.ndarray):
+    """Tip displacement and six reactions of each step, from the last increment of each."""
+    steps: dict[float, dict[str, np.ndarray]] = {}
+    lines = iter(path.read_text().splitlines())
+    for line in lines:
+        if "time" not in line:
+            continue
+        moment = float(line.split()[-1])
+        entry = steps.setdefault(round(moment, 6), {"tip": np.zeros(3), "seats": np.zeros(6)})
+        next(lines)
+        if "displacements" in line:
+            found = {}
+            for row in lines:
+                parts = row.split()
+                if len(parts) != 4:
+                    break
+                found[int(parts[0])] = [float(v) for v in parts[1:]]
+            values = np.array([found[int(node) + 1] for node in nodes])
+            entry["tip"] = weights @ values
+        elif "total force" in line:
+            seat = int(line.split("HELD")[1][0])
+            force = np.array([float(v) for v in next(lines).split()])
+            entry["seats"][seat] = force @ normals[seat]
+    ends = [max(t for t in steps if t <= limit + 1e-9) for limit in (1.0, 2.0)]
+    return [(steps[t]["tip"], steps[t]["seats"]) for t in ends]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--coarse", action="store_true", help="a smaller mesh, minutes")
+    parser.add_argument("--keep", type=Path, help="folder for decks and results")
+    options = parser.parse_args()
+    ccx = install()
+    probe = load_probe("omp40-2")
+    statics = seat_statics(probe)
+    settings = MeshSettings(refinement=0.45, interface=0.06)
+    model, ball = resolved_bodies(
+        probe, 0.052, 0.013 if options.coarse else 0.0085, settings
+    )
+    unknowns = model.mesh.unknowns + 6 * ball.unknowns
+    print(f"{unknowns} unknowns, of which {6 * ball.unknowns} in the balls", flush=True)
+    reduced = condense(model)
+    normals = seat_frame(probe).normals
+    weights = model.loads[0::3, 6]
+    tip = np.flatnonzero(weights)
+    folder = options.keep or Path(tempfile.mkdtemp())
+    folder.mkdir(parents=True, exist_ok=True)
+    per_solve = []
+    for polar, azimuth in DIRECTIONS:
+        direction = from_angles(math.radians(polar), math.radians(azimuth))
+        force, _ = trigger_force(statics.rest_reactions, statics.unit_reactions(direction))
+        force = LOAD * force
+        job = folder / f"probe_{polar:.0f}_{azimuth:.0f}"
+        write_deck(job.with_suffix(".inp"), probe, model, ball, force[0] * direction[0])
+        before, start = processor_seconds(resource.RUSAGE_CHILDREN), time.perf_counter()
+        result = subprocess.run(
+            [ccx, job.name], cwd=folder, capture_output=True, text=True,
+            env={**os.environ, "OMP_NUM_THREADS": "2"}, check=False,
+        )
+        spent = processor_seconds(resource.RUSAGE_CHILDREN) - before
+        job.with_suffix(".log").write_text(result.stdout + result.stderr)
+        if result.returncode != 0 or "*ERROR" in result.stdout:
+            sys.exit(f"CalculiX failed; see {job.with_suffix('.log')}")
+        (rest_tip, rest), (tip_there, there) = read(
+            job.with_suffix(".dat"), tip, weights[tip], normals
+        )
+        per_solve.append(0.5 * spent)
+        parts = condensed(reduced)(probe, statics, direction, force, material("steel"))
+        ours = sum(v for name, v in parts.items() if name != TIP_ON_PART)[0]
+        theirs = tip_there - rest_tip
+        reactions = statics.reactions(direction, force)[0]
+        print(
+            f"polar {polar:.0f}°, azimuth {azimuth:.0f}°: reactions differ by "
+            f"{np.abs(there - reactions).max():.1e} N (at rest {np.abs(rest - statics.rest_reactions).max():.1e}), "
+            f"deflection {np.linalg.norm(theirs) * 1e3:.4f} µm against our "
+            f"{np.linalg.norm(ours) * 1e3:.4f}: {100 * np.linalg.norm(ours - theirs) / np.linalg.norm(theirs):.3f} %, "
+            f"{spent:.0f} s of processor time, {time.perf_counter() - start:.0f} s",
+            flush=True,
+        )
+    before = processor_seconds(resource.RUSAGE_SELF)
+    solids = probe_solids(probe)
+    reduced = condense(finite_element_model(probe, solids, mesh_solids(solids)))
+    wide = grid(np.radians(np.arange(10, 91, 10)), np.radians(np.arange(0, 360, 10)))
+    predict(probe, wide, condensed(reduced))
+    ours_map = processor_seconds(resource.RUSAGE_SELF) - before
+    solve = float(np.mean(per_solve))
+    print(f"our map of {MAP} directions, mesh and all: {ours_map:.1f} s of processor time")
+    fair, golden = MAP * 2 * solve, MAP * (1 + GOLDEN) * solve
+    print(f"CalculiX, {solve:.0f} s a contact solve: two solves a direction {fair / 3600:.1f} h,")
+    print(f"  {fair / ours_map:.0f} times ours; golden section {golden / 3600:.0f} h, "
+          f"{golden / ours_map:.0f} times ours")
+
+
+if __name__ == "__main__":
+    main()

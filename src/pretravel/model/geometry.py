@@ -1,0 +1,407 @@
+"""The moving part of the probe as solids: hub, rods, stylus, tip, cut where the seats push.
+
+The CAD kernel is OpenCASCADE as netgen brings it; lengths are in mm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import DescriptionError, InputError
+from pretravel.probe.description import Probe, StepGeometry
+from pretravel.probe.materials import Material
+from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
+from pretravel.whole_file import whole_file
+
+SPRING = "spring"
+"""Name of the face that the spring presses on."""
+TIP = "tip"
+"""Name of the region that touches the part."""
+_SEAT_TOLERANCE = 0.02
+"""How far the rods' surface may be from where the description puts the seats. [mm]"""
+
+
+def seat_face(index: int) -> str:
+    """Name of the face that a seat pushes on.
+
+    >>> seat_face(0)
+    'seat A-left'
+    """
+    return f"seat {SEAT_NAMES[index]}"
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeSolids:
+    """Solids that share their faces, ready for a mesh.
+
+    Attributes
+    ----------
+    shape : OpenCASCADE compound
+        Solids named by region, faces named `seat_face` and `SPRING`.
+    materials : mapping of region to Material
+    thickness : mapping of region to float
+        What the element size is measured by: sqrt(4 volume / (pi length)). [mm]
+    interface_diameters : sequence of (face, float)
+        Faces where two regions meet, with the diameter of a circle of their area. [mm]
+    patch_radius : float
+        Of the patches that the seats' forces are spread over. [mm]
+    """
+
+    shape: Any
+    materials: Mapping[str, Material]
+    thickness: Mapping[str, float]
+    interface_diameters: Sequence[tuple[Any, float]]
+    patch_radius: float
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One solid before the parts are joined."""
+
+    name: str
+    solid: Any
+    material: Material
+    carries_seats: bool = False
+
+
+def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids:
+    """The solids of a probe, from its description or its STEP file.
+
+    Parameters
+    ----------
+    probe : Probe
+        With a hub, or a STEP geometry.
+    patch_radius : float, optional
+        Of the patches under the seats; 0.13 of the rod's radius when not given. [mm]
+
+    Returns
+    -------
+    ProbeSolids
+
+    Raises
+    ------
+    DescriptionError
+        No hub described; parts that overlap, float, or miss the seats.
+    InputError
+        A STEP file that cannot be read, or has no such solid.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> sorted(probe_solids(load_probe("omp40-2")).materials)
+    ['holder', 'hub', 'rods', 'stylus 1', 'stylus 2', 'tip']
+    """
+    patch = 0.13 * probe.tripod.rod_radius if patch_radius is None else patch_radius
+    if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
+        raise DescriptionError(
+            f"a seat patch of radius {patch:g} mm does not fit on rods of radius "
+            f"{probe.tripod.rod_radius:g} mm; take at most half of it"
+        )
+    parts = _described_parts(probe) if probe.step is None else _step_parts(probe, probe.step)
+    _check_overlaps(parts)
+    spring = _spring_face(parts)
+    parts = _with_seat_patches(probe, parts, patch)
+    from netgen.occ import Glue
+
+    for part in parts:
+        part.solid.solids.name = part.name
+    spring.name = SPRING
+    shape = Glue([part.solid for part in parts])
+    owners: dict[Any, list[str]] = {}
+    for solid in shape.solids:
+        for face in solid.faces:
+            owners.setdefault(face, []).append(solid.name)
+    _check_joined([part.name for part in parts], owners, parts)
+    meeting = [face for face, names in owners.items() if len(set(names)) > 1]
+    _check_names(shape)
+    return ProbeSolids(
+        shape=shape,
+        materials={part.name: part.material for part in parts},
+        thickness=_thickness(parts),
+        interface_diameters=[(face, math.sqrt(4.0 * face.mass / math.pi)) for face in meeting],
+        patch_radius=patch,
+    )
+
+
+def write_step(path: str | Path, probe: Probe) -> None:
+    """Write the solids that the finite-element model is made of, for CAD.
+
+    Parameters
+    ----------
+    path : str or Path
+    probe : Probe
+    """
+    with whole_file(path) as temporary:
+        probe_solids(probe).shape.WriteStep(str(temporary))
+
+
+def _described_parts(probe: Probe) -> list[_Part]:
+    from netgen.occ import Cylinder, Dir, Pnt, Sphere, Z
+
+    hub = probe.hub
+    if hub is None:
+        raise DescriptionError(
+            "the finite-element model needs the hub's shape: add radius_mm, height_mm, "
+            "holder_diameter_mm and material to [hub] (pretravel probes omp40-2 shows one), or "
+            "name the solids of a STEP file in [geometry]"
+        )
+    tripod, root = probe.tripod, -probe.hub_offset
+    below = -0.5 * hub.height
+    if root >= below - 1e-6:
+        raise DescriptionError(
+            f"[hub]: a disc of height {hub.height:g} mm around the rod axes reaches {-below:g} mm "
+            f"down, but the stylus's root is only {-root:g} mm below them; lower height_mm or "
+            "raise offset_mm"
+        )
+    if hub.radius >= tripod.radius - 2.0 * tripod.rod_radius:
+        raise DescriptionError(
+            f"[hub]: a disc of radius {hub.radius:g} mm reaches the seats at "
+            f"{tripod.radius:g} mm; rods of radius {tripod.rod_radius:g} mm need room there: "
+            f"radius_mm below {tripod.radius - 2.0 * tripod.rod_radius:g}"
+        )
+    if 0.5 * hub.height <= tripod.rod_radius:
+        raise DescriptionError(
+            f"[hub]: rods of radius {tripod.rod_radius:g} mm do not fit into a disc of height "
+            f"{hub.height:g} mm; raise height_mm above {2.0 * tripod.rod_radius:g}"
+        )
+    if 0.5 * hub.holder_diameter > hub.radius:
+        raise DescriptionError(
+            f"[hub]: the holder of diameter {hub.holder_diameter:g} mm is wider than the disc of "
+            f"radius {hub.radius:g} mm that carries it"
+        )
+    disc = Cylinder(Pnt(0, 0, below), Z, r=hub.radius, h=hub.height)
+    holder = Cylinder(Pnt(0, 0, root), Z, r=0.5 * hub.holder_diameter, h=below - root)
+    # The rods end one radius beyond the seats: what lies further out carries nothing.
+    rods = None
+    for azimuth in tripod.rod_azimuths:
+        axis = Dir(math.cos(azimuth), math.sin(azimuth), 0.0)
+        length = tripod.radius + tripod.rod_radius
+        rod = Cylinder(Pnt(0, 0, 0), axis, r=tripod.rod_radius, h=length) - disc
+        rods = rod if rods is None else rods + rod
+    parts = [
+        _Part("hub", disc, hub.material),
+        _Part("holder", holder, hub.material),
+        _Part("rods", rods, tripod.material, carries_seats=True),
+    ]
+    centre = Pnt(0, 0, -probe.lever)
+    ball = Sphere(centre, probe.tip.radius)
+    top = root
+    for number, segment in enumerate(probe.stylus, start=1):
+        bottom = Pnt(0, 0, top - segment.length)
+        piece = Cylinder(bottom, Z, r=0.5 * segment.diameter, h=segment.length)
+        if number == len(probe.stylus):
+            piece = piece - ball
+        parts.append(_Part(f"stylus {number}", piece, segment.material))
+        top -= segment.length
+    return [*parts, _Part(TIP, ball, probe.tip.material)]
+
+
+def _step_parts(probe: Probe, step: StepGeometry) -> list[_Part]:
+    from netgen.occ import OCCGeometry
+
+    path = Path(step.path)
+    if not path.is_file():
+        raise InputError("no such file; [geometry] step is looked for beside the TOML", path=path)
+    try:
+        solids = list(OCCGeometry(str(path)).shape.solids)
+    except Exception as error:  # the kernel has exceptions of its own
+        raise InputError("cannot be read as STEP; export it anew as AP214", path=path) from error
+    if not solids:
+        raise InputError("holds no solid (surfaces alone cannot be meshed)", path=path)
+    listing = "; ".join(
+        f"#{number} '{solid.name or ''}' {solid.mass:.0f} mm³"
+        for number, solid in enumerate(solids, start=1)
+    )
+    counted = Counter(solid.name for solid in solids)
+
+    def picked(selector: str) -> Any:
+        if selector.startswith("#") and selector[1:].isdigit():
+            number = int(selector[1:])
+            if 1 <= number <= len(solids):
+                return solids[number - 1]
+        elif counted[selector] == 1:
+            return next(solid for solid in solids if solid.name == selector)
+        elif counted[selector] > 1:
+            raise InputError(
+                f"{counted[selector]} solids are called '{selector}'; pick by number: {listing}",
+                path=path,
+            )
+        raise InputError(f"there is no solid '{selector}'; there are {listing}", path=path)
+
+    chosen = [*step.tripod, *step.stylus, *step.tip]
+    twice = [name for name, count in Counter(chosen).items() if count > 1]
+    if twice:
+        raise DescriptionError(f"[geometry]: solid '{twice[0]}' is named for two parts")
+    unknown = [name for name in step.materials if name not in chosen]
+    if unknown:
+        raise DescriptionError(
+            f"[geometry] materials: '{unknown[0]}' is none of the chosen solids, "
+            f"{', '.join(chosen)}"
+        )
+    usual = {
+        "tripod": probe.tripod.material,
+        "stylus": probe.stem.material,
+        TIP: probe.tip.material,
+    }
+    parts = []
+    for role, selectors in (("tripod", step.tripod), ("stylus", step.stylus), (TIP, step.tip)):
+        for number, selector in enumerate(selectors, start=1):
+            name = role if len(selectors) == 1 else f"{role} {number}"
+            parts.append(
+                _Part(
+                    name,
+                    picked(selector),
+                    step.materials.get(selector, usual[role]),
+                    carries_seats=role == "tripod",
+                )
+            )
+    if len(step.tip) != 1:
+        raise DescriptionError("[geometry] tip: the tip is one solid")
+    centre = parts[-1].solid.center
+    away = math.dist((centre.x, centre.y, centre.z), (0.0, 0.0, -probe.lever))
+    if away > 0.05 * probe.tip.radius:
+        raise DescriptionError(
+            f"{path}: the tip's centre lies at "
+            f"({centre.x:.3f}, {centre.y:.3f}, {centre.z:.3f}) mm, but the "
+            f"description puts it at (0, 0, {-probe.lever:g}): move the solids into the "
+            "probe's frame (origin on the axis in the plane of the rods, z upwards) or correct "
+            "stylus lengths and hub offset"
+        )
+    return parts
+
+
+def _check_overlaps(parts: Sequence[_Part]) -> None:
+    for first, second in combinations(parts, 2):
+        try:
+            volume = (first.solid * second.solid).mass
+        except Exception:  # nothing in common at all
+            continue
+        smaller = min(first.solid.mass, second.solid.mass)
+        if volume > 1e-6 * smaller:
+            raise DescriptionError(
+                f"'{first.name}' and '{second.name}' overlap by {volume:.3g} mm³: the same place "
+                "cannot have two materials; cut one away or correct its dimensions"
+            )
+
+
+def _check_joined(
+    names: Sequence[str], owners: Mapping[Any, Sequence[str]], parts: Sequence[_Part]
+) -> None:
+    """Every part must hang together with the first, by whole faces."""
+    reached, grown = {names[0]}, True
+    while grown:
+        grown = False
+        for sharing in owners.values():
+            if len(sharing) > 1 and reached & set(sharing) and not reached >= set(sharing):
+                reached |= set(sharing)
+                grown = True
+    floating = [part for part in parts if part.name not in reached]
+    if not floating:
+        return
+    loose = floating[0]
+    gap, nearest = min(
+        (loose.solid.Distance(part.solid), part.name) for part in parts if part.name in reached
+    )
+    remedy = (
+        "they meet in an edge or point only; give them a face in common"
+        if gap < 1e-6
+        else f"the nearest part, '{nearest}', is {gap:.3g} mm away; close the gap"
+    )
+    raise DescriptionError(f"'{loose.name}' floats: no face joins it to the rest; {remedy}")
+
+
+def _spring_face(parts: Sequence[_Part]) -> Any:
+    """The highest face of the tripod (of whichever part): the spring stands on it."""
+    carriers = {part.name for part in parts if part.carries_seats} | {"hub"}
+    faces = [face for part in parts if part.name in carriers for face in part.solid.faces]
+    return max(faces, key=lambda face: (round(face.center.z, 9), face.mass))
+
+
+def _with_seat_patches(probe: Probe, parts: Sequence[_Part], patch: float) -> list[_Part]:
+    """Cut a small plug out under each seat, so that a face of its own takes the force."""
+    from netgen.occ import Cylinder, Dir, Pnt, Vertex
+
+    frame = seat_frame(probe)
+    whole = list(parts)
+    plugs: list[_Part] = []
+    for index, (contact, normal) in enumerate(
+        zip(frame.contacts(probe.tripod.rod_radius), frame.normals, strict=True)
+    ):
+        start = contact - patch * normal
+        tool = Cylinder(Pnt(*start), Dir(*map(float, normal)), r=patch, h=2.0 * patch)
+        carrier, plug = _cut_by(tool, whole)
+        if carrier is None or plug is None:
+            vertex = Vertex(Pnt(*contact))
+            part = min(
+                (part for part in whole if part.carries_seats),
+                key=lambda part: float(part.solid.Distance(vertex)),
+            )
+            _misses(index, contact, part.name, float(part.solid.Distance(vertex)))
+            raise AssertionError  # pragma: no cover
+        face = plug.faces.Nearest(Pnt(*contact))
+        depth = _surface_offset(face, contact, normal)
+        if abs(depth) > _SEAT_TOLERANCE:
+            _misses(index, contact, whole[carrier].name, abs(depth))
+        plug.faces.Nearest(Pnt(*contact)).name = seat_face(index)
+        plug.edges.maxh = patch
+        host = whole[carrier]
+        whole[carrier] = _Part(host.name, host.solid - tool, host.material, carries_seats=True)
+        plugs.append(_Part(host.name, plug, host.material))
+    return [*whole, *plugs]
+
+
+def _cut_by(tool: Any, parts: Sequence[_Part]) -> tuple[int | None, Any]:
+    for number, part in enumerate(parts):
+        if not part.carries_seats:
+            continue
+        try:
+            plug = part.solid * tool
+            if plug.mass > 0.2 * tool.mass:
+                return number, plug
+        except Exception:  # nothing in common
+            continue
+    return None, None
+
+
+def _surface_offset(face: Any, contact: FloatArray, normal: FloatArray) -> float:
+    """How far below the described contact point the face begins, along the normal. [mm]"""
+    centre = np.array([face.center.x, face.center.y, face.center.z])
+    return float((centre - contact) @ normal)
+
+
+def _misses(index: int, contact: FloatArray, part: str, distance: float) -> None:
+    raise DescriptionError(
+        f"seat {SEAT_NAMES[index]} should touch the tripod at ({contact[0]:.3f}, {contact[1]:.3f}, "
+        f"{contact[2]:.3f}) mm, but the surface of '{part}' is {distance:.3g} mm away: correct "
+        "radius_mm, rod_azimuths_deg, rod_radius_mm or support_angle_deg, or move the solids"
+    )
+
+
+def _check_names(shape: Any) -> None:
+    names = {face.name for face in shape.faces}
+    missing = [name for name in [SPRING, *(seat_face(k) for k in range(6))] if name not in names]
+    if missing:
+        raise DescriptionError(
+            f"the face '{missing[0]}' was lost while the parts were joined; two parts may nearly "
+            "coincide there: correct their dimensions"
+        )
+
+
+def _thickness(parts: Sequence[_Part]) -> dict[str, float]:
+    """By region: diameter of a cylinder of the same volume and length (thickest solid)."""
+    thickness: dict[str, float] = {}
+    for part in parts:
+        for solid in part.solid.solids:
+            inertia = np.array([[solid.inertia[i, j] for j in range(3)] for i in range(3)])
+            spread = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+            length = math.sqrt(12.0 * np.linalg.eigvalsh(spread)[-1] / solid.mass)
+            size = math.sqrt(4.0 * solid.mass / (math.pi * length))
+            thickness[part.name] = max(thickness.get(part.name, 0.0), size)
+    return thickness
