@@ -32,15 +32,15 @@ from pretravel.model.full_contact import resolved_bodies
 from pretravel.model.geometry import probe_solids
 from pretravel.model.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
+from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import TIP_ON_PART, predict
-from pretravel.probe.materials import material
 from pretravel.trigger.seats import seat_statics
 
 sys.path.insert(0, str(Path(__file__).parent))
-from deck import write_deck  # noqa: E402
+from deck import write_deck
 
 DIRECTIONS = ((90.0, 0.0), (90.0, 60.0), (50.0, 20.0))  # polar, azimuth, degrees
 LOAD = 0.98
@@ -101,9 +101,7 @@ def main() -> None:
     probe = load_probe("omp40-2")
     statics = seat_statics(probe)
     settings = MeshSettings(refinement=0.45, interface=0.06)
-    model, ball = resolved_bodies(
-        probe, 0.052, 0.013 if options.coarse else 0.0085, settings
-    )
+    model, ball = resolved_bodies(probe, 0.052, 0.013 if options.coarse else 0.0085, settings)
     unknowns = model.mesh.unknowns + 6 * ball.unknowns
     print(f"{unknowns} unknowns, of which {6 * ball.unknowns} in the balls", flush=True)
     reduced = condense(model)
@@ -121,8 +119,12 @@ def main() -> None:
         write_deck(job.with_suffix(".inp"), probe, model, ball, force[0] * direction[0])
         before, start = processor_seconds(resource.RUSAGE_CHILDREN), time.perf_counter()
         result = subprocess.run(
-            [ccx, job.name], cwd=folder, capture_output=True, text=True,
-            env={**os.environ, "OMP_NUM_THREADS": "2"}, check=False,
+            [ccx, job.name],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "OMP_NUM_THREADS": "2"},
+            check=False,
         )
         spent = processor_seconds(resource.RUSAGE_CHILDREN) - before
         job.with_suffix(".log").write_text(result.stdout + result.stderr)
@@ -136,11 +138,13 @@ def main() -> None:
         ours = sum(v for name, v in parts.items() if name != TIP_ON_PART)[0]
         theirs = tip_there - rest_tip
         reactions = statics.reactions(direction, force)[0]
+        off = np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)
         print(
-            f"polar {polar:.0f}°, azimuth {azimuth:.0f}°: reactions differ by "
-            f"{np.abs(there - reactions).max():.1e} N (at rest {np.abs(rest - statics.rest_reactions).max():.1e}), "
+            f"polar {polar:.0f}°, azimuth {azimuth:.0f}°: "
+            f"reactions differ by {np.abs(there - reactions).max():.1e} N "
+            f"(at rest {np.abs(rest - statics.rest_reactions).max():.1e}), "
             f"deflection {np.linalg.norm(theirs) * 1e3:.4f} µm against our "
-            f"{np.linalg.norm(ours) * 1e3:.4f}: {100 * np.linalg.norm(ours - theirs) / np.linalg.norm(theirs):.3f} %, "
+            f"{np.linalg.norm(ours) * 1e3:.4f}: {100.0 * off:.3f} %, "
             f"{spent:.0f} s of processor time, {time.perf_counter() - start:.0f} s",
             flush=True,
         )
@@ -154,8 +158,10 @@ def main() -> None:
     print(f"our map of {MAP} directions, mesh and all: {ours_map:.1f} s of processor time")
     fair, golden = MAP * 2 * solve, MAP * (1 + GOLDEN) * solve
     print(f"CalculiX, {solve:.0f} s a contact solve: two solves a direction {fair / 3600:.1f} h,")
-    print(f"  {fair / ours_map:.0f} times ours; golden section {golden / 3600:.0f} h, "
-          f"{golden / ours_map:.0f} times ours")
+    print(
+        f"  {fair / ours_map:.0f} times ours; golden section {golden / 3600:.0f} h, "
+        f"{golden / ours_map:.0f} times ours"
+    )
 
 
 if __name__ == "__main__":

@@ -29,8 +29,15 @@ def probes(draw: st.DrawFn) -> Probe:
     )
     return replace(
         base,
-        tripod=replace(base.tripod, radius=draw(st.floats(4.0, 30.0)), rod_azimuths=azimuths),
-        seats=replace(base.seats, support_angle=np.radians(draw(st.floats(15.0, 70.0)))),
+        tripod=replace(
+            base.tripod,
+            radius=draw(st.floats(4.0, 30.0)),
+            rod_azimuths=azimuths,
+            rod_radius=1.5,
+        ),
+        seats=replace(
+            base.seats, ball_radius=2.0, support_angle=np.radians(draw(st.floats(15.0, 70.0)))
+        ),
         preload=draw(st.floats(0.2, 12.0)),
         hub_offset=draw(st.floats(0.0, 40.0)),
     )
@@ -90,8 +97,10 @@ def test_ideal_probe_repeats_every_120_degrees_and_mirrors(omp40: Probe, model: 
     mirrored = predict(omp40, from_angles(polar, -azimuth), model)
     for other in (turned, mirrored):
         assert np.allclose(other.force, reference.force, rtol=1e-12)
-        assert np.allclose(other.pretravel, reference.pretravel, rtol=1e-12)
-        assert np.allclose(other.sensing_distance, reference.sensing_distance, rtol=1e-12)
+        # The finite-element mesh is not symmetric: its re-entrant edges differ by 0.1 % or so.
+        exact = 1e-12 if model != "fem" else 2e-3
+        assert np.allclose(other.pretravel, reference.pretravel, rtol=exact)
+        assert np.allclose(other.sensing_distance, reference.sensing_distance, rtol=exact)
 
 
 @given(st.floats(0.0, 2.0 * np.pi))

@@ -30,8 +30,8 @@ class TestPushedAlongTheAxis:
     """All six seats open at once under 5.91 N: every share is a line of arithmetic."""
 
     def test_stylus_axial(self, omp40: Probe) -> None:
-        """F sum l / (E A): 9 mm of steel Ø 7, 41 mm of ceramic Ø 4.5."""
-        expected = 5.91 * (9.0 / (193e3 * math.pi * 3.5**2) + 41.0 / (413e3 * math.pi * 2.25**2))
+        """F sum l / (E A): 12 mm of steel Ø 8, 38 mm of ceramic Ø 4.5."""
+        expected = 5.91 * (12.0 / (193e3 * math.pi * 4.0**2) + 38.0 / (413e3 * math.pi * 2.25**2))
         share = predict(omp40, UP).shares["stylus_axial"][0]
         assert share == pytest.approx(expected, rel=1e-12)
 
@@ -50,7 +50,7 @@ class TestPushedAlongTheAxis:
         support angle. N = 5.91 / (6 sin)."""
         sine = math.sin(math.radians(27.266))
         modulus = 686e3 / (2.0 * (1.0 - 0.22**2))
-        c = rod_on_ball_coefficient(1.5, 2.0, modulus)
+        c = rod_on_ball_coefficient(2.75, 3.5, modulus)
         expected = c * (5.91 / (6.0 * sine)) ** (2.0 / 3.0) / sine
         assert predict(omp40, UP).shares["seats"][0] == pytest.approx(expected, rel=1e-9)
 
@@ -65,7 +65,7 @@ def test_axial_share_is_positive_below_the_equator_too(omp40: Probe) -> None:
 def test_shear_by_hand(omp40: Probe) -> None:
     trigger = predict(omp40, np.array([[1.0, 0.0, 0.0]]))
     expected = 0.0
-    for length, diameter, modulus, nu in ((9.0, 7.0, 193e3, 0.30), (41.0, 4.5, 413e3, 0.23)):
+    for length, diameter, modulus, nu in ((12.0, 8.0, 193e3, 0.30), (38.0, 4.5, 413e3, 0.23)):
         factor = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
         area = math.pi * diameter**2 / 4.0
         expected += length / (factor * modulus / (2.0 * (1.0 + nu)) * area)
@@ -81,9 +81,9 @@ def test_segments_count_from_the_hub(omp40: Probe) -> None:
         predict(turned_round, side).shares["stylus_bending"]
         / predict(omp40, side).shares["stylus_bending"]
     )
-    # By hand: [(50³-9³)/E_c I_c + 9³/E_s I_s] / [(50³-41³)/E_s I_s + 41³/E_c I_c].
-    soft, stiff = 413e3 * 4.5**4, 193e3 * 7.0**4
-    expected = ((50**3 - 9**3) / soft + 9**3 / stiff) / ((50**3 - 41**3) / stiff + 41**3 / soft)
+    # By hand: [(50³-12³)/E_c I_c + 12³/E_s I_s] / [(50³-38³)/E_s I_s + 38³/E_c I_c].
+    soft, stiff = 413e3 * 4.5**4, 193e3 * 8.0**4
+    expected = ((50**3 - 12**3) / soft + 12**3 / stiff) / ((50**3 - 38**3) / stiff + 38**3 / soft)
     assert ratio[0] == pytest.approx(expected, rel=1e-12)
 
 
@@ -102,7 +102,7 @@ def test_an_open_seat_is_just_touching(omp40: Probe) -> None:
     trigger = predict(probe, from_angles(np.pi / 2.0, 0.4))
     assert trigger.reactions.min() < -0.01
     statics = seat_statics(probe)
-    c = rod_on_ball_coefficient(1.5, 2.0, contact_modulus(*[material("tungsten carbide")] * 2))
+    c = rod_on_ball_coefficient(2.75, 3.5, contact_modulus(*[material("tungsten carbide")] * 2))
     reactions = np.where(trigger.reactions < 0.0, 0.0, trigger.reactions)
     sunk = c * (reactions ** (2 / 3) - statics.rest_reactions ** (2 / 3))
     expected = statics.tip_displacement(sunk)

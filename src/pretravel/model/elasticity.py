@@ -268,8 +268,8 @@ def triangle_shapes(b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArra
     Nodes: three corners, then the middles of edges 01, 12, 02; b and c are the second and
     third barycentric coordinates.
 
-    >>> shapes, _, _ = triangle_shapes(np.array(0.5), np.array(0.0))
-    >>> shapes.tolist()
+    >>> shapes, _, _ = triangle_shapes(np.array([0.5]), np.array([0.0]))
+    >>> np.abs(shapes[0]).tolist()
     [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]
     """
     a, zero = 1.0 - b - c, np.zeros_like(b)

@@ -50,8 +50,9 @@ class ProbeSolids:
     materials : mapping of region to Material
     thickness : mapping of region to float
         What the element size is measured by: sqrt(4 volume / (pi length)). [mm]
-    interface_diameters : sequence of (face, float)
-        Faces where two regions meet, with the diameter of a circle of their area. [mm]
+    refined : sequence of (edges, float)
+        Edges where stresses peak: of faces where two regions meet, and re-entrant ones;
+        with the diameter that their elements are measured by. [mm]
     patch_radius : float
         Of the patches that the seats' forces are spread over. [mm]
     """
@@ -59,12 +60,12 @@ class ProbeSolids:
     shape: Any
     materials: Mapping[str, Material]
     thickness: Mapping[str, float]
-    interface_diameters: Sequence[tuple[Any, float]]
+    refined: Sequence[tuple[Any, float]]
     patch_radius: float
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     """One solid before the parts are joined."""
 
     name: str
@@ -104,9 +105,9 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
             f"a seat patch of radius {patch:g} mm does not fit on rods of radius "
             f"{probe.tripod.rod_radius:g} mm; take at most half of it"
         )
-    parts = _described_parts(probe) if probe.step is None else _step_parts(probe, probe.step)
+    parts = described_parts(probe) if probe.step is None else _step_parts(probe, probe.step)
     _check_overlaps(parts)
-    spring = _spring_face(parts)
+    spring, uncut = _spring_face(parts), parts
     parts = _with_seat_patches(probe, parts, patch)
     from netgen.occ import Glue
 
@@ -121,11 +122,14 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     _check_joined([part.name for part in parts], owners, parts)
     meeting = [face for face, names in owners.items() if len(set(names)) > 1]
     _check_names(shape)
+    refined = [(face.edges, math.sqrt(4.0 * face.mass / math.pi)) for face in meeting]
+    if probe.step is not None:  # in described parts every re-entrant edge is an interface
+        refined += _reentrant_edges(shape, uncut, patch)
     return ProbeSolids(
         shape=shape,
         materials={part.name: part.material for part in parts},
         thickness=_thickness(parts),
-        interface_diameters=[(face, math.sqrt(4.0 * face.mass / math.pi)) for face in meeting],
+        refined=refined,
         patch_radius=patch,
     )
 
@@ -142,7 +146,14 @@ def write_step(path: str | Path, probe: Probe) -> None:
         probe_solids(probe).shape.WriteStep(str(temporary))
 
 
-def _described_parts(probe: Probe) -> list[_Part]:
+def described_parts(probe: Probe) -> list[Part]:
+    """The solids of a description, before the seats' patches are cut.
+
+    Raises
+    ------
+    DescriptionError
+        No hub described; dimensions that cannot be.
+    """
     from netgen.occ import Cylinder, Dir, Pnt, Sphere, Z
 
     hub = probe.hub
@@ -186,9 +197,9 @@ def _described_parts(probe: Probe) -> list[_Part]:
         rod = Cylinder(Pnt(0, 0, 0), axis, r=tripod.rod_radius, h=length) - disc
         rods = rod if rods is None else rods + rod
     parts = [
-        _Part("hub", disc, hub.material),
-        _Part("holder", holder, hub.material),
-        _Part("rods", rods, tripod.material, carries_seats=True),
+        Part("hub", disc, hub.material),
+        Part("holder", holder, hub.material),
+        Part("rods", rods, tripod.material, carries_seats=True),
     ]
     centre = Pnt(0, 0, -probe.lever)
     ball = Sphere(centre, probe.tip.radius)
@@ -198,12 +209,12 @@ def _described_parts(probe: Probe) -> list[_Part]:
         piece = Cylinder(bottom, Z, r=0.5 * segment.diameter, h=segment.length)
         if number == len(probe.stylus):
             piece = piece - ball
-        parts.append(_Part(f"stylus {number}", piece, segment.material))
+        parts.append(Part(f"stylus {number}", piece, segment.material))
         top -= segment.length
-    return [*parts, _Part(TIP, ball, probe.tip.material)]
+    return [*parts, Part(TIP, ball, probe.tip.material)]
 
 
-def _step_parts(probe: Probe, step: StepGeometry) -> list[_Part]:
+def _step_parts(probe: Probe, step: StepGeometry) -> list[Part]:
     from netgen.occ import OCCGeometry
 
     path = Path(step.path)
@@ -255,7 +266,7 @@ def _step_parts(probe: Probe, step: StepGeometry) -> list[_Part]:
         for number, selector in enumerate(selectors, start=1):
             name = role if len(selectors) == 1 else f"{role} {number}"
             parts.append(
-                _Part(
+                Part(
                     name,
                     picked(selector),
                     step.materials.get(selector, usual[role]),
@@ -277,7 +288,7 @@ def _step_parts(probe: Probe, step: StepGeometry) -> list[_Part]:
     return parts
 
 
-def _check_overlaps(parts: Sequence[_Part]) -> None:
+def _check_overlaps(parts: Sequence[Part]) -> None:
     for first, second in combinations(parts, 2):
         try:
             volume = (first.solid * second.solid).mass
@@ -292,7 +303,7 @@ def _check_overlaps(parts: Sequence[_Part]) -> None:
 
 
 def _check_joined(
-    names: Sequence[str], owners: Mapping[Any, Sequence[str]], parts: Sequence[_Part]
+    names: Sequence[str], owners: Mapping[Any, Sequence[str]], parts: Sequence[Part]
 ) -> None:
     """Every part must hang together with the first, by whole faces."""
     reached, grown = {names[0]}, True
@@ -317,20 +328,20 @@ def _check_joined(
     raise DescriptionError(f"'{loose.name}' floats: no face joins it to the rest; {remedy}")
 
 
-def _spring_face(parts: Sequence[_Part]) -> Any:
+def _spring_face(parts: Sequence[Part]) -> Any:
     """The highest face of the tripod (of whichever part): the spring stands on it."""
     carriers = {part.name for part in parts if part.carries_seats} | {"hub"}
     faces = [face for part in parts if part.name in carriers for face in part.solid.faces]
     return max(faces, key=lambda face: (round(face.center.z, 9), face.mass))
 
 
-def _with_seat_patches(probe: Probe, parts: Sequence[_Part], patch: float) -> list[_Part]:
+def _with_seat_patches(probe: Probe, parts: Sequence[Part], patch: float) -> list[Part]:
     """Cut a small plug out under each seat, so that a face of its own takes the force."""
     from netgen.occ import Cylinder, Dir, Pnt, Vertex
 
     frame = seat_frame(probe)
     whole = list(parts)
-    plugs: list[_Part] = []
+    plugs: list[Part] = []
     for index, (contact, normal) in enumerate(
         zip(frame.contacts(probe.tripod.rod_radius), frame.normals, strict=True)
     ):
@@ -352,12 +363,12 @@ def _with_seat_patches(probe: Probe, parts: Sequence[_Part], patch: float) -> li
         plug.faces.Nearest(Pnt(*contact)).name = seat_face(index)
         plug.edges.maxh = patch
         host = whole[carrier]
-        whole[carrier] = _Part(host.name, host.solid - tool, host.material, carries_seats=True)
-        plugs.append(_Part(host.name, plug, host.material))
+        whole[carrier] = Part(host.name, host.solid - tool, host.material, carries_seats=True)
+        plugs.append(Part(host.name, plug, host.material))
     return [*whole, *plugs]
 
 
-def _cut_by(tool: Any, parts: Sequence[_Part]) -> tuple[int | None, Any]:
+def _cut_by(tool: Any, parts: Sequence[Part]) -> tuple[int | None, Any]:
     for number, part in enumerate(parts):
         if not part.carries_seats:
             continue
@@ -394,7 +405,39 @@ def _check_names(shape: Any) -> None:
         )
 
 
-def _thickness(parts: Sequence[_Part]) -> dict[str, float]:
+def _reentrant_edges(shape: Any, parts: Sequence[Part], patch: float) -> list[tuple[Any, float]]:
+    """Edges around which more than half is solid, with length / pi as their diameter.
+
+    Sixteen points on a small circle around the middle of each edge are asked whether
+    they lie inside.
+    """
+    from netgen.occ import Pnt, Vertex
+
+    found = []
+    bodies = [part.solid for part in parts]
+    turns = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False) + 0.1
+    for edge in set(shape.edges):
+        if edge.mass < 2.0 * math.pi * patch * 1.2:  # the seats' own patches
+            continue
+        middle = 0.5 * sum(edge.parameter_interval)
+        point, tangent = edge.Value(middle), edge.Tangent(middle)
+        centre = np.array([point.x, point.y, point.z])
+        along = np.array([tangent.x, tangent.y, tangent.z])
+        across = np.linalg.svd(along.reshape(1, 3))[2][1:]
+        radius = min(0.02 * edge.mass, 0.05)
+        circle = centre + radius * (
+            np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1]
+        )
+        inside = 0
+        for x, y, z in circle:
+            vertex = Vertex(Pnt(float(x), float(y), float(z)))
+            inside += any(body.Distance(vertex) < 1e-9 for body in bodies)
+        if 0.55 * len(turns) < inside < 0.95 * len(turns):
+            found.append((edge, edge.mass / math.pi))
+    return found
+
+
+def _thickness(parts: Sequence[Part]) -> dict[str, float]:
     """By region: diameter of a cylinder of the same volume and length (thickest solid)."""
     thickness: dict[str, float] = {}
     for part in parts:

@@ -170,12 +170,13 @@ def _set_sizes(solids: ProbeSolids, settings: MeshSettings) -> tuple[float, list
         notes.append(
             f"{name}: elements up to {size:.2f} mm, {settings.body * scale:.2g} of thickness"
         )
-    for face, diameter in solids.interface_diameters:
-        face.edges.maxh = scale * settings.interface * diameter
-    finest = min((d for _, d in solids.interface_diameters), default=0.0)
+    for edges, diameter in solids.refined:
+        edges.maxh = scale * settings.interface * diameter
+    finest = min((d for _, d in solids.refined), default=0.0)
     notes.append(
-        f"edges where parts meet: {scale * settings.interface:.2g} of the diameter, from "
-        f"{scale * settings.interface * finest:.2f} mm (stresses peak at re-entrant edges)"
+        "edges where parts meet, and re-entrant ones: "
+        f"{scale * settings.interface:.2g} of the diameter, from "
+        f"{scale * settings.interface * finest:.2f} mm (stresses peak there)"
     )
     patch = scale * settings.patch * solids.patch_radius
     for face in solids.shape.faces:

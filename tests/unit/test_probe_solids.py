@@ -1,0 +1,194 @@
+"""Geometry, mesh and their errors: which part, and what to change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from netgen.occ import Box, Glue, Pnt
+
+from pretravel.directions import from_angles
+from pretravel.errors import CapacityError, DescriptionError, InputError, MeshError
+from pretravel.model import condensation
+from pretravel.model.condensation import condense
+from pretravel.model.elasticity import finite_element_model
+from pretravel.model.geometry import probe_solids, write_step
+from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.probe.catalogue import description_text, load_probe, parse_probe
+from pretravel.probe.description import Hub, Probe, StepGeometry
+from pretravel.trigger.fem import condensed
+from pretravel.trigger.predict import predict
+
+COARSE = MeshSettings(refinement=0.4)
+
+
+def hub(probe: Probe, **changes: float) -> Probe:
+    assert probe.hub is not None
+    return replace(probe, hub=replace(probe.hub, **changes))
+
+
+def step_solids(probe: Probe, path: Path) -> StepGeometry:
+    """The described probe through a STEP file, solids named as they were."""
+    write_step(path, probe)
+    return StepGeometry(
+        path=path,
+        tripod=("hub", "holder", "rods"),
+        stylus=("stylus 1", "stylus 2"),
+        tip=("tip",),
+        materials={"stylus 1": probe.stylus[0].material},
+    )
+
+
+def test_regions_and_volumes(omp40: Probe) -> None:
+    solids = probe_solids(omp40)
+    volume = {}
+    for solid in solids.shape.solids:
+        volume[solid.name] = volume.get(solid.name, 0.0) + solid.mass
+    assert set(volume) == {"hub", "holder", "rods", "stylus 1", "stylus 2", "tip"}
+    head, stem = omp40.stylus
+    assert volume["stylus 1"] == pytest.approx(np.pi / 4 * head.diameter**2 * head.length, rel=1e-9)
+    assert volume["tip"] == pytest.approx(4 / 3 * np.pi * 27.0, rel=1e-9)
+    # The stem reaches into the ball by the ball's cap over its section.
+    depth = np.sqrt(9.0 - 0.25 * stem.diameter**2)
+    assert volume["stylus 2"] == pytest.approx(
+        np.pi / 4 * stem.diameter**2 * (stem.length - depth)
+        - np.pi * (3 - depth) ** 2 * (6 + depth) / 3,
+        rel=1e-6,
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"height": 40.0}, "stylus's root"),
+        ({"radius": 15.0}, "reaches the seats"),
+        ({"height": 1.0}, "do not fit into a disc"),
+        ({"holder_diameter": 30.0}, "wider than the disc"),
+    ],
+)
+def test_impossible_hubs_say_what_to_change(
+    omp40: Probe, changes: dict[str, float], words: str
+) -> None:
+    with pytest.raises(DescriptionError, match=words):
+        probe_solids(hub(omp40, **changes))
+
+
+def test_no_hub_no_finite_elements(omp40: Probe) -> None:
+    with pytest.raises(DescriptionError, match="radius_mm, height_mm"):
+        probe_solids(replace(omp40, hub=None))
+
+
+def test_half_a_hub_is_refused() -> None:
+    text = description_text("omp40-2").replace("height_mm = ", "# height_mm = ", 1)
+    with pytest.raises(DescriptionError, match=r"\[hub\]: height_mm is missing"):
+        parse_probe(text)
+
+
+def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> None:
+    """Out and in again: the same sensing distance, up to the other mesh."""
+    directions = from_angles(np.radians([90.0, 40.0]), np.radians([0.0, 75.0]))
+    probe = replace(omp40, step=merged_step(omp40, tmp_path))
+    found = []
+    for each in (omp40, probe):
+        solids = probe_solids(each)
+        reduced = condense(finite_element_model(each, solids, mesh_solids(solids, COARSE)))
+        found.append(predict(each, directions, condensed(reduced)).sensing_distance)
+    assert found[1] == pytest.approx(found[0], rel=3e-3)
+
+
+def merged_step(probe: Probe, folder: Path) -> StepGeometry:
+    """As a CAD user would have it: tripod, head, stem and tip, one solid each."""
+    from pretravel.model.geometry import described_parts
+
+    parts = {part.name: part.solid for part in described_parts(probe)}
+    tripod = parts["hub"] + parts["holder"] + parts["rods"]
+    named = {
+        "Tripod": tripod,
+        "Head": parts["stylus 1"],
+        "Stem": parts["stylus 2"],
+        "Ball": parts["tip"],
+    }
+    for name, solid in named.items():
+        solid.solids.name = name
+    path = folder / "probe.step"
+    Glue(list(named.values())).WriteStep(str(path))
+    return StepGeometry(
+        path, ("Tripod",), ("Head", "Stem"), ("Ball",), {"Head": probe.stylus[0].material}
+    )
+
+
+def test_step_errors_name_file_and_part(omp40: Probe, tmp_path: Path) -> None:
+    step = merged_step(omp40, tmp_path)
+
+    def with_step(**changes: object) -> Probe:
+        return replace(omp40, step=replace(step, **changes))
+
+    with pytest.raises(InputError, match="no such file"):
+        probe_solids(with_step(path=tmp_path / "other.step"))
+    (tmp_path / "bad.step").write_text("not a STEP file")
+    with pytest.raises(InputError, match=r"bad\.step"):
+        probe_solids(with_step(path=tmp_path / "bad.step"))
+    with pytest.raises(InputError, match="no solid 'Arm'; there are #1"):
+        probe_solids(with_step(tripod=("Arm",)))
+    with pytest.raises(InputError, match="no solid '#9'"):
+        probe_solids(with_step(tripod=("#9",)))
+    with pytest.raises(DescriptionError, match="named for two parts"):
+        probe_solids(with_step(stylus=("Head", "Tripod")))
+    with pytest.raises(DescriptionError, match="tip's centre lies at"):
+        probe_solids(replace(with_step(), hub_offset=13.0))
+    with pytest.raises(DescriptionError, match="seat A-left should touch"):
+        probe_solids(
+            replace(
+                with_step(), tripod=replace(omp40.tripod, rod_radius=omp40.tripod.rod_radius + 0.1)
+            )
+        )
+    with pytest.raises(DescriptionError, match="floats: no face joins"):
+        probe_solids(with_step(stylus=("Stem",), materials={}))
+    with pytest.raises(DescriptionError, match="materials: 'Foot'"):
+        probe_solids(with_step(materials={"Foot": omp40.tip.material}))
+
+
+def test_overlapping_solids_are_named(omp40: Probe, tmp_path: Path) -> None:
+    step = merged_step(omp40, tmp_path)
+    from netgen.occ import OCCGeometry
+
+    solids = list(OCCGeometry(str(step.path)).shape.solids)
+    block = Box(Pnt(-1, -1, -30), Pnt(1, 1, -20))
+    block.solids.name = "Block"
+    from netgen.occ import Compound
+
+    path = tmp_path / "overlap.step"
+    Compound([*solids, block]).WriteStep(str(path))
+    probe = replace(omp40, step=replace(step, path=path, stylus=("Head", "Stem", "Block")))
+    with pytest.raises(DescriptionError, match="overlap by"):
+        probe_solids(probe)
+
+
+def test_a_mesh_too_fine_for_any_machine(omp40: Probe) -> None:
+    with pytest.raises(MeshError, match="lower the refinement"):
+        mesh_solids(probe_solids(omp40), MeshSettings(refinement=100.0))
+    with pytest.raises(MeshError, match="must be positive"):
+        MeshSettings(refinement=0.0)
+
+
+def test_want_of_memory_is_said_before_the_work(
+    omp40: Probe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(condensation, "available_memory", lambda: 1e8)
+    solids = probe_solids(omp40)
+    model = finite_element_model(omp40, solids, mesh_solids(solids, COARSE))
+    with pytest.raises(CapacityError, match=r"need about .* GB .*lower the refinement"):
+        condense(model)
+
+
+def test_uneven_rods_are_meshed_too(omp40: Probe) -> None:
+    azimuths = tuple(np.radians([3.0, 118.0, 246.0]))
+    probe = replace(omp40, tripod=replace(omp40.tripod, rod_azimuths=azimuths))
+    mesh = mesh_solids(probe_solids(probe), COARSE)
+    assert len(mesh.faces) == 7
+
+
+def test_a_hub_can_be_of_another_material() -> None:
+    assert isinstance(load_probe("omp40-2").hub, Hub)

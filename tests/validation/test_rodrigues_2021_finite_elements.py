@@ -1,0 +1,156 @@
+"""Rodrigues 2021, chapters 2 and 4: the thesis's finite-element sensing distances.
+
+A. Rodrigues (2021), thesis on surface measurement with touch-trigger probes, Tables 2.2, 2.3,
+4.1 to 4.9, section 4.6. The catalogue's unpublished dimensions were identified from Table 4.1
+(polar 90°) alone, by docs/gallery/identify_omp40_geometry.py, twice: ``omp40-2`` with seats that
+give as Hertz says, ``omp40-2-thesis`` with rigid ones. All else here is prediction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.directions import from_angles
+from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import material
+from pretravel.trigger.predict import Trigger, predict
+
+REFERENCE = Path(__file__).parent / "reference"
+WALL = from_angles(np.pi / 2.0, np.radians(np.arange(0.0, 61.0, 10.0)))
+ROUNDING = 0.05e-3  # mm: half of the last printed digit
+
+
+@pytest.fixture(scope="module")
+def tables() -> CsvTable:
+    return read_csv_table(REFERENCE / "rodrigues_trigger_50mm.csv")
+
+
+def _columns(tables: CsvTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Polar angles in degrees, directions, printed sensing distances in mm."""
+    polar, azimuth = (tables.numbers(name)[:, 0] for name in ("polar_deg", "azimuth_deg"))
+    printed = tables.numbers("sensing_distance_fea_mm")[:, 0]
+    return polar, from_angles(np.radians(polar), np.radians(azimuth)), printed
+
+
+def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable) -> None:
+    """90° is the fit: no worse than the rounding of 3.4 um to 0.1 um (1.5 %). The other 56 are
+    predicted: within 5 %, of which up to 2.5 % are the rounding of 2.0 um."""
+    polar, directions, printed = _columns(tables)
+    ours = predict(load_probe("omp40-2-thesis"), directions, "fem").sensing_distance
+    off = ours / printed - 1.0
+    assert np.abs(off[polar == 90.0]).max() < 0.015
+    assert np.sum(polar != 90.0) == 56
+    assert np.abs(off[polar != 90.0]).max() < 0.05
+    assert np.abs(ours - printed).max() < 2.5 * ROUNDING
+
+
+def test_printed_sensing_distances_are_proportional_to_the_lateral_force(
+    tables: CsvTable,
+) -> None:
+    """Why seats that give cannot reproduce them: one constant fits all 63 within the rounding
+    (and the two or three directions that are off are off by less than a digit)."""
+    polar, directions, printed = _columns(tables)
+    force = predict(load_probe("omp40-2"), directions, "shen").force
+    lateral = force * np.sin(np.radians(polar))
+    constant = np.sum(printed * lateral) / np.sum(lateral**2)
+    assert constant == pytest.approx(4.58e-3, abs=0.02e-3)
+    assert np.abs(printed - constant * lateral).max() < 2.5 * ROUNDING
+    assert np.mean(np.abs(printed - constant * lateral) < ROUNDING) > 0.8
+    # Hertz softens unloaded seats: between azimuth 0 and 60° the constant would change by 5 %.
+    trigger = predict(load_probe("omp40-2"), WALL[[0, 6]], "fem")
+    ratio = trigger.sensing_distance / trigger.force
+    assert ratio[0] / ratio[1] > 1.05
+    assert printed[0] / lateral[0] == pytest.approx(printed[6] / lateral[6], rel=0.015)
+
+
+def test_tables_4_1_to_4_9_with_seats_that_give_honest_miss(tables: CsvTable) -> None:
+    """With every free dimension at the upper end of what is plausible the seats still add too
+    much: 8 to 18 % at 90°, up to 27 % at small polar angles. A statement, not an aim."""
+    polar, directions, printed = _columns(tables)
+    off = predict(load_probe("omp40-2"), directions, "fem").sensing_distance / printed - 1.0
+    assert 0.06 < off[polar == 90.0].min() < off[polar == 90.0].max() < 0.20
+    assert 0.05 < off.min() < off.max() < 0.28
+
+
+@pytest.mark.parametrize("name", ["omp40-2-100mm", "omp40-2-thesis-100mm"])
+def test_table_2_3_experiment(name: str) -> None:
+    """15.875 and 28.865 um measured with a 100 mm stylus: both extremes within 5 %, predicted."""
+    azimuth = from_angles(np.pi / 2.0, np.radians(np.arange(0.0, 61.0, 2.5)))
+    ours = predict(load_probe(name), azimuth, "fem").sensing_distance
+    assert ours.min() == pytest.approx(15.875e-3, rel=0.05)
+    assert ours.max() == pytest.approx(28.865e-3, rel=0.05)
+
+
+def test_table_2_3_finite_elements_with_rigid_seats() -> None:
+    """16.11 and 28.456 um at azimuth 0 and 60°; the 100 mm stylus was not fitted to."""
+    trigger = predict(load_probe("omp40-2-thesis-100mm"), WALL[[0, 6]], "fem")
+    assert trigger.sensing_distance == pytest.approx([16.11e-3, 28.456e-3], rel=0.02)
+
+
+def test_table_2_2_trigger_forces() -> None:
+    trigger = predict(load_probe("omp40-2"), WALL, "fem")
+    assert trigger.force.min() == pytest.approx(0.75, abs=0.01)
+    assert trigger.force.max() == pytest.approx(1.22, abs=0.005)
+
+
+@pytest.fixture(scope="module")
+def baseline() -> Trigger:
+    """Section 4.6 varies a 100 mm stylus with carbide stem at 5.91 N (Table 4.12)."""
+    return predict(_carbide(), WALL, "fem")
+
+
+def _carbide() -> Probe:
+    return load_probe("omp40-2-100mm-carbide")
+
+
+def _with_stem(probe: Probe, **changes: object) -> Probe:
+    return replace(probe, stylus=(probe.stylus[0], replace(probe.stylus[1], **changes)))
+
+
+@pytest.mark.slow
+def test_section_4_6_length(baseline: Trigger) -> None:
+    """4.6.1: the longer stylus triggers at less force and bends more. Forces are as levers."""
+    probe = _carbide()
+    short = predict(_with_stem(probe, length=probe.stylus[1].length - 50.0), WALL, "fem")
+    assert np.all(short.force > baseline.force)
+    assert np.all(short.sensing_distance < 0.5 * baseline.sensing_distance)
+
+
+@pytest.mark.slow
+def test_section_4_6_diameter(baseline: Trigger) -> None:
+    """4.6.2: 3.8 mm for 4.5 mm leaves the force alone and bends more: its stem by
+    (4.5/3.8)^4 = 1.97, the rest not at all."""
+    thin = predict(_with_stem(_carbide(), diameter=3.8), WALL, "fem")
+    assert thin.force == pytest.approx(baseline.force, rel=1e-12)
+    stem = thin.shares["stylus"] / baseline.shares["stylus"]
+    assert np.all((stem > 1.7) & (stem < 1.97))
+    assert thin.shares["seats"] == pytest.approx(baseline.shares["seats"], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_section_4_6_material(baseline: Trigger) -> None:
+    """4.6.3: ceramic (413 GPa) for carbide (686) leaves the force alone and bends more: its
+    stem by 1.66, the steel head not at all."""
+    ceramic = predict(_with_stem(_carbide(), material=material("ceramic")), WALL, "fem")
+    assert ceramic.force == pytest.approx(baseline.force, rel=1e-12)
+    stem = ceramic.shares["stylus"] / baseline.shares["stylus"]
+    assert np.all((stem > 1.45) & (stem < 686.0 / 413.0))
+
+
+@pytest.mark.slow
+def test_section_4_6_preload(baseline: Trigger) -> None:
+    """4.6.4: 4 N for 5.91 N: force in proportion; the body's deflection too, the seats' as
+    the power 2/3."""
+    weak = predict(replace(_carbide(), preload=4.0), WALL, "fem")
+    ratio = 4.0 / 5.91
+    assert weak.force == pytest.approx(ratio * baseline.force, rel=1e-12)
+    assert weak.shares["stylus"] == pytest.approx(ratio * baseline.shares["stylus"], rel=1e-9)
+    # The patch's own give is taken off linearly: a few per cent of the seats' part.
+    expected = ratio ** (2.0 / 3.0) * baseline.shares["seats"]
+    assert weak.shares["seats"] == pytest.approx(expected, rel=0.02)
