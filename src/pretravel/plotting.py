@@ -19,6 +19,7 @@ from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.touches import Touches
 from pretravel.trigger.elastic_field import TriggerField
+from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 from pretravel.whole_file import whole_file
@@ -532,6 +533,7 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
         )
     right.set_yticks(rows, SEAT_NAMES)
     right.invert_yaxis()
+    right.margins(x=0.12)
     right.set_xlabel("seat force / N")
     right.set_title(
         f"trigger at {trigger.force[0]:.3f} N, {trigger.seat_names[0]} opens\n"
@@ -539,6 +541,79 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
         fontsize=10,
     )
     right.legend(fontsize=8)
+    figure.suptitle(title)
+    return figure
+
+
+def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
+    """Force over deflection, and what it costs in each direction.
+
+    Parameters
+    ----------
+    cycle : FrictionCycle
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = _figure(12.0, 5.2)
+    loops, bars = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
+    azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
+    polar = polar_angle(cycle.directions) / DEGREE
+    shown = np.unique(np.linspace(0, len(cycle.directions) - 1, 4).astype(int))
+    for place, row in enumerate(shown):
+        loops.plot(
+            cycle.deflection[row] / MICROMETRE,
+            cycle.force[row],
+            lw=1.2,
+            color=_COLOURS[place],
+            label=f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°",
+        )
+        loops.plot(
+            cycle.trigger_deflection[row] / MICROMETRE,
+            cycle.trigger_force[row],
+            "o",
+            ms=4,
+            color=_COLOURS[place],
+        )
+    loops.set_xlabel("deflection along the normal / µm")
+    loops.set_ylabel("force on the tip / N")
+    loops.set_title("touch and return; dots: a seat opens", fontsize=10)
+    loops.legend(fontsize=8)
+    rows, last = np.arange(len(azimuth)), cycle.trigger_force.shape[1] - 1
+    bars.bar(
+        rows - 0.27,
+        cycle.hysteresis[:, last] / MICROMETRE,
+        0.27,
+        color=_COLOURS[0],
+        label=f"trigger hysteresis, touch {last + 1}",
+    )
+    bars.bar(
+        rows,
+        cycle.zero_drift[:, 0] / MICROMETRE,
+        0.27,
+        color=_COLOURS[1],
+        label="zero drift after touch 1",
+    )
+    bars.bar(
+        rows + 0.27,
+        cycle.zero_drift[:, last] / MICROMETRE,
+        0.27,
+        color=_COLOURS[2],
+        label=f"zero drift after touch {last + 1}",
+    )
+    bars.set_xticks(
+        rows,
+        [f"{p:.0f}/{a:.0f}" for p, a in zip(polar, azimuth, strict=True)],
+        rotation=90,
+        fontsize=7,
+    )
+    bars.set_xlabel("polar / azimuth in degrees")
+    bars.set_ylabel("µm")
+    bars.axhline(0.0, color="k", lw=0.6)
+    bars.margins(y=0.25)
+    bars.legend(fontsize=8)
     figure.suptitle(title)
     return figure
 

@@ -15,6 +15,7 @@ from pretravel.metrology.qualification import Qualification, over_support
 from pretravel.model.condensation import ReducedModel
 from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.trigger.elastic_field import TriggerField
+from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -123,6 +124,50 @@ def fem_report(reduced: ReducedModel, field: TriggerField, probe_name: str) -> s
             ),
             "",
             table(["seat", "at rest/N", "at trigger/N"], rows),
+        ]
+    )
+
+
+def friction_report(cycle: FrictionCycle, probe_name: str) -> str:
+    """What seat friction does in each direction, first touch and last.
+
+    Returns
+    -------
+    str
+    """
+    rows = []
+    last = cycle.trigger_force.shape[1] - 1
+    for row, direction in enumerate(cycle.directions):
+        rows.append(
+            [
+                f"{polar_angle(direction)[()] / DEGREE:.6g}",
+                f"{np.mod(azimuth_angle(direction)[()] / DEGREE, 360.0):.6g}",
+                f"{cycle.trigger_force[row, 0]:.3f}",
+                f"{cycle.trigger_force[row, last]:.3f}",
+                f"{cycle.hysteresis[row, last] / MICROMETRE:.3f}",
+                f"{cycle.zero_drift[row, 0] / MICROMETRE:.3f}",
+                f"{cycle.zero_drift[row, last] / MICROMETRE:.3f}",
+                f"{cycle.reseat_error[row, last] / MICROMETRE:.3f}",
+            ]
+        )
+    header = [
+        "polar/°",
+        "azimuth/°",
+        "force 1/N",
+        f"force {last + 1}/N",
+        f"hysteresis {last + 1}/µm",
+        "drift 1/µm",
+        f"drift {last + 1}/µm",
+        f"reseat {last + 1}/µm",
+    ]
+    return "\n".join(
+        [
+            f"{probe_name}, seats with friction {cycle.friction:g}, {last + 1} touches",
+            "  force: on the tip when the first seat opens; hysteresis: deflection at opening less",
+            "  that at reseating; drift: where the tip then rests, along the normal, against the",
+            "  start; reseat: how far that is from the touch before. Touches 1 and last.",
+            "",
+            table(header, rows),
         ]
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 from collections.abc import Iterator, Sequence
@@ -157,5 +158,19 @@ def working(what: str) -> Iterator[None]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(what):
-        yield
+    class Stage(logging.Handler):
+        """Long work says what it is at; the spinner repeats it."""
+
+        def emit(self, record: logging.LogRecord) -> None:
+            status.update(f"{what}: {record.getMessage()}")
+
+    logger, handler = logging.getLogger("pretravel"), Stage(logging.INFO)
+    level = logger.level
+    with Console(stderr=True).status(what) as status:
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
+        try:
+            yield
+        finally:
+            logger.removeHandler(handler)
+            logger.setLevel(level)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+import warnings
+from typing import Annotated, TextIO
 
 import typer
 
 from pretravel import __version__
-from pretravel.cli import compensate, demo, fem, predict, probes, qualify, simulate
+from pretravel.cli import compensate, demo, fem, hysteresis, predict, probes, qualify, simulate
 from pretravel.errors import PretravelError
 
 app = typer.Typer(
@@ -40,6 +41,7 @@ for command in (
     probes.probes,
     predict.predict,
     fem.fem,
+    hysteresis.hysteresis,
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,
@@ -52,6 +54,7 @@ for command in (
 
 def run() -> None:
     """Run the command line; errors become one message and exit code 2, no traceback."""
+    warnings.showwarning = _show_warning
     try:
         app()
     except PretravelError as error:
@@ -65,6 +68,19 @@ def run() -> None:
         _fail(f"{error.filename or ''}: {error.strerror or error}".lstrip(": "))
     except ModuleNotFoundError as error:
         _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """A warning of the library, in the words and the place of the commands' own."""
+    del category, filename, lineno, file, line
+    typer.echo(f"Warning: {message}", err=True)
 
 
 def _fail(message: str) -> None:

@@ -19,7 +19,10 @@ from pretravel.cli.options import Gravity, Picture, ProbeName, Workpiece
 def predict(
     probe: ProbeName,
     model: Annotated[
-        str, typer.Option(help="analytic: elastic stylus and seats; shen: one cantilever.")
+        str,
+        typer.Option(
+            help="analytic: stylus as a beam, seats; fem: finite elements; shen: one cantilever."
+        ),
     ] = "analytic",
     azimuth: Annotated[
         str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")

@@ -18,7 +18,7 @@ def simulate(
         Path, typer.Option(help="CSV: nx,ny,nz and x_mm,y_mm,z_mm (points of the surface).")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Touches, .csv.")],
-    model: Annotated[str, typer.Option(help="analytic or shen.")] = "analytic",
+    model: Annotated[str, typer.Option(help="analytic, fem or shen.")] = "analytic",
     approach: Annotated[
         str, typer.Option(help="normal: along -n; file: columns ax,ay,az of the targets.")
     ] = "normal",

@@ -34,6 +34,15 @@ log = logging.getLogger(__name__)
 
 FORMAT = 1
 """Raised whenever numbers or layout change: kept models of other formats are foreign."""
+_UNREADABLE = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    zipfile.BadZipFile,
+)
 FOLDER_VARIABLE = "PRETRAVEL_CACHE"
 """Environment variable that names the folder."""
 
@@ -185,7 +194,7 @@ def _read(path: Path, key: str) -> ReducedModel | None:
     if not path.is_file():
         return None
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             header = json.loads(bytes(kept["header"]))
             if header["key"] != key:
                 raise ValueError("it belongs to another model")
@@ -198,7 +207,7 @@ def _read(path: Path, key: str) -> ReducedModel | None:
             or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, patch))
         ):
             raise ValueError("its arrays have other shapes")
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except _UNREADABLE as error:
         warnings.warn(
             f"the kept model {path} is damaged or foreign ({error}); it is made anew", stacklevel=4
         )
@@ -217,7 +226,7 @@ def _read(path: Path, key: str) -> ReducedModel | None:
 
 def _read_field(path: Path, header: Mapping[str, Any]) -> ElasticField:
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             mesh = FiniteElementMesh(
                 points=frozen(kept["points"]),
                 elements=kept["elements"].astype(np.int64),
@@ -229,7 +238,7 @@ def _read_field(path: Path, header: Mapping[str, Any]) -> ElasticField:
                 notes=tuple(header["notes"]),
             )
             modes: FloatArray = frozen(kept["modes"])
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except _UNREADABLE as error:
         path.unlink(missing_ok=True)
         raise PretravelError(
             f"the kept model {path} is damaged in its mesh ({error}); it has been removed: run the "

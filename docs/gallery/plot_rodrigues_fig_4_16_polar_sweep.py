@@ -1,0 +1,55 @@
+"""Rodrigues 2021, Figure 4.16: sensing distance over azimuth for polar angles 10 to 80°."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import PICTURES, trigger_table
+
+from pretravel.directions import from_angles
+from pretravel.plotting import save
+from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.predict import predict
+
+AZIMUTH = np.arange(0.0, 351.0, 10.0)
+POLAR = np.arange(80.0, 9.0, -10.0)
+
+
+def compute() -> np.ndarray:
+    """Sensing distance of the thesis's probe (rigid seats), (polar, azimuth), µm."""
+    probe = load_probe("omp40-2-thesis")
+    return np.array(
+        [
+            1e3
+            * predict(
+                probe, from_angles(np.radians(polar), np.radians(AZIMUTH)), "fem"
+            ).sensing_distance
+            for polar in POLAR
+        ]
+    )
+
+
+def draw(distances: np.ndarray) -> Figure:
+    """Lines: ours; dots: printed."""
+    table = trigger_table()
+    figure = Figure(figsize=(9, 6), layout="constrained", dpi=110)
+    axes = figure.subplots()
+    for polar, distance in zip(POLAR, distances, strict=True):
+        (line,) = axes.plot(AZIMUTH, distance, lw=1.2, label=f"polar {polar:.0f}°")
+        here = table["polar_deg"] == polar
+        axes.plot(
+            table["azimuth_deg"][here],
+            1e3 * table["sensing_distance_fea_mm"][here],
+            "o",
+            color=line.get_color(),
+            ms=4,
+        )
+    axes.set_xlabel("azimuth / °")
+    axes.set_ylabel("sensing distance / µm")
+    axes.legend(fontsize=8, ncols=2)
+    axes.set_title("Rodrigues 2021, Figure 4.16: dots printed, lines predicted", fontsize=11)
+    return figure
+
+
+if __name__ == "__main__":
+    save(draw(compute()), PICTURES / "rodrigues_fig_4_16.png")

@@ -1,0 +1,69 @@
+"""Rodrigues 2021, section 4.6: length, diameter, material, preload; Figures 4.27 to 4.36.
+
+Baseline (Table 4.12): 100 mm stylus, carbide stem of 4.5 mm, 5.91 N, polar 90°.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import PICTURES
+
+from pretravel.directions import from_angles
+from pretravel.plotting import save
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import material
+from pretravel.trigger.predict import Trigger, predict
+
+AZIMUTH = np.arange(0.0, 61.0, 5.0)
+
+
+def variants() -> dict[str, dict[str, Probe]]:
+    """By figure pair: label to probe."""
+    base = load_probe("omp40-2-100mm-carbide")
+    head, stem = base.stylus
+
+    def stemmed(**changes: object) -> Probe:
+        return replace(base, stylus=(head, replace(stem, **changes)))
+
+    return {
+        "4.27, 4.28: length": {"100 mm": base, "50 mm": stemmed(length=stem.length - 50.0)},
+        "4.30, 4.31: diameter": {"4.5 mm": base, "3.8 mm": stemmed(diameter=3.8)},
+        "4.33, 4.34: material": {
+            "tungsten carbide": base,
+            "ceramic": stemmed(material=material("ceramic")),
+        },
+        "4.35, 4.36: preload": {"5.91 N": base, "4 N": replace(base, preload=4.0)},
+    }
+
+
+def compute() -> dict[str, dict[str, Trigger]]:
+    """Triggers over azimuth."""
+    wall = from_angles(np.pi / 2.0, np.radians(AZIMUTH))
+    return {
+        figure: {label: predict(probe, wall, "fem") for label, probe in pair.items()}
+        for figure, pair in variants().items()
+    }
+
+
+def draw(computed: dict[str, dict[str, Trigger]]) -> Figure:
+    """Force above, sensing distance below."""
+    figure = Figure(figsize=(14, 6.5), layout="constrained", dpi=110)
+    axes = figure.subplots(2, 4, sharex=True)
+    for column, (name, pair) in enumerate(computed.items()):
+        for style, (label, trigger) in zip(("k-", "r--"), pair.items(), strict=True):
+            axes[0, column].plot(AZIMUTH, trigger.force, style, label=label)
+            axes[1, column].plot(AZIMUTH, 1e3 * trigger.sensing_distance, style, label=label)
+        axes[0, column].set_title(f"Figures {name}", fontsize=10)
+        axes[0, column].legend(fontsize=8)
+        axes[1, column].set_xlabel("azimuth / °")
+    axes[0, 0].set_ylabel("trigger force / N")
+    axes[1, 0].set_ylabel("sensing distance / µm")
+    return figure
+
+
+if __name__ == "__main__":
+    save(draw(compute()), PICTURES / "rodrigues_fig_4_27_to_4_36.png")

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, angle_range, check_files, working
+from pretravel.cli.options import Picture, ProbeName
+
+
+def hysteresis(
+    probe: ProbeName,
+    friction: Annotated[
+        float, typer.Option(help="Coulomb's coefficient at the seats, 0 to 0.5.")
+    ] = 0.1,
+    azimuth: Annotated[
+        str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")
+    ] = "0:330:30",
+    polar: Annotated[str, typer.Option(help="Polar angles in degrees.")] = "90",
+    cycles: Annotated[int, typer.Option(help="Touches one after the other.")] = 3,
+    overtravel: Annotated[
+        float, typer.Option(help="Deflection beyond the trigger before the return, µm.")
+    ] = 10.0,
+    steps: Annotated[int, typer.Option(help="Of each loading and each return.")] = 40,
+    model: Annotated[str, typer.Option(help="Body of the probe: fem (elastic) or rigid.")] = "fem",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")
+    ] = None,
+    plot: Picture = None,
+) -> None:
+    """Touch and return with friction at the seats: trigger hysteresis, reseat error, zero drift.
+
+    Example: pretravel hysteresis omp40-2 --friction 0.1 --cycles 3 -o cycles.csv --plot cycles.png
+    """
+    import numpy as np
+
+    from pretravel.directions import grid
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.friction_table import friction_table
+    from pretravel.model.reduction_cache import reduced_model
+    from pretravel.probe.catalogue import load_probe
+    from pretravel.report import friction_report
+    from pretravel.trigger.friction import friction_cycle
+    from pretravel.units import MICROMETRE
+
+    check_files([(output, (".csv",)), (plot, PICTURES)], [probe])
+    if model not in ("fem", "rigid"):
+        raise PretravelError(f"--model {model}: here it is fem or rigid")
+    description = load_probe(probe)
+    directions = grid(
+        np.radians(angle_range(polar, "--polar")), np.radians(angle_range(azimuth, "--azimuth"))
+    )
+    with working(f"{cycles} touches in {len(directions)} directions"):
+        result = friction_cycle(
+            description,
+            directions,
+            friction,
+            reduced=reduced_model(description) if model == "fem" else None,
+            overtravel=overtravel * MICROMETRE,
+            cycles=cycles,
+            steps=steps,
+        )
+    if output is not None:
+        write_csv_table(output, friction_table(result))
+    if plot is not None:
+        from pretravel.plotting import plot_friction, save
+
+        save(plot_friction(result, f"{description.name}, friction {friction:g}"), plot)
+    typer.echo(friction_report(result, description.name))

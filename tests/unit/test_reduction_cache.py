@@ -1,0 +1,144 @@
+"""Kept models: found again, never confused, never trusted when damaged."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.errors import PretravelError
+from pretravel.model import reduction_cache
+from pretravel.model.elasticity import INTERFACE
+from pretravel.model.mesh import MeshSettings
+from pretravel.model.reduction_cache import reduced_model, reduction_key
+from pretravel.probe.description import Probe
+
+COARSE = MeshSettings(refinement=0.3)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(reduction_cache.FOLDER_VARIABLE, str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def forget() -> None:
+    """What this process remembers is not what is tested."""
+    reduction_cache._remembered.cache_clear()
+
+
+def kept(folder: Path) -> Path:
+    (path,) = folder.glob("reduced-*.npz")
+    return path
+
+
+def test_found_again_to_the_last_bit(
+    omp40: Probe, folder: Path, forget: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = reduced_model(omp40, COARSE)
+    field = first.elastic_field
+    reduction_cache._remembered.cache_clear()
+    monkeypatch.setattr(reduction_cache, "condense", None)  # would fail if it were called
+    again = reduced_model(omp40, COARSE)
+    assert np.array_equal(again.flexibility, first.flexibility)
+    assert np.array_equal(again.elastic_field.modes, field.modes)
+    assert np.array_equal(again.elastic_field.mesh.elements, field.mesh.elements)
+    assert again.elastic_field.materials == field.materials
+    assert again.summary == first.summary
+    forces = np.zeros(len(INTERFACE))
+    assert np.all(again.lift(forces) == 0.0)
+
+
+def test_damaged_and_foreign_files_are_noticed_and_made_anew(
+    omp40: Probe, folder: Path, forget: None
+) -> None:
+    first = reduced_model(omp40, COARSE)
+    path = kept(folder)
+    whole = path.read_bytes()
+    middle = bytearray(whole)
+    at = whole.index(b"by_region.npy") + 2000
+    middle[at : at + 8] = b"\x00\x01\x02\x03\x04\x05\x06\x07"
+    foreign = whole.replace(b'"key": "', b'"key": "0', 1)
+    for content in (whole[: len(whole) // 2], b"", b"nothing of ours", bytes(middle), foreign):
+        path.write_bytes(content)
+        reduction_cache._remembered.cache_clear()
+        with pytest.warns(UserWarning, match="damaged or foreign"):
+            again = reduced_model(omp40, COARSE)
+        assert again.flexibility == pytest.approx(first.flexibility, rel=1e-9, abs=1e-15)
+        assert path.stat().st_size == len(whole)
+
+
+def test_damage_in_the_mesh_is_noticed_when_it_is_read(
+    omp40: Probe, folder: Path, forget: None
+) -> None:
+    reduced_model(omp40, COARSE)
+    path = kept(folder)
+    content = bytearray(path.read_bytes())
+    at = bytes(content).index(b"modes.npy") + 5000
+    content[at] ^= 0xFF
+    path.write_bytes(content)
+    reduction_cache._remembered.cache_clear()
+    again = reduced_model(omp40, COARSE)  # the reduced part is whole
+    with pytest.raises(PretravelError, match="run the command again"):
+        _ = again.elastic_field
+    assert not path.exists()
+
+
+def test_a_folder_that_cannot_be_written_is_said(
+    omp40: Probe, tmp_path: Path, forget: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    monkeypatch.setenv(reduction_cache.FOLDER_VARIABLE, str(blocked))
+    with pytest.warns(UserWarning, match="could not be kept"):
+        reduced_model(omp40, COARSE)
+
+
+def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
+    base = reduction_key(omp40, COARSE)
+    assert omp40.hub is not None
+    other = [
+        replace(omp40, hub=replace(omp40.hub, height=10.0)),
+        replace(omp40, hub_offset=15.0),
+        replace(omp40, tripod=replace(omp40.tripod, rod_radius=2.0)),
+        replace(omp40, seats=replace(omp40.seats, support_angle=0.5)),
+        replace(omp40, stylus=(omp40.stylus[0], replace(omp40.stylus[1], diameter=4.0))),
+        replace(omp40, tip=replace(omp40.tip, radius=2.5)),
+        replace(
+            omp40,
+            tip=replace(omp40.tip, material=replace(omp40.tip.material, youngs_modulus=4e5 + 1.0)),
+        ),
+    ]
+    keys = [reduction_key(probe, COARSE) for probe in other]
+    keys.append(reduction_key(omp40, replace(COARSE, body=0.3)))
+    assert len({base, *keys}) == len(keys) + 1
+    same = [
+        replace(omp40, preload=4.0, criterion="arm_lift", name="another"),
+        replace(omp40, seats=replace(omp40.seats, ball_radius=3.0, contact="rigid")),
+        replace(omp40, tip=replace(omp40.tip, u_radius=1e-3)),
+    ]
+    assert {reduction_key(probe, COARSE) for probe in same} == {base}
+
+
+def test_from_the_cache_neither_kernel_nor_solver_is_loaded(
+    omp40: Probe, folder: Path, forget: None
+) -> None:
+    """What makes the second run quick: CAD kernel, mesher and solver stay out."""
+    from pretravel.trigger.predict import predict
+
+    predict(omp40, [[1.0, 0.0, 0.0]], "fem")
+    code = (
+        "import sys, pretravel\n"
+        "pretravel.predict(pretravel.load_probe('omp40-2'), [[1.0, 0.0, 0.0]], 'fem')\n"
+        "print([m for m in ('netgen', 'skfem', 'pypardiso', 'matplotlib') if m in sys.modules])"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ
+    )
+    assert run.stdout.strip() == "[]"
