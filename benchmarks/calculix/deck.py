@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.model.elasticity import SPRING_FORCE, FiniteElementModel
-from pretravel.model.full_contact import BALL_FACE, ball_held
 from pretravel.model.geometry import seat_face
 from pretravel.model.mesh import FiniteElementMesh
+from pretravel.model.seat_ball import CONTACT, ball_held
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 
@@ -81,7 +81,7 @@ def write_deck(
         out.write("*MATERIAL, NAME=BALL\n*ELASTIC\n")
         out.write(f"{material.youngs_modulus!r}, {material.poissons_ratio!r}\n")
         out.write("*SOLID SECTION, ELSET=BALLS, MATERIAL=BALL\n")
-        held = ball_held(probe, ball)
+        held = ball_held(probe.seats.ball_radius, ball)
         out.write("*SURFACE INTERACTION, NAME=SEAT\n")
         out.write("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n")
         out.write(f"{STIFFNESS:e}\n")
@@ -92,7 +92,7 @@ def write_deck(
             out.write(f"*SURFACE, NAME=ROD{seat}, TYPE=ELEMENT\n")
             out.write(_surface(mesh, seat_face(seat), 0))
             out.write(f"*SURFACE, NAME=BALL{seat}, TYPE=ELEMENT\n")
-            out.write(_surface(ball, BALL_FACE, element_count + seat * len(ball.elements)))
+            out.write(_surface(ball, CONTACT, element_count + seat * len(ball.elements)))
             out.write("*CONTACT PAIR, INTERACTION=SEAT, TYPE=SURFACE TO SURFACE\n")
             out.write(f"ROD{seat}, BALL{seat}\n")
         tip = np.flatnonzero(model.loads[0::3, 6])

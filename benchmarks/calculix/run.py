@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ from pretravel.model.elasticity import finite_element_model
 from pretravel.model.full_contact import resolved_bodies
 from pretravel.model.geometry import probe_solids
 from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.model.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
@@ -105,6 +107,7 @@ def main() -> None:
     unknowns = model.mesh.unknowns + 6 * ball.unknowns
     print(f"{unknowns} unknowns, of which {6 * ball.unknowns} in the balls", flush=True)
     reduced = condense(model)
+    reduced = replace(reduced, seat_correction=reduced.seat_correction + ball_correction(probe))
     normals = seat_frame(probe).normals
     weights = model.loads[0::3, 6]
     tip = np.flatnonzero(weights)

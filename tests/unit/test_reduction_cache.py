@@ -108,6 +108,8 @@ def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
         replace(omp40, hub_offset=15.0),
         replace(omp40, tripod=replace(omp40.tripod, rod_radius=2.0)),
         replace(omp40, seats=replace(omp40.seats, support_angle=0.5)),
+        replace(omp40, seats=replace(omp40.seats, ball_radius=3.0)),
+        replace(omp40, seats=replace(omp40.seats, contact="rigid")),
         replace(omp40, stylus=(omp40.stylus[0], replace(omp40.stylus[1], diameter=4.0))),
         replace(omp40, tip=replace(omp40.tip, radius=2.5)),
         replace(
@@ -120,7 +122,6 @@ def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
     assert len({base, *keys}) == len(keys) + 1
     same = [
         replace(omp40, preload=4.0, criterion="arm_lift", name="another"),
-        replace(omp40, seats=replace(omp40.seats, ball_radius=3.0, contact="rigid")),
         replace(omp40, tip=replace(omp40.tip, u_radius=1e-3)),
     ]
     assert {reduction_key(probe, COARSE) for probe in same} == {base}

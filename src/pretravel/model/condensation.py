@@ -59,8 +59,9 @@ class ReducedModel:
         Its parts by strain energy; they add up to it. [mm/N]
     resultants : (6, 22) float
         Force and moment about the origin of a newton on each.
-    patch_self_compliance : (6,) float
-        What the half-space under a seat's patch gives; Hertz takes its place. [mm/N]
+    seat_correction : (6,) float
+        To be added to Hertz's approach per newton: what the ball's body gives beyond
+        a half-space, less what the half-space under the rod's patch gave already. [mm/N]
     summary : mapping of str to str
         Unknowns, elements, quality, what was refined and why.
     """
@@ -68,7 +69,7 @@ class ReducedModel:
     flexibility: FloatArray
     flexibility_by_region: Mapping[str, FloatArray]
     resultants: FloatArray
-    patch_self_compliance: FloatArray
+    seat_correction: FloatArray
     summary: Mapping[str, str]
     load_field: Callable[[], ElasticField] = field(repr=False)
 
@@ -156,7 +157,7 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
         flexibility=frozen(sum(by_region.values(), start=np.zeros(2 * (len(INTERFACE),)))),
         flexibility_by_region={name: frozen(part) for name, part in by_region.items()},
         resultants=frozen(rigid_motions(mesh.points).T @ model.loads),
-        patch_self_compliance=model.patch_self_compliance,
+        seat_correction=model.seat_correction,
         summary=_summary(mesh),
         load_field=lambda field=ElasticField(  # type: ignore[misc]
             mesh, model.materials, frozen(modes.reshape(-1, 3, len(INTERFACE)))

@@ -138,8 +138,9 @@ class FiniteElementModel:
         Its upper triangle; the rest is its mirror image. [N/mm]
     loads : (3 n, 22) float
         Nodal forces of one newton on each entry of `INTERFACE`.
-    patch_self_compliance : (6,) float
-        What the half-space under each seat's patch gives per newton. [mm/N]
+    seat_correction : (6,) float
+        To be added to Hertz's approach per newton, for the half-space under each seat's
+        patch that the mesh has already, and for the ball that is none. [mm/N]
     """
 
     mesh: FiniteElementMesh
@@ -147,11 +148,11 @@ class FiniteElementModel:
     elements: FloatArray
     stiffness: sparse.csr_matrix
     loads: FloatArray
-    patch_self_compliance: FloatArray
+    seat_correction: FloatArray
 
 
 def finite_element_model(
-    probe: Probe, solids: ProbeSolids, mesh: FiniteElementMesh
+    probe: Probe, solids: ProbeSolids, mesh: FiniteElementMesh, ball: float = 0.0
 ) -> FiniteElementModel:
     """Assemble stiffness and loads.
 
@@ -160,6 +161,8 @@ def finite_element_model(
     probe : Probe
     solids : ProbeSolids
     mesh : FiniteElementMesh
+    ball : float
+        `pretravel.model.seat_ball.ball_correction`; half-spaces when not given. [mm/N]
 
     Returns
     -------
@@ -187,16 +190,39 @@ def finite_element_model(
     elements = element_stiffness(mesh, solids.materials)
     radius = solids.patch_radius
     material = probe.tripod.material if probe.step is None else _seat_material(solids, mesh)
-    # Mean displacement under Hertz's pressure, weighted by it: 0.6 (1 - nu²) / (E a).
-    patch = 0.6 * material.plane_strain_compliance / radius
     return FiniteElementModel(
         mesh=mesh,
         materials=solids.materials,
         elements=frozen(elements),
         stiffness=upper_stiffness(mesh, elements),
         loads=frozen(_interface_loads(probe, mesh, radius)),
-        patch_self_compliance=frozen(np.full(6, patch)),
+        seat_correction=frozen(np.full(6, ball - half_space_compliance(material, radius))),
     )
+
+
+def half_space_compliance(material: Material, radius: float) -> float:
+    """Mean displacement of a half-space under a newton of Hertz's pressure, weighted by it.
+
+    Parameters
+    ----------
+    material : Material
+    radius : float
+        Of the loaded circle. [mm]
+
+    Returns
+    -------
+    float
+        0.6 (1 - nu²) / (E a). [mm/N]
+
+    References
+    ----------
+    From Johnson, Contact Mechanics, equation 3.41a.
+
+    >>> from pretravel.probe.materials import material
+    >>> round(half_space_compliance(material("tungsten carbide"), 0.2) * 1e6, 2)  # nm/N
+    4.16
+    """
+    return 0.6 * material.plane_strain_compliance / radius
 
 
 def _seat_material(solids: ProbeSolids, mesh: FiniteElementMesh) -> Material:
@@ -209,7 +235,7 @@ def _interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> Fl
     frame = seat_frame(probe)
     contacts = frame.contacts(probe.tripod.rod_radius)
     for seat in range(6):
-        nodal = _patch_weights(
+        nodal = hertz_pressure(
             mesh,
             seat_face(seat),
             contacts[seat],
@@ -302,14 +328,32 @@ def _on_face(points: FaceQuadrature, forces: FloatArray, count: int) -> FloatArr
     return nodal
 
 
-def _patch_weights(
+def hertz_pressure(
     mesh: FiniteElementMesh,
     face: str,
     contact: FloatArray,
     tangents: tuple[FloatArray, FloatArray],
     radius: float,
 ) -> FloatArray:
-    """Hertz's pressure over a patch, on the seat's normal."""
+    """Nodal weights of one newton, spread as Hertz's pressure over a round patch.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+    face : str
+        The patch.
+    contact : (3,) float
+        Its middle, which the force goes through. [mm]
+    tangents : two (3,) float
+        Unit directions in the plane of contact.
+    radius : float
+        [mm]
+
+    Returns
+    -------
+    (n,) float
+        They add up to one.
+    """
     points = face_quadrature(mesh, face)
     arms = np.stack([(points.positions - contact) @ way for way in tangents])
     pressure = np.sqrt(np.maximum(1.0 - np.sum(arms**2, axis=0) / radius**2, 0.0))

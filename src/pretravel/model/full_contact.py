@@ -31,13 +31,13 @@ from pretravel.model.elasticity import (
 )
 from pretravel.model.geometry import probe_solids, seat_face
 from pretravel.model.linear_solvers import Solve, factorise
-from pretravel.model.mesh import FiniteElementMesh, MeshSettings, mesh_solids, numbered
+from pretravel.model.mesh import FiniteElementMesh, MeshSettings, mesh_solids
+from pretravel.model.seat_ball import CONTACT, ball_held, ball_mesh
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import SeatFrame, seat_frame
 
 log = logging.getLogger(__name__)
 
-BALL_FACE = "contact"
 _AT_ONCE = 96  # right-hand sides solved together
 _ROUNDS = 100
 
@@ -151,13 +151,7 @@ def resolved_bodies(
     )
     solids = probe_solids(probe, zone)
     model = finite_element_model(probe, solids, mesh_solids(solids, fine))
-    return model, _ball_mesh(probe, zone, element)
-
-
-def ball_held(probe: Probe, ball: FiniteElementMesh) -> IntArray:
-    """Nodes by which the plate holds a ball: its lower half's surface."""
-    surface = np.unique(ball.boundary)
-    return np.asarray(surface[ball.points[surface, 2] < -probe.seats.ball_radius])
+    return model, ball_mesh(probe.seats.ball_radius, 1.1 * zone, element)
 
 
 def _flexibility(solve: Solve, loads: sparse.csc_matrix) -> FloatArray:
@@ -167,30 +161,6 @@ def _flexibility(solve: Solve, loads: sparse.csc_matrix) -> FloatArray:
         block = slice(first, first + _AT_ONCE)
         result[:, block] = loads.T @ solve(loads[:, block].toarray())
     return np.asarray(0.5 * (result + result.T))
-
-
-def _ball_mesh(probe: Probe, zone: float, element: float) -> FiniteElementMesh:
-    """A ball below the origin, touched from above; fine where it is touched."""
-    from netgen.occ import Cylinder, Glue, OCCGeometry, Pnt, Sphere, Z
-
-    radius = probe.seats.ball_radius
-    ball = Sphere(Pnt(0, 0, -radius), radius)
-    tool = Cylinder(Pnt(0, 0, -1.5 * zone), Z, r=1.1 * zone, h=3.0 * zone)
-    plug, rest = ball * tool, ball - tool
-    top = plug.faces.Nearest(Pnt(0, 0, 0))
-    top.name = BALL_FACE
-    shape = Glue([rest, plug])
-    shape.solids.name = "ball"
-    for face in shape.faces:
-        if face.name == BALL_FACE:
-            face.maxh = element
-            face.edges.maxh = element
-    from pyngcore import TaskManager
-
-    with TaskManager():
-        mesh = OCCGeometry(shape).GenerateMesh(maxh=0.3 * radius, grading=0.5)
-    mesh.SecondOrder()
-    return numbered(mesh, [BALL_FACE])
 
 
 def _pressures(
@@ -237,7 +207,7 @@ def _gathered(
 
 def _on_ball(ball: FiniteElementMesh, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray]:
     """Ball nodes above which points lie, with their quadratic shape functions, (e, k, 6) each."""
-    six = ball.faces[BALL_FACE]
+    six = ball.faces[CONTACT]
     corners = six[:, :3]
     origin = ball.points[corners[:, 0], :2]
     sides = np.stack([ball.points[corners[:, i], :2] - origin for i in (1, 2)], axis=2)
@@ -258,7 +228,7 @@ def _ball_compliance(
 ) -> FloatArray:
     """Weighted sinking of the balls by pressure: one factorisation serves all six."""
     stiffness = upper_stiffness(ball, element_stiffness(ball, {"ball": probe.seats.material}))
-    fixed = ball_held(probe, ball)
+    fixed = ball_held(probe.seats.ball_radius, ball)
     free = np.setdiff1d(np.arange(ball.unknowns), (3 * fixed[:, None] + np.arange(3)).ravel())
     solve = factorise(stiffness[free][:, free].tocsr(), solver)
     blocks = []

@@ -26,13 +26,14 @@ from pretravel.model.condensation import ElasticField, ReducedModel, condense
 from pretravel.model.elasticity import INTERFACE, finite_element_model
 from pretravel.model.geometry import probe_solids
 from pretravel.model.mesh import FiniteElementMesh, MeshSettings, mesh_solids
+from pretravel.model.seat_ball import ball_correction
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.whole_file import whole_file
 
 log = logging.getLogger(__name__)
 
-FORMAT = 1
+FORMAT = 2
 """Raised whenever numbers or layout change: kept models of other formats are foreign."""
 _UNREADABLE = (
     OSError,
@@ -60,8 +61,8 @@ def cache_folder() -> Path:
 def reduction_key(probe: Probe, settings: MeshSettings) -> str:
     """Digest of all that a reduced model depends on.
 
-    Preload, criterion, orientation and weight are not among it, nor the seat balls:
-    they act on the reduced model, not in it.
+    Preload, criterion, orientation and weight are not among it: they act on the reduced
+    model, not in it.
 
     >>> from dataclasses import replace
     >>> from pretravel.probe.catalogue import load_probe
@@ -77,6 +78,11 @@ def reduction_key(probe: Probe, settings: MeshSettings) -> str:
         "settings": asdict(settings),
         "tripod": tripod,
         "support_angle": probe.seats.support_angle,
+        "ball": (
+            None
+            if probe.seats.contact == "rigid"
+            else [probe.seats.ball_radius, asdict(probe.seats.material)]
+        ),
         "hub_offset": probe.hub_offset,
         "hub": None if probe.hub is None else asdict(probe.hub),
         "stylus": [asdict(segment) for segment in probe.stylus],
@@ -144,7 +150,8 @@ def _reduced_model(
     if model is None:
         solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
-        model = condense(finite_element_model(probe, solids, mesh), solver)
+        ball = ball_correction(probe, solver)
+        model = condense(finite_element_model(probe, solids, mesh, ball), solver)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             _write(path, model, key)
@@ -176,7 +183,7 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "header": np.frombuffer(json.dumps(header).encode(), dtype=np.uint8),
         "by_region": np.stack(list(model.flexibility_by_region.values())),
         "resultants": model.resultants,
-        "patch": model.patch_self_compliance,
+        "seat_correction": model.seat_correction,
         "points": mesh.points,
         "elements": mesh.elements.astype(np.int32),
         "regions": mesh.regions.astype(np.int16),
@@ -198,13 +205,14 @@ def _read(path: Path, key: str) -> ReducedModel | None:
             header = json.loads(bytes(kept["header"]))
             if header["key"] != key:
                 raise ValueError("it belongs to another model")
-            by_region, resultants, patch = kept["by_region"], kept["resultants"], kept["patch"]
+            by_region, resultants = kept["by_region"], kept["resultants"]
+            correction = kept["seat_correction"]
         size = len(INTERFACE)
         if (
             by_region.shape != (len(header["regions"]), size, size)
             or resultants.shape != (6, size)
-            or patch.shape != (6,)
-            or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, patch))
+            or correction.shape != (6,)
+            or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, correction))
         ):
             raise ValueError("its arrays have other shapes")
     except _UNREADABLE as error:
@@ -218,7 +226,7 @@ def _read(path: Path, key: str) -> ReducedModel | None:
             name: frozen(part) for name, part in zip(header["regions"], by_region, strict=True)
         },
         resultants=frozen(resultants),
-        patch_self_compliance=frozen(patch),
+        seat_correction=frozen(correction),
         summary=header["summary"],
         load_field=lambda: _read_field(path, header),
     )

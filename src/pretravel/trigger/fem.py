@@ -84,7 +84,8 @@ def condensed_displacements(
     The reactions are statics'. The body's part is linear: virtual work with the tip's
     three unit forces and the reactions that balance them gives a 3 x 3 compliance
     for each region. The seats' part is Hertz's approach less what the half-space
-    under the patch gave in the mesh already; the tripod follows as a rigid body.
+    under the patch gave in the mesh already, and with balls that end (`seat_correction`);
+    the tripod follows as a rigid body.
     """
     check_seats(reduced, statics)
     unit = balanced_tip_forces(statics)
@@ -96,7 +97,7 @@ def condensed_displacements(
         shares[name] = shares[name] + moved if name in shares else moved
     change = forces[:, None] * statics.unit_reactions(directions)
     indentations = hertz_indentations(probe, statics, directions, forces)
-    indentations = indentations - reduced.patch_self_compliance * change
+    indentations = indentations + reduced.seat_correction * change
     approach = ball_on_flat(
         forces, probe.tip.radius, contact_modulus(probe.tip.material, workpiece)
     )
@@ -132,7 +133,7 @@ def seat_closure(
         Three translations [mm], three rotations [rad].
     """
     indentations = hertz_indentations(probe, statics, directions, forces)[0]
-    indentations = indentations - reduced.patch_self_compliance * change[SEATS]
+    indentations = indentations + reduced.seat_correction * change[SEATS]
     elastic = reduced.flexibility[SEATS] @ change
     return np.asarray(-np.linalg.solve(reduced.resultants[:, SEATS].T, elastic + indentations))
 

@@ -207,9 +207,9 @@ def _mechanism(
     softer = (2.0 - steel) / (2.0 * (1.0 - steel))
     if reduced is not None:
         flexibility = np.array(reduced.flexibility)
-        flexibility[SEATS, SEATS] -= np.diag(reduced.patch_self_compliance)
-        flexibility[TANGENTIAL, TANGENTIAL] -= np.diag(
-            softer * np.repeat(reduced.patch_self_compliance, 2)
+        flexibility[SEATS, SEATS] += np.diag(reduced.seat_correction)
+        flexibility[TANGENTIAL, TANGENTIAL] += np.diag(
+            softer * np.repeat(reduced.seat_correction, 2)
         )
     coefficient = rod_on_ball_coefficient(
         probe.tripod.rod_radius,
