@@ -37,11 +37,13 @@ def fem(
     from pretravel.errors import PretravelError
     from pretravel.formats.vtu import write_vtu
     from pretravel.model.geometry import write_step
+    from pretravel.model.linear_solvers import check_solver
     from pretravel.model.mesh import MeshSettings
     from pretravel.model.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
     from pretravel.report import fem_report
     from pretravel.trigger.elastic_field import field_at_trigger
+    from pretravel.trigger.predict import predict
 
     check_files([(vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe])
     description = load_probe(probe)
@@ -50,7 +52,9 @@ def fem(
         raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
     if not 0.1 <= refinement <= 10.0:
         raise PretravelError(f"--refinement {refinement:g}: it lies between 0.1 and 10")
+    check_solver(solver)
     direction = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
+    predict(description, direction.reshape(1, 3), "shen")  # where it never triggers, say so now
     if step is not None:
         write_step(step, description)
     settings = MeshSettings(refinement=refinement)

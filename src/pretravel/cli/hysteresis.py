@@ -42,7 +42,7 @@ def hysteresis(
     from pretravel.model.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
     from pretravel.report import friction_report
-    from pretravel.trigger.friction import friction_cycle
+    from pretravel.trigger.friction import check_conditions, friction_cycle
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe])
@@ -52,6 +52,7 @@ def hysteresis(
     directions = grid(
         np.radians(angle_range(polar, "--polar")), np.radians(angle_range(azimuth, "--azimuth"))
     )
+    check_conditions(description, friction, overtravel * MICROMETRE, cycles, steps)
     with working(f"{cycles} touches in {len(directions)} directions"):
         result = friction_cycle(
             description,

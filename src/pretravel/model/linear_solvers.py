@@ -44,11 +44,8 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
     >>> factorise(matrix, "superlu")(np.array([[2.0], [2.0]])).tolist()
     [[1.0], [0.5]]
     """
+    check_solver(solver)
     if solver != "auto":
-        if solver not in SOLVERS:
-            raise PretravelError(
-                f"solver '{solver}' is not known; there are auto, {', '.join(SOLVERS)}"
-            )
         try:
             return SOLVERS[solver](matrix)
         except ImportError as error:
@@ -67,6 +64,19 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
         except MemoryError as error:
             raise _too_large(matrix, name) from error
     raise AssertionError("SciPy is always there")  # pragma: no cover
+
+
+def check_solver(solver: str) -> None:
+    """Refuse a solver's name that is not known.
+
+    Raises
+    ------
+    PretravelError
+    """
+    if solver != "auto" and solver not in SOLVERS:
+        raise PretravelError(
+            f"solver '{solver}' is not known; there are auto, {', '.join(SOLVERS)}"
+        )
 
 
 def _too_large(matrix: sparse.csr_matrix, solver: str) -> CapacityError:

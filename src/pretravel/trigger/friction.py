@@ -172,6 +172,21 @@ def friction_cycle(
     (0.7498, True)
     """
     d = checked_unit(directions, "directions")
+    check_conditions(probe, friction, overtravel, cycles, steps)
+    statics = seat_statics(probe)
+    mechanism = _mechanism(probe, statics, reduced, friction)
+    return _run(mechanism, probe, statics, d, overtravel, cycles, steps)
+
+
+def check_conditions(
+    probe: Probe, friction: float, overtravel: float, cycles: int, steps: int
+) -> None:
+    """Refuse what `friction_cycle` cannot work with, before long work is done for it.
+
+    Raises
+    ------
+    PretravelError
+    """
     if not (math.isfinite(friction) and 0.0 <= friction <= LARGEST_FRICTION):
         raise PretravelError(
             f"a friction coefficient of {friction:g} at the seats: it lies between 0 and "
@@ -181,18 +196,15 @@ def friction_cycle(
         raise PretravelError(f"an overtravel of {overtravel:g} mm: it must be positive")
     if cycles < 1 or steps < 5:
         raise PretravelError(f"{cycles} cycles of {steps} steps: at least 1 of 5 are needed")
-    statics = seat_statics(probe)
-    mechanism = _mechanism(probe, statics, reduced, friction)
-    return _run(mechanism, probe, statics, d, overtravel, cycles, steps)
+    if probe.seats.contact != "hertz":
+        raise PretravelError(
+            "friction needs seats that give: [seats] contact is 'rigid', make it 'hertz'"
+        )
 
 
 def _mechanism(
     probe: Probe, statics: SeatStatics, reduced: ReducedModel | None, friction: float
 ) -> _Mechanism:
-    if probe.seats.contact != "hertz":
-        raise PretravelError(
-            "friction needs seats that give: [seats] contact is 'rigid', make it 'hertz'"
-        )
     frame = seat_frame(probe)
     tangents = np.stack([frame.along, frame.around], axis=1).reshape(12, 3)
     # Friction acts where rod and ball touch, not on the rod's axis.
