@@ -33,7 +33,7 @@ def test_condensed_and_full_contact_agree_in_five_directions() -> None:
     """
     probe = load_probe("omp40-2")
     statics = seat_statics(probe)
-    contact = full_contact(probe, 0.056, 0.007, MeshSettings(refinement=0.5))
+    contact = full_contact(probe, 0.042, 0.0045, MeshSettings(refinement=0.5))
     reduced = condense(contact.model)
     reduced = replace(reduced, seat_correction=reduced.seat_correction + ball_correction(probe))
     model = condensed(reduced)
