@@ -24,9 +24,14 @@ _PUBLIC = {
     "Probe": "probe.description",
     "load_probe": "probe.catalogue",
     "material": "probe.materials",
+    "MeshSettings": "model.mesh",
+    "ReducedModel": "model.condensation",
+    "reduced_model": "model.reduction_cache",
     "predict": "trigger.predict",
     "predicted_map": "trigger.predict",
     "Trigger": "trigger.predict",
+    "field_at_trigger": "trigger.elastic_field",
+    "friction_cycle": "trigger.friction",
     "Targets": "probing.simulation",
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
@@ -58,6 +63,9 @@ if TYPE_CHECKING:
     from pretravel.formats.touches_csv import read_touches, write_touches
     from pretravel.metrology.compensation import Points, apply, embed
     from pretravel.metrology.qualification import Qualification, qualify
+    from pretravel.model.condensation import ReducedModel
+    from pretravel.model.mesh import MeshSettings
+    from pretravel.model.reduction_cache import reduced_model
     from pretravel.pretravel_map import PretravelMap
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.description import Probe
@@ -65,6 +73,8 @@ if TYPE_CHECKING:
     from pretravel.probing.simulation import Targets, simulate
     from pretravel.surface.specification import parse_surface
     from pretravel.touches import Touches
+    from pretravel.trigger.elastic_field import field_at_trigger
+    from pretravel.trigger.friction import friction_cycle
     from pretravel.trigger.predict import Trigger, predict, predicted_map
 
 

@@ -18,10 +18,10 @@ from pretravel.directions import checked_unit
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.condensation import ReducedModel
 from pretravel.model.elasticity import INTERFACE, SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
-from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.seats import SeatStatics, seat_statics
+from pretravel.trigger.event import first_contact
+from pretravel.trigger.seats import SeatStatics, seat_coefficient, seat_statics
 
 LARGEST_FRICTION = 0.5
 """Beyond this the rods jam between their balls and the equations lose their one answer."""
@@ -196,6 +196,11 @@ def check_conditions(
         raise PretravelError(f"an overtravel of {overtravel:g} mm: it must be positive")
     if cycles < 1 or steps < 5:
         raise PretravelError(f"{cycles} cycles of {steps} steps: at least 1 of 5 are needed")
+    if probe.criterion != "first_contact":
+        raise PretravelError(
+            f"cycles with friction look for the first seat that opens; the criterion "
+            f"'{probe.criterion}' of [trigger] is not followed: make it 'first_contact'"
+        )
     if probe.seats.contact != "hertz":
         raise PretravelError(
             "friction needs seats that give: [seats] contact is 'rigid', make it 'hertz'"
@@ -215,19 +220,15 @@ def _mechanism(
     resultants[2, SPRING_FORCE] = -1.0
     resultants[:, TANGENTIAL] = np.concatenate([tangents, np.cross(arms, tangents)], axis=1).T
     flexibility = np.zeros(2 * (len(INTERFACE),))
-    steel = probe.tripod.material.poissons_ratio
-    softer = (2.0 - steel) / (2.0 * (1.0 - steel))
+    ratio = probe.tripod.material.poissons_ratio
+    softer = (2.0 - ratio) / (2.0 * (1.0 - ratio))  # Mindlin: tangentially against normally
     if reduced is not None:
         flexibility = np.array(reduced.flexibility)
         flexibility[SEATS, SEATS] += np.diag(reduced.seat_correction)
         flexibility[TANGENTIAL, TANGENTIAL] += np.diag(
             softer * np.repeat(reduced.seat_correction, 2)
         )
-    coefficient = rod_on_ball_coefficient(
-        probe.tripod.rod_radius,
-        probe.seats.ball_radius,
-        contact_modulus(probe.tripod.material, probe.seats.material),
-    )
+    coefficient = seat_coefficient(probe)
     rest = np.zeros(len(INTERFACE))
     rest[SEATS], rest[SPRING_FORCE] = statics.rest_reactions, probe.preload
     normal_stiffness = 1.5 * np.cbrt(statics.rest_reactions) / coefficient
@@ -504,12 +505,7 @@ def _frictionless_deflection(
 ) -> FloatArray:
     """Deflection at the frictionless trigger: the scale of the loading. [mm]"""
     unit = statics.unit_reactions(d)
-    with np.errstate(divide="ignore"):
-        forces = np.where(
-            unit < -1e-12,
-            (statics.rest_reactions - threshold) / np.maximum(-unit, 1e-12),
-            np.inf,
-        ).min(axis=1)
+    forces, _ = first_contact(statics.rest_reactions, unit, threshold)
     if not np.all(np.isfinite(forces)):
         raise PretravelError(
             "a force along one of the directions presses every seat on: the probe never triggers"

@@ -160,6 +160,20 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     )
 
 
+def seat_coefficient(probe: Probe) -> float:
+    """C in delta = c N^(2/3) for the approach of a rod and its ball. [mm/N^(2/3)]
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> bool(1e-4 < seat_coefficient(load_probe("omp40-2")) < 2e-4)
+    True
+    """
+    return rod_on_ball_coefficient(
+        probe.tripod.rod_radius,
+        probe.seats.ball_radius,
+        contact_modulus(probe.tripod.material, probe.seats.material),
+    )
+
+
 def hertz_indentations(
     probe: Probe, statics: SeatStatics, directions: FloatArray, forces: FloatArray
 ) -> FloatArray:
@@ -192,10 +206,6 @@ def hertz_indentations(
     """
     if probe.seats.contact == "rigid":
         return np.zeros((len(forces), 6))
-    coefficient = rod_on_ball_coefficient(
-        probe.tripod.rod_radius,
-        probe.seats.ball_radius,
-        contact_modulus(probe.tripod.material, probe.seats.material),
-    )
+    coefficient = seat_coefficient(probe)
     reactions = np.maximum(statics.reactions(directions, forces), 0.0)
     return np.asarray(coefficient * (np.cbrt(reactions**2) - np.cbrt(statics.rest_reactions**2)))
