@@ -74,7 +74,7 @@ def test_fem_writes_its_solids(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["fem", "omp40-2", "--refinement", "50"], "between 0.1 and 10"),
+        (["fem", "omp40-2", "--refinement", "50"], "between 0.1 and 5"),
         (["fem", "omp40-2", "--polar", "200"], "between 0 and 180"),
         (["fem", "omp40-2", *COARSE, "--polar", "180"], "never triggers"),
         (["fem", "omp40-2", *COARSE, "--solver", "gauss"], "solver 'gauss' is not known"),

@@ -50,8 +50,8 @@ def fem(
     polar_deg, azimuth_deg = number(polar, "--polar"), number(azimuth, "--azimuth")
     if not 0.0 <= polar_deg <= 180.0:
         raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
-    if not 0.1 <= refinement <= 10.0:
-        raise PretravelError(f"--refinement {refinement:g}: it lies between 0.1 and 10")
+    if not 0.1 <= refinement <= 5.0:
+        raise PretravelError(f"--refinement {refinement:g}: it lies between 0.1 and 5")
     check_solver(solver)
     direction = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
     predict(description, direction.reshape(1, 3), "shen")  # where it never triggers, say so now
