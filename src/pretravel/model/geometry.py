@@ -26,6 +26,8 @@ SPRING = "spring"
 """Name of the face that the spring presses on."""
 TIP = "tip"
 """Name of the region that touches the part."""
+PATCH = 0.13
+"""Radius of the patch that a seat's force is spread over, over the rod's radius."""
 _SEAT_TOLERANCE = 0.02
 """How far the rods' surface may be from where the description puts the seats. [mm]"""
 
@@ -82,7 +84,7 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     probe : Probe
         With a hub, or a STEP geometry.
     patch_radius : float, optional
-        Of the patches under the seats; 0.13 of the rod's radius when not given. [mm]
+        Of the patches under the seats; `PATCH` of the rod's radius when not given. [mm]
 
     Returns
     -------
@@ -99,7 +101,7 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     >>> sorted(probe_solids(load_probe("omp40-2")).materials)
     ['holder', 'hub', 'rods', 'stylus 1', 'stylus 2', 'tip']
     """
-    patch = 0.13 * probe.tripod.rod_radius if patch_radius is None else patch_radius
+    patch = PATCH * probe.tripod.rod_radius if patch_radius is None else patch_radius
     if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
         raise DescriptionError(
             f"a seat patch of radius {patch:g} mm does not fit on rods of radius "

@@ -12,7 +12,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import MeshError
-from pretravel.model.geometry import SPRING, ProbeSolids, seat_face
+from pretravel.model.geometry import PATCH, SPRING, ProbeSolids, seat_face
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ class MeshSettings:
     body: float = 0.35
     interface: float = 0.035
     patch: float = 0.8
-    patch_radius: float = 0.13
+    patch_radius: float = PATCH
     grading: float = 0.6
 
     def __post_init__(self) -> None:

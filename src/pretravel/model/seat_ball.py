@@ -11,13 +11,13 @@ from pretravel.model.elasticity import (
     hertz_pressure,
     upper_stiffness,
 )
+from pretravel.model.geometry import PATCH
 from pretravel.model.linear_solvers import factorise
 from pretravel.model.mesh import FiniteElementMesh, numbered
 from pretravel.probe.description import Probe
 
 CONTACT = "contact"
 """Name of the face that is pressed on."""
-_PATCH = 0.13  # patch over ball radius
 
 
 def ball_mesh(radius: float, patch: float, element: float) -> FiniteElementMesh:
@@ -78,7 +78,7 @@ def ball_correction(probe: Probe, solver: str = "auto") -> float:
     if probe.seats.contact == "rigid":
         return 0.0
     radius, material = probe.seats.ball_radius, probe.seats.material
-    patch = _PATCH * radius
+    patch = PATCH * radius
     mesh = ball_mesh(radius, patch, 0.4 * patch)
     down = np.array([0.0, 0.0, -1.0])
     nodal = hertz_pressure(mesh, CONTACT, np.zeros(3), (np.eye(3)[0], np.eye(3)[1]), patch)
