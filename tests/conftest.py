@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from pretravel.directions import sphere_pattern_25
+from pretravel.model.condensation import ReducedModel, condense
+from pretravel.model.elasticity import FiniteElementModel, finite_element_model
+from pretravel.model.geometry import probe_solids
+from pretravel.model.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.touches import Touches
@@ -23,6 +28,21 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("pretravel")
+
+COARSE = MeshSettings(refinement=0.4)
+
+
+@cache
+def coarse_model() -> FiniteElementModel:
+    probe = load_probe("omp40-2")
+    solids = probe_solids(probe, COARSE.patch_radius * probe.tripod.rod_radius)
+    return finite_element_model(probe, solids, mesh_solids(solids, COARSE))
+
+
+@cache
+def coarse_reduced() -> ReducedModel:
+    return condense(coarse_model())
+
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "data"
 

@@ -107,7 +107,7 @@ def main() -> None:
     unknowns = model.mesh.unknowns + 6 * ball.unknowns
     print(f"{unknowns} unknowns, of which {6 * ball.unknowns} in the balls", flush=True)
     reduced = condense(model)
-    reduced = replace(reduced, seat_correction=reduced.seat_correction + ball_correction(probe))
+    reduced = replace(reduced, ball_correction=ball_correction(probe))
     normals = seat_frame(probe).normals
     weights = model.loads[0::3, 6]
     tip = np.flatnonzero(weights)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -27,31 +26,22 @@ from pretravel.model.elasticity import (
 )
 from pretravel.model.geometry import probe_solids
 from pretravel.model.linear_solvers import SOLVERS, factorise
-from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.model.mesh import MeshSettings, mesh_quality, mesh_solids
+from pretravel.model.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
+from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.elastic_field import field_at_trigger
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
+from tests.conftest import COARSE, coarse_model, coarse_reduced
 
-COARSE = MeshSettings(refinement=0.4)
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 20.0, 70.0]), np.radians([0.0, 60.0, 20.0, 100.0, 213.0])
 )
-
-
-@cache
-def coarse_model() -> FiniteElementModel:
-    probe = load_probe("omp40-2")
-    solids = probe_solids(probe, COARSE.patch_radius * probe.tripod.rod_radius)
-    return finite_element_model(probe, solids, mesh_solids(solids, COARSE))
-
-
-@cache
-def coarse_reduced() -> ReducedModel:
-    return condense(coarse_model())
 
 
 def whole(model: FiniteElementModel) -> sparse.csr_matrix:
@@ -243,6 +233,61 @@ def test_lift_gives_the_reduced_answer_back(omp40: Probe) -> None:
     local = lifted.ravel()[unknowns]
     energy = np.einsum("ea,eab,eb->", local, model.elements, local)
     assert energy == pytest.approx(forces @ reduced.flexibility @ forces, rel=1e-9)
+
+
+def test_the_field_at_the_trigger_is_the_prediction(omp40: Probe) -> None:
+    """The tip's mean displacement, lifted and closed on the seats, is what `predict` says; and at
+    rest the spring stresses the tripod but not the stylus."""
+    field = field_at_trigger(omp40, DIRECTIONS[2], coarse_reduced())
+    trigger = predict(omp40, DIRECTIONS[2:3], condensed(coarse_reduced()))
+    tip = coarse_model().loads[:, TIP_FORCE].T @ field.displacement.ravel()
+    assert tip == pytest.approx(trigger.deflection[0], rel=1e-9, abs=1e-12)
+    mesh = field.elastic.mesh
+    part = np.array(mesh.region_names)[mesh.regions]
+    assert field.rest_stress[part == "stylus 2"].max() < 1e-3 * field.rest_stress.max()
+    assert field.stress[part == "stylus 2"].max() > 0.05 * field.stress.max()
+
+
+def test_patches_carry_hertzs_pressure(omp40: Probe) -> None:
+    """Its mean square radius is 2/5 of the patch's (an even pressure's would be 1/2)."""
+    model, frame = coarse_model(), seat_frame(omp40)
+    patch = COARSE.patch_radius * omp40.tripod.rod_radius
+    contact = frame.contacts(omp40.tripod.rod_radius)[3]
+    nodal = model.loads.reshape(-1, 3, len(INTERFACE))[:, :, 3] @ frame.normals[3]
+    away = model.mesh.points - contact
+    square = (away @ frame.along[3]) ** 2 + (away @ frame.around[3]) ** 2
+    assert nodal.sum() == pytest.approx(1.0, rel=1e-9)
+    assert nodal @ square == pytest.approx(0.4 * patch**2, rel=0.02)
+
+
+def test_a_ball_gives_less_than_a_half_space(omp40: Probe) -> None:
+    """By the half-space's own displacement on the axis, (1 + nu) (3 - 2 nu) / (2 pi E z) at depth
+    z: what lies below one to two radii is missing from a ball that is held by its lower half."""
+    found = ball_correction(omp40)
+    carbide, radius = omp40.seats.material, omp40.seats.ball_radius
+    nu = carbide.poissons_ratio
+    missing = (1.0 + nu) * (3.0 - 2.0 * nu) / (2.0 * np.pi * carbide.youngs_modulus * radius)
+    assert 0.4 * missing < -found < missing
+    soft = replace(carbide, youngs_modulus=0.5 * carbide.youngs_modulus)
+    softer = replace(omp40, seats=replace(omp40.seats, material=soft))
+    assert ball_correction(softer) == pytest.approx(2.0 * found, rel=1e-6)
+
+
+def test_quality_of_a_regular_tetrahedron_is_one() -> None:
+    regular = np.array([[[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]], dtype=float)
+    assert mesh_quality(regular) == pytest.approx([1.0])
+    flat = regular * [1.0, 1.0, 0.1]
+    assert mesh_quality(flat)[0] < 0.35
+
+
+def test_rods_and_seats_share_alike_for_any_patch(omp40: Probe) -> None:
+    """Rigid seats give nothing: the half-space under the patch is Hertz's, and goes with it."""
+    rigid = replace(omp40, seats=replace(omp40.seats, contact="rigid"))
+    reduced = replace(coarse_reduced(), ball_correction=0.0)
+    assert np.abs(predict(rigid, DIRECTIONS, condensed(reduced)).shares["seats"]).max() == 0.0
+    analytic = predict(omp40, DIRECTIONS, "analytic").shares["seats"]
+    elastic = predict(omp40, DIRECTIONS, condensed(reduced)).shares["seats"]
+    assert elastic == pytest.approx(analytic, rel=1e-9)
 
 
 def test_forces_out_of_balance_are_refused() -> None:

@@ -79,7 +79,7 @@ def test_fem_writes_its_solids(tmp_path: Path) -> None:
         (["fem", "omp40-2", *COARSE, "--polar", "180"], "never triggers"),
         (["fem", "omp40-2", *COARSE, "--solver", "gauss"], "solver 'gauss' is not known"),
         (["fem", "omp40-2", "--vtu", "mesh.stl"], "ending must be .vtu"),
-        (["hysteresis", "omp40-2", "--friction", "0.9"], "between 0 and 0.5"),
+        (["hysteresis", "omp40-2", "--friction", "0.9"], "between 0 and 0.49"),
         (["hysteresis", "omp40-2", "--model", "shen"], "fem or rigid"),
         (["hysteresis", "omp40-2-thesis", "--model", "rigid"], "'hertz'"),
     ],
@@ -121,6 +121,13 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
     assert "hysteresis 2/µm" in said
     rows = read_csv_table(table)
     azimuth, force = (rows.numbers(name)[:, 0] for name in ("azimuth_deg", "force_N"))
+    deflection, loading = (rows.numbers(name)[:, 0] for name in ("deflection_um", "loading"))
+    # The way out comes first; at its end the deflection is largest: the trigger's and 10 µm.
+    first = azimuth == 0.0
+    turn = int(np.argmax(deflection[first]))
+    assert loading[first][turn] == 1.0
+    assert loading[first][-1] == 0.0
+    assert 11.0 < deflection[first].max() < 14.0
     assert set(azimuth) == {0.0, 60.0}
     assert force[azimuth == 60.0].max() > force[azimuth == 0.0].max()
     assert force[-1] == pytest.approx(0.0, abs=1e-9)

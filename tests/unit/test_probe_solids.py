@@ -16,8 +16,9 @@ from pretravel.model.condensation import condense
 from pretravel.model.elasticity import finite_element_model
 from pretravel.model.geometry import probe_solids, write_step
 from pretravel.model.mesh import MeshSettings, mesh_solids
-from pretravel.probe.catalogue import description_text, load_probe, parse_probe
-from pretravel.probe.description import Hub, Probe, StepGeometry
+from pretravel.probe.catalogue import description_text, parse_probe
+from pretravel.probe.description import Probe, StepGeometry
+from pretravel.probe.materials import material
 from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import predict
 
@@ -190,5 +191,19 @@ def test_uneven_rods_are_meshed_too(omp40: Probe) -> None:
     assert len(mesh.faces) == 7
 
 
-def test_a_hub_can_be_of_another_material() -> None:
-    assert isinstance(load_probe("omp40-2").hub, Hub)
+def test_a_hub_can_be_of_another_material(omp40: Probe) -> None:
+    assert omp40.hub is not None
+    aluminium = replace(omp40, hub=replace(omp40.hub, material=material("aluminium")))
+    found = probe_solids(aluminium).materials
+    assert {name for name, of in found.items() if of.name == "aluminium"} == {"hub", "holder"}
+
+
+def test_what_carries_the_seats_is_of_the_tripods_material(omp40: Probe, tmp_path: Path) -> None:
+    step = replace(
+        merged_step(omp40, tmp_path),
+        materials={"Tripod": material("steel"), "Head": omp40.tip.material},
+    )
+    probe = replace(omp40, step=step)
+    solids = probe_solids(probe)
+    with pytest.raises(DescriptionError, match="'tripod' carries the seats"):
+        finite_element_model(probe, solids, mesh_solids(solids, COARSE))

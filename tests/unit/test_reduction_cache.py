@@ -16,7 +16,9 @@ from pretravel.model import reduction_cache
 from pretravel.model.elasticity import INTERFACE
 from pretravel.model.mesh import MeshSettings
 from pretravel.model.reduction_cache import reduced_model, reduction_key
-from pretravel.probe.description import Probe
+from pretravel.model.seat_ball import ball_correction
+from pretravel.probe.description import Probe, StepGeometry
+from pretravel.probe.materials import material
 
 COARSE = MeshSettings(refinement=0.3)
 
@@ -100,6 +102,30 @@ def test_a_folder_that_cannot_be_written_is_said(
         reduced_model(omp40, COARSE)
 
 
+def stepped(probe: Probe, folder: Path) -> list[Probe]:
+    """With a STEP file, another content of it, another material and another choice of solids."""
+    first, second = folder / "a.step", folder / "b.step"
+    first.write_text("one")
+    second.write_text("two")
+    step = StepGeometry(first, ("T",), ("S",), ("B",))
+    steel = material("steel")
+    steps = [
+        step,
+        replace(step, path=second),
+        replace(step, materials={"S": steel}),
+        replace(step, stylus=("S", "U")),
+    ]
+    return [replace(probe, step=each) for each in steps]
+
+
+def test_the_ball_is_in_the_kept_model(omp40: Probe, folder: Path, forget: None) -> None:
+    made = reduced_model(omp40, COARSE)
+    reduction_cache._remembered.cache_clear()
+    for model in (made, reduced_model(omp40, COARSE)):
+        assert model.ball_correction == pytest.approx(ball_correction(omp40), rel=1e-9)
+        assert model.seat_region == "rods"
+
+
 def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
     base = reduction_key(omp40, COARSE)
     assert omp40.hub is not None
@@ -111,6 +137,9 @@ def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
         replace(omp40, seats=replace(omp40.seats, ball_radius=3.0)),
         replace(omp40, seats=replace(omp40.seats, contact="rigid")),
         replace(omp40, stylus=(omp40.stylus[0], replace(omp40.stylus[1], diameter=4.0))),
+        replace(omp40, stylus=(omp40.stylus[0], replace(omp40.stylus[1], length=39.0))),
+        replace(omp40, stylus=(replace(omp40.stylus[0], diameter=7.0), omp40.stylus[1])),
+        *stepped(omp40, tmp_path),
         replace(omp40, tip=replace(omp40.tip, radius=2.5)),
         replace(
             omp40,

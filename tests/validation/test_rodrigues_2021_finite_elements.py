@@ -112,9 +112,8 @@ def test_what_the_analytic_model_leaves_out() -> None:
         beam.shares[name] for name in ("stylus_bending", "stylus_shear", "stylus_axial")
     )
     assert np.all((extra > turned) & (extra < 1.5 * turned))
-    # The seats' half-space part under the patch stands with the rods instead: 2 to 6 %.
-    ratio = elastic.shares["seats"] / beam.shares["seats"]
-    assert np.all((ratio > 0.94) & (ratio < 0.98))
+    # Seats are Hertz in both; the balls' ends make them stiffer by some thousandths.
+    assert elastic.shares["seats"] == pytest.approx(beam.shares["seats"], rel=5e-3)
 
 
 @pytest.fixture(scope="module")

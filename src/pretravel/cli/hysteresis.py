@@ -12,7 +12,7 @@ from pretravel.cli.options import Picture, ProbeName
 def hysteresis(
     probe: ProbeName,
     friction: Annotated[
-        float, typer.Option(help="Coulomb's coefficient at the seats, 0 to 0.5.")
+        float, typer.Option(help="Coulomb's coefficient at the seats, below tan(support angle).")
     ] = 0.1,
     azimuth: Annotated[
         str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")
@@ -20,9 +20,9 @@ def hysteresis(
     polar: Annotated[str, typer.Option(help="Polar angles in degrees.")] = "90",
     cycles: Annotated[int, typer.Option(help="Touches one after the other.")] = 3,
     overtravel: Annotated[
-        float, typer.Option(help="Deflection beyond the trigger before the return, µm.")
+        float, typer.Option(help="Deflection beyond the (frictionless) trigger, µm.")
     ] = 10.0,
-    steps: Annotated[int, typer.Option(help="Of each loading and each return.")] = 40,
+    steps: Annotated[int, typer.Option(help="Of each loading and each return.")] = 100,
     model: Annotated[str, typer.Option(help="Body of the probe: fem (elastic) or rigid.")] = "fem",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")

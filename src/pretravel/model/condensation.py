@@ -59,9 +59,13 @@ class ReducedModel:
         Its parts by strain energy; they add up to it. [mm/N]
     resultants : (6, 22) float
         Force and moment about the origin of a newton on each.
-    seat_correction : (6,) float
-        To be added to Hertz's approach per newton: what the ball's body gives beyond
-        a half-space, less what the half-space under the rod's patch gave already. [mm/N]
+    patch_compliance : float
+        What the half-space under a seat's patch gives per newton: in `flexibility` as
+        well as in Hertz's law, so to be taken off once. [mm/N]
+    ball_correction : float
+        What a seat's ball gives beyond Hertz's half-space. [mm/N]
+    seat_region : str
+        The region that the seats push on.
     summary : mapping of str to str
         Unknowns, elements, quality, what was refined and why.
     """
@@ -69,9 +73,16 @@ class ReducedModel:
     flexibility: FloatArray
     flexibility_by_region: Mapping[str, FloatArray]
     resultants: FloatArray
-    seat_correction: FloatArray
+    patch_compliance: float
+    ball_correction: float
+    seat_region: str
     summary: Mapping[str, str]
     load_field: Callable[[], ElasticField] = field(repr=False)
+
+    @property
+    def seat_correction(self) -> float:
+        """To be added to Hertz's approach per newton on a seat. [mm/N]"""
+        return self.ball_correction - self.patch_compliance
 
     @cached_property
     def elastic_field(self) -> ElasticField:
@@ -157,7 +168,9 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
         flexibility=frozen(sum(by_region.values(), start=np.zeros(2 * (len(INTERFACE),)))),
         flexibility_by_region={name: frozen(part) for name, part in by_region.items()},
         resultants=frozen(rigid_motions(mesh.points).T @ model.loads),
-        seat_correction=model.seat_correction,
+        patch_compliance=model.patch_compliance,
+        ball_correction=model.ball_correction,
+        seat_region=model.seat_region,
         summary=_summary(mesh),
         load_field=lambda field=ElasticField(  # type: ignore[misc]
             mesh, model.materials, frozen(modes.reshape(-1, 3, len(INTERFACE)))

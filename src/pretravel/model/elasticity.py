@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.errors import DescriptionError
 from pretravel.model.geometry import SPRING, TIP, ProbeSolids, seat_face
 from pretravel.model.mesh import FiniteElementMesh
 from pretravel.probe.description import Probe
@@ -138,9 +139,12 @@ class FiniteElementModel:
         Its upper triangle; the rest is its mirror image. [N/mm]
     loads : (3 n, 22) float
         Nodal forces of one newton on each entry of `INTERFACE`.
-    seat_correction : (6,) float
-        To be added to Hertz's approach per newton, for the half-space under each seat's
-        patch that the mesh has already, and for the ball that is none. [mm/N]
+    patch_compliance : float
+        What the half-space under a seat's patch gives per newton: Hertz has it too. [mm/N]
+    ball_correction : float
+        What a ball gives beyond Hertz's half-space. [mm/N]
+    seat_region : str
+        The region that the seats push on.
     """
 
     mesh: FiniteElementMesh
@@ -148,7 +152,9 @@ class FiniteElementModel:
     elements: FloatArray
     stiffness: sparse.csr_matrix
     loads: FloatArray
-    seat_correction: FloatArray
+    patch_compliance: float
+    ball_correction: float
+    seat_region: str
 
 
 def finite_element_model(
@@ -189,14 +195,22 @@ def finite_element_model(
     log.info("assembling %d unknowns", mesh.unknowns)
     elements = element_stiffness(mesh, solids.materials)
     radius = solids.patch_radius
-    material = probe.tripod.material if probe.step is None else _seat_material(solids, mesh)
+    region = _seat_region(mesh)
+    material = solids.materials[region]
+    if material != probe.tripod.material:
+        raise DescriptionError(
+            f"'{region}' carries the seats and is of {material.name}, but [tripod] says "
+            f"{probe.tripod.material.name}, which contact is reckoned with: make them the same"
+        )
     return FiniteElementModel(
         mesh=mesh,
         materials=solids.materials,
         elements=frozen(elements),
         stiffness=upper_stiffness(mesh, elements),
         loads=frozen(_interface_loads(probe, mesh, radius)),
-        seat_correction=frozen(np.full(6, ball - half_space_compliance(material, radius))),
+        patch_compliance=half_space_compliance(material, radius),
+        ball_correction=ball,
+        seat_region=region,
     )
 
 
@@ -225,9 +239,19 @@ def half_space_compliance(material: Material, radius: float) -> float:
     return 0.6 * material.plane_strain_compliance / radius
 
 
-def _seat_material(solids: ProbeSolids, mesh: FiniteElementMesh) -> Material:
-    touching = np.isin(mesh.elements[:, :4], mesh.faces[seat_face(0)]).sum(axis=1) == 3
-    return solids.materials[mesh.region_names[mesh.regions[np.flatnonzero(touching)[0]]]]
+def _seat_region(mesh: FiniteElementMesh) -> str:
+    """The one region that all six seats push on."""
+    corners = [mesh.faces[seat_face(seat)][:, :3] for seat in range(6)]
+    found: set[str] = set()
+    for face in corners:
+        touching = np.isin(mesh.elements[:, :4], face).sum(axis=1) == 3
+        found |= {mesh.region_names[index] for index in np.unique(mesh.regions[touching])}
+    if len(found) != 1:
+        raise DescriptionError(
+            f"the seats push on {', '.join(sorted(found))}; let one solid, or solids of one "
+            "name, carry all three rods' ends"
+        )
+    return found.pop()
 
 
 def _interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> FloatArray:

@@ -229,7 +229,7 @@ def numbered(mesh: Any, faces: Sequence[str], notes: tuple[str, ...] = ()) -> Fi
         region_names=region_names,
         faces={name: _frozen_int(six_nodes(triangles[face_names == name])) for name in faces},
         boundary=_frozen_int(six_nodes(linear.facets[:, linear.boundary_facets()].T)),
-        quality=frozen(_quality(points[corners])),
+        quality=frozen(mesh_quality(points[corners])),
         notes=notes,
     )
     _check_elements(made)
@@ -255,7 +255,8 @@ def _six_nodes(linear: Any) -> Callable[[Any], IntArray]:
     return six_nodes
 
 
-def _quality(corners: FloatArray) -> FloatArray:
+def mesh_quality(corners: FloatArray) -> FloatArray:
+    """3 inner radius / outer radius of straight tetrahedra, (m, 4, 3) to (m,); 1 is regular."""
     a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
     volume6 = np.abs(np.einsum("ei,ei->e", a, np.cross(b, c)))
     areas2 = sum(

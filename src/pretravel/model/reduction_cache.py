@@ -33,7 +33,7 @@ from pretravel.whole_file import whole_file
 
 log = logging.getLogger(__name__)
 
-FORMAT = 2
+FORMAT = 3
 """Raised whenever numbers or layout change: kept models of other formats are foreign."""
 _UNREADABLE = (
     OSError,
@@ -177,13 +177,15 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "region_names": list(mesh.region_names),
         "notes": list(mesh.notes),
         "faces": list(mesh.faces),
+        "patch_compliance": model.patch_compliance,
+        "ball_correction": model.ball_correction,
+        "seat_region": model.seat_region,
         "materials": {name: asdict(value) for name, value in elastic.materials.items()},
     }
     arrays: dict[str, Any] = {
         "header": np.frombuffer(json.dumps(header).encode(), dtype=np.uint8),
         "by_region": np.stack(list(model.flexibility_by_region.values())),
         "resultants": model.resultants,
-        "seat_correction": model.seat_correction,
         "points": mesh.points,
         "elements": mesh.elements.astype(np.int32),
         "regions": mesh.regions.astype(np.int16),
@@ -206,13 +208,12 @@ def _read(path: Path, key: str) -> ReducedModel | None:
             if header["key"] != key:
                 raise ValueError("it belongs to another model")
             by_region, resultants = kept["by_region"], kept["resultants"]
-            correction = kept["seat_correction"]
+            patch, ball = float(header["patch_compliance"]), float(header["ball_correction"])
         size = len(INTERFACE)
         if (
             by_region.shape != (len(header["regions"]), size, size)
             or resultants.shape != (6, size)
-            or correction.shape != (6,)
-            or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, correction))
+            or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, [patch, ball]))
         ):
             raise ValueError("its arrays have other shapes")
     except _UNREADABLE as error:
@@ -226,7 +227,9 @@ def _read(path: Path, key: str) -> ReducedModel | None:
             name: frozen(part) for name, part in zip(header["regions"], by_region, strict=True)
         },
         resultants=frozen(resultants),
-        seat_correction=frozen(correction),
+        patch_compliance=patch,
+        ball_correction=ball,
+        seat_region=header["seat_region"],
         summary=header["summary"],
         load_field=lambda: _read_field(path, header),
     )

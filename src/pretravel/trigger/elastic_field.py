@@ -67,7 +67,8 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     Raises
     ------
     PretravelError
-        The probe never triggers in that direction; a reduced model of another probe.
+        The probe never triggers in that direction; a reduced model whose seats or tip
+        are not this probe's.
     """
     normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
     trigger = predict(probe, normal, condensed(reduced))

@@ -83,21 +83,24 @@ def condensed_displacements(
     -----
     The reactions are statics'. The body's part is linear: virtual work with the tip's
     three unit forces and the reactions that balance them gives a 3 x 3 compliance
-    for each region. The seats' part is Hertz's approach less what the half-space
-    under the patch gave in the mesh already, and with balls that end (`seat_correction`);
+    for each region; that of the region under the seats is less what the half-space
+    under the patches gave. The seats' part is Hertz's approach, with balls that end;
     the tripod follows as a rigid body.
     """
     check_seats(reduced, statics)
     unit = balanced_tip_forces(statics)
     shares: dict[str, FloatArray] = {}
     for region, flexibility in reduced.flexibility_by_region.items():
-        name = region.rstrip(" 0123456789")
+        name = _part_name(region)
         compliance = unit @ flexibility @ unit.T
         moved = forces[:, None] * (directions @ compliance)
         shares[name] = shares[name] + moved if name in shares else moved
     change = forces[:, None] * statics.unit_reactions(directions)
+    # What the half-space under the patches gave is Hertz's, not the rods'.
+    name = _part_name(reduced.seat_region)
+    shares[name] = shares[name] - statics.tip_displacement(reduced.patch_compliance * change)
     indentations = hertz_indentations(probe, statics, directions, forces)
-    indentations = indentations + reduced.seat_correction * change
+    indentations = indentations + reduced.ball_correction * change
     approach = ball_on_flat(
         forces, probe.tip.radius, contact_modulus(probe.tip.material, workpiece)
     )
@@ -106,6 +109,11 @@ def condensed_displacements(
         "seats": statics.tip_displacement(indentations),
         "tip_on_part": approach[:, None] * directions,
     }
+
+
+def _part_name(region: str) -> str:
+    """Regions ``stylus 1``, ``stylus 2`` … are one part."""
+    return region.rstrip(" 0123456789")
 
 
 def seat_closure(

@@ -24,7 +24,8 @@ from pretravel.trigger.event import first_contact
 from pretravel.trigger.seats import SeatStatics, seat_coefficient, seat_statics
 
 LARGEST_FRICTION = 0.5
-"""Beyond this the rods jam between their balls and the equations lose their one answer."""
+"""No seat has more; and rods jam between their balls from the tangent of the support angle on,
+where the equations lose their one answer."""
 _TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
 _ITERATIONS = 60
 _BISECTIONS = 24  # of a step, where a seat opens or closes
@@ -139,10 +140,11 @@ def friction_cycle(
     reduced : ReducedModel, optional
         Elasticity of the moving part; rigid when not given.
     overtravel : float
-        Deflection beyond the trigger before the return. [mm]
+        Deflection beyond that of the frictionless trigger before the return. [mm]
     cycles : int
     steps : int
-        Of each loading, and of each return.
+        Of each loading, and of each return. Trigger forces hardly depend on it;
+        hysteresis converges slowly, to about 5 % with 100.
 
     Returns
     -------
@@ -187,10 +189,12 @@ def check_conditions(
     ------
     PretravelError
     """
-    if not (math.isfinite(friction) and 0.0 <= friction <= LARGEST_FRICTION):
+    largest = min(LARGEST_FRICTION, 0.95 * math.tan(probe.seats.support_angle))
+    if not (math.isfinite(friction) and 0.0 <= friction <= largest):
         raise PretravelError(
             f"a friction coefficient of {friction:g} at the seats: it lies between 0 and "
-            f"{LARGEST_FRICTION:g} (polished carbide 0.1 to 0.2)"
+            f"{largest:.3g} (polished carbide 0.1 to 0.2; beyond the tangent of the support angle "
+            "rods jam between their balls)"
         )
     if not (math.isfinite(overtravel) and overtravel > 0.0):
         raise PretravelError(f"an overtravel of {overtravel:g} mm: it must be positive")
@@ -224,10 +228,8 @@ def _mechanism(
     softer = (2.0 - ratio) / (2.0 * (1.0 - ratio))  # Mindlin: tangentially against normally
     if reduced is not None:
         flexibility = np.array(reduced.flexibility)
-        flexibility[SEATS, SEATS] += np.diag(reduced.seat_correction)
-        flexibility[TANGENTIAL, TANGENTIAL] += np.diag(
-            softer * np.repeat(reduced.seat_correction, 2)
-        )
+        flexibility[SEATS, SEATS] += reduced.seat_correction * np.eye(6)
+        flexibility[TANGENTIAL, TANGENTIAL] += softer * reduced.seat_correction * np.eye(12)
     coefficient = seat_coefficient(probe)
     rest = np.zeros(len(INTERFACE))
     rest[SEATS], rest[SPRING_FORCE] = statics.rest_reactions, probe.preload
@@ -336,8 +338,7 @@ def _newton(
         jacobian[:, 18:24] = mechanism.resultants @ loaded
         jacobian[:, 24] = np.eye(size)[24] if by_force else tip_row
         scaled = jacobian / rows[:, None] / force_scale * columns
-        # Least norm: what nothing holds (the yaw of an unloaded rod) stays where it is.
-        step = np.einsum("nij,nj->ni", np.linalg.pinv(scaled, rcond=1e-12), r) * columns
+        step = _least_norm(scaled, r) * columns
         share = np.ones(len(d))
         for _ in range(12):
             attempt, u, trial = residual(x - share[:, None] * step)
@@ -352,6 +353,21 @@ def _newton(
         f"the seats with friction {mu:g} found no equilibrium (residual {merit.max():.1e} of the "
         f"preload after {_ITERATIONS} iterations): take more steps, or less friction"
     )
+
+
+def _least_norm(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions; where nothing holds something (the yaw of an unloaded rod), it stays."""
+    try:
+        found = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
+        size = np.linalg.norm(right, axis=1)
+        sound = np.isfinite(off) & (off <= 1e-9 * size) & (np.abs(found).max(axis=1) < 1e6)
+    except np.linalg.LinAlgError:
+        found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
+    if not np.all(sound):
+        inverse = np.linalg.pinv(matrix[~sound], rcond=1e-12)
+        found[~sound] = np.einsum("nij,nj->ni", inverse, right[~sound])
+    return np.asarray(found)
 
 
 def _return_map(
@@ -404,19 +420,22 @@ def _run(
     start = np.zeros(n)
     reach = _frictionless_deflection(mechanism, statics, d, threshold) + overtravel
 
-    def advance(target: FloatArray, loading: bool, number: int, by_force: bool = False) -> None:
-        nonlocal state
-        state = _solve(mechanism, state, d, target, by_force)
-        kept.append((state, _displacements(mechanism, state, d), loading, number))
-
     def deflection(u: FloatArray) -> FloatArray:
         return np.asarray(np.sum(u[:, TIP_FORCE] * d, axis=1))
 
-    def step(target: FloatArray, loading: bool, number: int, by_force: bool = False) -> None:
+    def step(
+        target: FloatArray,
+        loading: bool,
+        number: int,
+        by_force: bool = False,
+        solved: _State | None = None,
+    ) -> None:
         """One step; where a seat opens or the last one closes in it, find the place."""
+        nonlocal state
         before, u_before = kept[-1][:2]
         origin = before.force if by_force else deflection(u_before)
-        advance(target, loading, number, by_force)
+        state = _solve(mechanism, before, d, target, by_force) if solved is None else solved
+        kept.append((state, _displacements(mechanism, state, d), loading, number))
         lowest = _depth(mechanism, before, d).min(axis=1), _depth(mechanism, state, d).min(axis=1)
         crossing = (lowest[0] > level) & (lowest[1] <= level)
         crossing &= np.isnan(triggers[:, number, 0])
@@ -441,11 +460,21 @@ def _run(
                 "raise the overtravel or lower the friction"
             )
         top = deflection(kept[-1][1])
+        returning = np.ones(n, dtype=np.bool_)
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:-1]:
-            target = top + fraction * (start - top)
-            if np.any(_solve(mechanism, state, d, target).force <= 0.0):
+            # Each direction goes back until its force would be gone, and waits there.
+            here, wanted = deflection(kept[-1][1]), top + fraction * (start - top)
+            target = np.where(returning, wanted, here)
+            trial = _solve(mechanism, state, d, target)
+            going_on = returning & (trial.force > 0.0)
+            if not np.any(going_on):
                 break
-            step(target, False, number)
+            as_it_was = np.array_equal(going_on, returning)
+            returning = going_on
+            step(
+                np.where(returning, wanted, here), False, number,
+                solved=trial if as_it_was else None,
+            )  # fmt: skip
         # The last of the force is taken off by force: where the tip then is, is the answer.
         held = state.force
         for fraction in np.linspace(0.0, 1.0, 11)[1:]:
