@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_COLOURS = ("#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d")
+_COLOURS = (
+    "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
+)  # fmt: skip
 _ENDINGS = (".png", ".svg", ".pdf")
 
 
@@ -477,7 +479,10 @@ def _scatter(
     figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9, aspect=30)
 
 
-_REGION_COLOURS = ("#8d99ae", "#52796f", "#bc6c25", "#e9c46a", "#f1faee", "#d62828", "#6d597a")
+_REGION_COLOURS = (
+    "#8d99ae", "#52796f", "#bc6c25", "#e9c46a", "#a8dadc", "#d62828", "#6d597a", "#457b9d",
+    "#f4a261", "#84a98c", "#e5989b", "#023047",
+)  # fmt: skip
 
 
 def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
@@ -536,7 +541,7 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
     right.margins(x=0.12)
     right.set_xlabel("seat force / N")
     right.set_title(
-        f"trigger at {trigger.force[0]:.3f} N, {trigger.seat_names[0]} opens\n"
+        f"trigger at {trigger.force[0]:.3f} N, {' and '.join(field.opened)} opens\n"
         f"sensing distance {trigger.sensing_distance[0] / MICROMETRE:.2f} µm",
         fontsize=10,
     )
@@ -561,7 +566,9 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
     loops, bars = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
     azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
     polar = polar_angle(cycle.directions) / DEGREE
-    shown = np.unique(np.linspace(0, len(cycle.directions) - 1, 4).astype(int))
+    # Directions that symmetry makes alike are drawn once; of the others at most four.
+    _, different = np.unique(np.round(cycle.trigger_force[:, -1], 4), return_index=True)
+    shown = different[np.unique(np.linspace(0, len(different) - 1, 4).astype(int))]
     for place, row in enumerate(shown):
         loops.plot(
             cycle.deflection[row] / MICROMETRE,

@@ -117,7 +117,7 @@ def fem_report(reduced: ReducedModel, field: TriggerField, probe_name: str) -> s
             f"  trigger force      {trigger.force[0]:.4f} N",
             f"  sensing distance   {_um(float(trigger.sensing_distance[0]))}",
             f"  pretravel          {_um(float(trigger.pretravel[0]))}: {shares}",
-            f"  opened seat        {trigger.seat_names[0]}",
+            f"  opened seat        {' and '.join(field.opened)}",
             (
                 f"  highest stress     {field.stress[highest]:.1f} MPa (von Mises) in "
                 f"{mesh.region_names[mesh.regions[highest]]} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"

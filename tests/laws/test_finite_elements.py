@@ -290,6 +290,13 @@ def test_rods_and_seats_share_alike_for_any_patch(omp40: Probe) -> None:
     assert elastic == pytest.approx(analytic, rel=1e-9)
 
 
+def test_a_push_along_the_axis_is_in_balance(omp40: Probe) -> None:
+    """All six seats open at once, at the preload; nothing is left but rounding."""
+    field = field_at_trigger(omp40, [0.0, 0.0, 1.0], coarse_reduced())
+    assert field.trigger.force[0] == pytest.approx(omp40.preload, rel=1e-9)
+    assert len(field.opened) == 6
+
+
 def test_forces_out_of_balance_are_refused() -> None:
     forces = np.zeros(len(INTERFACE))
     forces[6] = 1.0

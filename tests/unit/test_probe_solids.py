@@ -38,7 +38,6 @@ def step_solids(probe: Probe, path: Path) -> StepGeometry:
         tripod=("hub", "holder", "rods"),
         stylus=("stylus 1", "stylus 2"),
         tip=("tip",),
-        materials={"stylus 1": probe.stylus[0].material},
     )
 
 
@@ -198,6 +197,50 @@ def test_a_hub_can_be_of_another_material(omp40: Probe) -> None:
     assert {name for name, of in found.items() if of.name == "aluminium"} == {"hub", "holder"}
 
 
+def test_solids_that_were_written_can_be_used_by_name(omp40: Probe, tmp_path: Path) -> None:
+    """The recipe of docs/finite_elements.md: three rods of one name are one choice."""
+    probe = replace(omp40, step=step_solids(omp40, tmp_path / "omp40.step"))
+    solids = probe_solids(probe)
+    assert set(solids.materials) == {
+        "tripod: hub", "tripod: holder", "tripod: rods", "stylus: stylus 1", "stylus: stylus 2",
+        "tip",
+    }  # fmt: skip
+    assert solids.materials["stylus: stylus 1"].name == "stainless steel"
+    assert solids.materials["stylus: stylus 2"].name == "ceramic"
+
+
+def test_step_materials_are_not_guessed(omp40: Probe, tmp_path: Path) -> None:
+    step = merged_step(omp40, tmp_path)
+    probe = replace(omp40, step=replace(step, stylus=("Head", "Stem", "#4"), materials={}))
+    with pytest.raises(DescriptionError, match="say of what 'Head' is"):
+        probe_solids(probe)
+
+
+def test_a_ball_of_another_size_or_unit_is_refused(omp40: Probe, tmp_path: Path) -> None:
+    step = merged_step(omp40, tmp_path)
+    larger = replace(omp40, step=step, tip=replace(omp40.tip, radius=3.2))
+    with pytest.raises(DescriptionError, match=r"radius of 3 mm, but \[tip\] says 3.2 mm"):
+        probe_solids(larger)
+    from netgen.occ import Compound, OCCGeometry
+
+    inches = tmp_path / "inches.step"
+    solids = list(OCCGeometry(str(step.path)).shape.solids)
+    scaled = [solid.Scale(Pnt(0, 0, 0), 1.0 / 25.4) for solid in solids]
+    for old, new in zip(solids, scaled, strict=True):
+        new.solids.name = old.name
+    Compound(scaled).WriteStep(str(inches))
+    with pytest.raises(DescriptionError, match="numbers in inch"):
+        probe_solids(replace(omp40, step=replace(step, path=inches)))
+
+
+def test_tips_and_seats_that_no_mesh_fills(omp40: Probe) -> None:
+    with pytest.raises(DescriptionError, match=r"at least 2\.27"):
+        probe_solids(replace(omp40, tip=replace(omp40.tip, radius=2.25)))
+    steep = replace(omp40.seats, support_angle=np.radians(88.0))
+    with pytest.raises(DescriptionError, match="lower support_angle_deg"):
+        probe_solids(replace(omp40, seats=steep))
+
+
 def test_what_carries_the_seats_is_of_the_tripods_material(omp40: Probe, tmp_path: Path) -> None:
     step = replace(
         merged_step(omp40, tmp_path),
@@ -205,5 +248,5 @@ def test_what_carries_the_seats_is_of_the_tripods_material(omp40: Probe, tmp_pat
     )
     probe = replace(omp40, step=step)
     solids = probe_solids(probe)
-    with pytest.raises(DescriptionError, match="'tripod' carries the seats"):
+    with pytest.raises(DescriptionError, match="'tripod: Tripod' carries seats"):
         finite_element_model(probe, solids, mesh_solids(solids, COARSE))

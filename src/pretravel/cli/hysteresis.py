@@ -20,8 +20,12 @@ def hysteresis(
     polar: Annotated[str, typer.Option(help="Polar angles in degrees.")] = "90",
     cycles: Annotated[int, typer.Option(help="Touches one after the other.")] = 3,
     overtravel: Annotated[
-        float, typer.Option(help="Deflection beyond the (frictionless) trigger, µm.")
-    ] = 10.0,
+        float | None,
+        typer.Option(
+            help="Deflection beyond the frictionless trigger, µm; if not given, 10 or twice that "
+            "at the trigger."
+        ),
+    ] = None,
     steps: Annotated[int, typer.Option(help="Of each loading and each return.")] = 100,
     model: Annotated[str, typer.Option(help="Body of the probe: fem (elastic) or rigid.")] = "fem",
     output: Annotated[
@@ -52,14 +56,15 @@ def hysteresis(
     directions = grid(
         np.radians(angle_range(polar, "--polar")), np.radians(angle_range(azimuth, "--azimuth"))
     )
-    check_conditions(description, friction, overtravel * MICROMETRE, cycles, steps)
+    beyond = None if overtravel is None else overtravel * MICROMETRE
+    check_conditions(description, friction, beyond, cycles, steps)
     with working(f"{cycles} touches in {len(directions)} directions"):
         result = friction_cycle(
             description,
             directions,
             friction,
             reduced=reduced_model(description) if model == "fem" else None,
-            overtravel=overtravel * MICROMETRE,
+            overtravel=beyond,
             cycles=cycles,
             steps=steps,
         )

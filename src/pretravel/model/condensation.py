@@ -64,8 +64,8 @@ class ReducedModel:
         well as in Hertz's law, so to be taken off once. [mm/N]
     ball_correction : float
         What a seat's ball gives beyond Hertz's half-space. [mm/N]
-    seat_region : str
-        The region that the seats push on.
+    seat_part : str
+        The part that the seats push on.
     summary : mapping of str to str
         Unknowns, elements, quality, what was refined and why.
     """
@@ -75,7 +75,7 @@ class ReducedModel:
     resultants: FloatArray
     patch_compliance: float
     ball_correction: float
-    seat_region: str
+    seat_part: str
     summary: Mapping[str, str]
     load_field: Callable[[], ElasticField] = field(repr=False)
 
@@ -111,8 +111,9 @@ class ReducedModel:
         """
         p = np.asarray(forces, dtype=np.float64)
         rest = self.resultants @ p
-        scale = np.abs(self.resultants) @ np.abs(p)
-        if np.any(np.abs(rest) > 1e-6 * np.maximum(scale, 1e-30)):
+        size = float(np.abs(p).sum())
+        lever = float(np.abs(self.resultants[3:]).max())
+        if np.any(np.abs(rest[:3]) > 1e-6 * size) or np.any(np.abs(rest[3:]) > 1e-6 * size * lever):
             raise PretravelError(
                 f"the interface forces leave a resultant of {np.abs(rest[:3]).max():.3g} N and "
                 f"{np.abs(rest[3:]).max():.3g} N mm; a free body needs forces in equilibrium"
@@ -170,7 +171,7 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
         resultants=frozen(rigid_motions(mesh.points).T @ model.loads),
         patch_compliance=model.patch_compliance,
         ball_correction=model.ball_correction,
-        seat_region=model.seat_region,
+        seat_part=model.seat_part,
         summary=_summary(mesh),
         load_field=lambda field=ElasticField(  # type: ignore[misc]
             mesh, model.materials, frozen(modes.reshape(-1, 3, len(INTERFACE)))

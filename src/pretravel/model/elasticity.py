@@ -12,7 +12,7 @@ from scipy import sparse
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import DescriptionError
-from pretravel.model.geometry import SPRING, TIP, ProbeSolids, seat_face
+from pretravel.model.geometry import SPRING, TIP, ProbeSolids, part_name, seat_face
 from pretravel.model.mesh import FiniteElementMesh
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
@@ -143,8 +143,8 @@ class FiniteElementModel:
         What the half-space under a seat's patch gives per newton: Hertz has it too. [mm/N]
     ball_correction : float
         What a ball gives beyond Hertz's half-space. [mm/N]
-    seat_region : str
-        The region that the seats push on.
+    seat_part : str
+        The part that the seats push on.
     """
 
     mesh: FiniteElementMesh
@@ -154,7 +154,7 @@ class FiniteElementModel:
     loads: FloatArray
     patch_compliance: float
     ball_correction: float
-    seat_region: str
+    seat_part: str
 
 
 def finite_element_model(
@@ -195,22 +195,24 @@ def finite_element_model(
     log.info("assembling %d unknowns", mesh.unknowns)
     elements = element_stiffness(mesh, solids.materials)
     radius = solids.patch_radius
-    region = _seat_region(mesh)
-    material = solids.materials[region]
-    if material != probe.tripod.material:
-        raise DescriptionError(
-            f"'{region}' carries the seats and is of {material.name}, but [tripod] says "
-            f"{probe.tripod.material.name}, which contact is reckoned with: make them the same"
-        )
+    regions = _seat_regions(mesh)
+    for region in regions:
+        material = solids.materials[region]
+        if material != probe.tripod.material:
+            raise DescriptionError(
+                f"'{region}' carries seats and is of {material.name}, but [tripod] says "
+                f"{probe.tripod.material.name}, which contact is reckoned with: make them the same"
+            )
+    radius = solids.patch_radius
     return FiniteElementModel(
         mesh=mesh,
         materials=solids.materials,
         elements=frozen(elements),
         stiffness=upper_stiffness(mesh, elements),
         loads=frozen(_interface_loads(probe, mesh, radius)),
-        patch_compliance=half_space_compliance(material, radius),
+        patch_compliance=half_space_compliance(probe.tripod.material, radius),
         ball_correction=ball,
-        seat_region=region,
+        seat_part=part_name(regions[0]),
     )
 
 
@@ -239,19 +241,14 @@ def half_space_compliance(material: Material, radius: float) -> float:
     return 0.6 * material.plane_strain_compliance / radius
 
 
-def _seat_region(mesh: FiniteElementMesh) -> str:
-    """The one region that all six seats push on."""
-    corners = [mesh.faces[seat_face(seat)][:, :3] for seat in range(6)]
+def _seat_regions(mesh: FiniteElementMesh) -> list[str]:
+    """The regions, of one part, that the seats push on."""
     found: set[str] = set()
-    for face in corners:
+    for seat in range(6):
+        face = mesh.faces[seat_face(seat)][:, :3]
         touching = np.isin(mesh.elements[:, :4], face).sum(axis=1) == 3
         found |= {mesh.region_names[index] for index in np.unique(mesh.regions[touching])}
-    if len(found) != 1:
-        raise DescriptionError(
-            f"the seats push on {', '.join(sorted(found))}; let one solid, or solids of one "
-            "name, carry all three rods' ends"
-        )
-    return found.pop()
+    return sorted(found)
 
 
 def _interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> FloatArray:

@@ -144,8 +144,13 @@ def write_step(path: str | Path, probe: Probe) -> None:
     path : str or Path
     probe : Probe
     """
+    from netgen.occ import Glue
+
+    parts = described_parts(probe) if probe.step is None else _step_parts(probe, probe.step)
+    for part in parts:
+        part.solid.solids.name = part.name
     with whole_file(path) as temporary:
-        probe_solids(probe).shape.WriteStep(str(temporary))
+        Glue([part.solid for part in parts]).WriteStep(str(temporary))
 
 
 def described_parts(probe: Probe) -> list[Part]:
@@ -188,6 +193,19 @@ def described_parts(probe: Probe) -> list[Part]:
         raise DescriptionError(
             f"[hub]: the holder of diameter {hub.holder_diameter:g} mm is wider than the disc of "
             f"radius {hub.radius:g} mm that carries it"
+        )
+    if probe.tip.radius < 0.505 * probe.stylus[-1].diameter:
+        raise DescriptionError(
+            f"a tip of radius {probe.tip.radius:g} mm on a stem of diameter "
+            f"{probe.stylus[-1].diameter:g} mm: the stem's side touches the ball like a tangent, "
+            f"which no mesh fills; make the tip at least {0.505 * probe.stylus[-1].diameter:g} mm"
+        )
+    apart = 2.0 * tripod.rod_radius * math.cos(probe.seats.support_angle)
+    if apart < 2.2 * PATCH * tripod.rod_radius:
+        raise DescriptionError(
+            f"[seats]: at a support angle of {math.degrees(probe.seats.support_angle):.3g}° the "
+            f"two seats of a rod are only {apart:.3g} mm apart, which the finite-element model "
+            "cannot tell from one; lower support_angle_deg"
         )
     disc = Cylinder(Pnt(0, 0, below), Z, r=hub.radius, h=hub.height)
     holder = Cylinder(Pnt(0, 0, root), Z, r=0.5 * hub.holder_diameter, h=below - root)
@@ -234,18 +252,14 @@ def _step_parts(probe: Probe, step: StepGeometry) -> list[Part]:
     )
     counted = Counter(solid.name for solid in solids)
 
-    def picked(selector: str) -> Any:
+    def picked(selector: str) -> list[Any]:
+        """One solid by number, or all of a name (three rods, say)."""
         if selector.startswith("#") and selector[1:].isdigit():
             number = int(selector[1:])
             if 1 <= number <= len(solids):
-                return solids[number - 1]
-        elif counted[selector] == 1:
-            return next(solid for solid in solids if solid.name == selector)
-        elif counted[selector] > 1:
-            raise InputError(
-                f"{counted[selector]} solids are called '{selector}'; pick by number: {listing}",
-                path=path,
-            )
+                return [solids[number - 1]]
+        elif counted[selector]:
+            return [solid for solid in solids if solid.name == selector]
         raise InputError(f"there is no solid '{selector}'; there are {listing}", path=path)
 
     chosen = [*step.tripod, *step.stylus, *step.tip]
@@ -258,36 +272,73 @@ def _step_parts(probe: Probe, step: StepGeometry) -> list[Part]:
             f"[geometry] materials: '{unknown[0]}' is none of the chosen solids, "
             f"{', '.join(chosen)}"
         )
+    if len(step.tip) != 1 or len(picked(step.tip[0])) != 1:
+        raise DescriptionError("[geometry] tip: the tip is one solid")
     usual = {
-        "tripod": probe.tripod.material,
-        "stylus": probe.stem.material,
-        TIP: probe.tip.material,
+        "tripod": [probe.tripod.material] * len(step.tripod),
+        "stylus": _stylus_materials(probe, step),
+        TIP: [probe.tip.material],
     }
     parts = []
     for role, selectors in (("tripod", step.tripod), ("stylus", step.stylus), (TIP, step.tip)):
-        for number, selector in enumerate(selectors, start=1):
-            name = role if len(selectors) == 1 else f"{role} {number}"
-            parts.append(
-                Part(
-                    name,
-                    picked(selector),
-                    step.materials.get(selector, usual[role]),
-                    carries_seats=role == "tripod",
-                )
+        for selector, material in zip(selectors, usual[role], strict=True):
+            name = TIP if role == TIP else f"{role}: {selector}"
+            parts += [
+                Part(name, solid, step.materials.get(selector, material), role == "tripod")
+                for solid in picked(selector)
+            ]
+    _check_tip(probe, parts[-1].solid, path)
+    return parts
+
+
+def _stylus_materials(probe: Probe, step: StepGeometry) -> list[Material]:
+    """The described segments' materials in order; where numbers differ, only if all are one."""
+    described = [segment.material for segment in probe.stylus]
+    if len(step.stylus) == len(described):
+        return described
+    missing = [selector for selector in step.stylus if selector not in step.materials]
+    if missing and len(set(described)) > 1:
+        raise DescriptionError(
+            f"[geometry]: the stylus has {len(step.stylus)} solids and [[stylus]] {len(described)} "
+            f"segments of several materials; say of what '{missing[0]}' is: "
+            f'materials = {{ "{missing[0]}" = "ceramic" }}'
+        )
+    return [described[0]] * len(step.stylus)
+
+
+def _check_tip(probe: Probe, solid: Any, path: Path) -> None:
+    """The tip of a STEP file must be where and as large as the description says."""
+    low, high = solid.bounding_box
+    centre = np.array([0.5 * (low[i] + high[i]) for i in range(3)])
+    radius = 0.5 * max(high[i] - low[i] for i in range(3))
+    for factor, unit in ((25.4, "inch"), (10.0, "cm"), (1000.0, "m")):
+        if abs(radius * factor / probe.tip.radius - 1.0) < 0.02:
+            raise DescriptionError(
+                f"{path}: the tip has a radius of {radius:.4g} mm, {factor:g} times less than the "
+                f"{probe.tip.radius:g} mm described: are its numbers in {unit}? Export it in mm"
             )
-    if len(step.tip) != 1:
-        raise DescriptionError("[geometry] tip: the tip is one solid")
-    centre = parts[-1].solid.center
-    away = math.dist((centre.x, centre.y, centre.z), (0.0, 0.0, -probe.lever))
+    if abs(radius - probe.tip.radius) > 0.01 * probe.tip.radius:
+        raise DescriptionError(
+            f"{path}: the tip has a radius of {radius:.4g} mm, but [tip] says "
+            f"{probe.tip.radius:g} mm, which points would be compensated with: correct one of them"
+        )
+    away = math.dist(centre, (0.0, 0.0, -probe.lever))
     if away > 0.05 * probe.tip.radius:
         raise DescriptionError(
-            f"{path}: the tip's centre lies at "
-            f"({centre.x:.3f}, {centre.y:.3f}, {centre.z:.3f}) mm, but the "
-            f"description puts it at (0, 0, {-probe.lever:g}): move the solids into the "
-            "probe's frame (origin on the axis in the plane of the rods, z upwards) or correct "
-            "stylus lengths and hub offset"
+            f"{path}: the tip's centre lies at ({centre[0]:.3f}, {centre[1]:.3f}, "
+            f"{centre[2]:.3f}) mm, but the description puts it at (0, 0, {-probe.lever:g}): move "
+            "the solids into the probe's frame (origin on the axis in the plane of the rods, z "
+            "upwards) or correct stylus lengths and hub offset"
         )
-    return parts
+
+
+def part_name(region: str) -> str:
+    """The part that a region belongs to: tripod, stylus, tip; or hub, holder, rods.
+
+    >>> part_name("stylus 2"), part_name("tripod: hub")
+    ('stylus', 'tripod')
+    """
+    return region.partition(":")[0].rstrip(" 0123456789")
 
 
 def _check_overlaps(parts: Sequence[Part]) -> None:

@@ -168,7 +168,8 @@ def _set_sizes(solids: ProbeSolids, settings: MeshSettings) -> tuple[float, list
         )
     for name, size in sizes.items():
         notes.append(
-            f"{name}: elements up to {size:.2f} mm, {settings.body * scale:.2g} of thickness"
+            f"{name} ({solids.materials[name].name}): elements up to {size:.2f} mm, "
+            f"{settings.body * scale:.2g} of thickness"
         )
     for edges, diameter in solids.refined:
         edges.maxh = scale * settings.interface * diameter

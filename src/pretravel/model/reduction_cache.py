@@ -12,7 +12,7 @@ import logging
 import os
 import warnings
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -146,8 +146,8 @@ def _reduced_model(
     if "model" in memory:
         return memory["model"]
     path = folder / f"reduced-{key[:32]}.npz"
-    model = _read(path, key)
-    if model is None:
+
+    def make() -> ReducedModel:
         solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
         ball = ball_correction(probe, solver)
@@ -159,10 +159,14 @@ def _reduced_model(
             warnings.warn(
                 f"the reduced model could not be kept in {folder} ({error}); the next run makes it "
                 f"anew. {FOLDER_VARIABLE} names another folder",
-                stacklevel=3,
+                stacklevel=4,
             )
-    else:
+        return model
+
+    kept = _read(path, key, make)
+    if kept is not None:
         log.info("reduced model from %s", path)
+    model = kept or make()
     memory["model"] = model
     return model
 
@@ -179,7 +183,7 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "faces": list(mesh.faces),
         "patch_compliance": model.patch_compliance,
         "ball_correction": model.ball_correction,
-        "seat_region": model.seat_region,
+        "seat_part": model.seat_part,
         "materials": {name: asdict(value) for name, value in elastic.materials.items()},
     }
     arrays: dict[str, Any] = {
@@ -198,7 +202,7 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         np.savez(stream, **arrays)
 
 
-def _read(path: Path, key: str) -> ReducedModel | None:
+def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedModel | None:
     """A kept model, or None where there is none that can be used."""
     if not path.is_file():
         return None
@@ -229,13 +233,15 @@ def _read(path: Path, key: str) -> ReducedModel | None:
         resultants=frozen(resultants),
         patch_compliance=patch,
         ball_correction=ball,
-        seat_region=header["seat_region"],
+        seat_part=header["seat_part"],
         summary=header["summary"],
-        load_field=lambda: _read_field(path, header),
+        load_field=lambda: _read_field(path, header, make),
     )
 
 
-def _read_field(path: Path, header: Mapping[str, Any]) -> ElasticField:
+def _read_field(
+    path: Path, header: Mapping[str, Any], make: Callable[[], ReducedModel]
+) -> ElasticField:
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             mesh = FiniteElementMesh(
@@ -250,10 +256,9 @@ def _read_field(path: Path, header: Mapping[str, Any]) -> ElasticField:
             )
             modes: FloatArray = frozen(kept["modes"])
     except _UNREADABLE as error:
-        path.unlink(missing_ok=True)
-        raise PretravelError(
-            f"the kept model {path} is damaged in its mesh ({error}); it has been removed: run the "
-            "command again"
-        ) from error
+        warnings.warn(
+            f"the kept model {path} is damaged in its mesh ({error}); it is made anew", stacklevel=4
+        )
+        return make().elastic_field
     materials = {name: Material(**table) for name, table in header["materials"].items()}
     return ElasticField(mesh, materials, modes)

@@ -11,7 +11,7 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.model.condensation import ElasticField, ReducedModel
 from pretravel.model.elasticity import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE, von_mises
 from pretravel.probe.description import Probe
-from pretravel.probe.seat_frame import seat_frame
+from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.trigger.fem import condensed, seat_closure
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.trigger.seats import seat_statics
@@ -47,6 +47,13 @@ class TriggerField:
     rest_reactions: FloatArray
     points: FloatArray
     forces: FloatArray
+
+    @property
+    def opened(self) -> list[str]:
+        """Seats that carry nothing at the trigger; more than one where symmetry ties them."""
+        reactions = self.trigger.reactions[0]
+        loose = reactions <= reactions.min() + 1e-6 * self.rest_reactions.max()
+        return [name for name, is_loose in zip(SEAT_NAMES, loose, strict=True) if is_loose]
 
 
 def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedModel) -> TriggerField:

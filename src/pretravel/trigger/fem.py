@@ -10,6 +10,7 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.model.condensation import ReducedModel
 from pretravel.model.elasticity import INTERFACE, SEATS, TIP_FORCE
+from pretravel.model.geometry import part_name
 from pretravel.model.hertz import ball_on_flat, contact_modulus
 from pretravel.model.reduction_cache import reduced_model
 from pretravel.probe.description import Probe
@@ -91,13 +92,13 @@ def condensed_displacements(
     unit = balanced_tip_forces(statics)
     shares: dict[str, FloatArray] = {}
     for region, flexibility in reduced.flexibility_by_region.items():
-        name = _part_name(region)
+        name = part_name(region)
         compliance = unit @ flexibility @ unit.T
         moved = forces[:, None] * (directions @ compliance)
         shares[name] = shares[name] + moved if name in shares else moved
     change = forces[:, None] * statics.unit_reactions(directions)
     # What the half-space under the patches gave is Hertz's, not the rods'.
-    name = _part_name(reduced.seat_region)
+    name = reduced.seat_part
     shares[name] = shares[name] - statics.tip_displacement(reduced.patch_compliance * change)
     indentations = hertz_indentations(probe, statics, directions, forces)
     indentations = indentations + reduced.ball_correction * change
@@ -109,11 +110,6 @@ def condensed_displacements(
         "seats": statics.tip_displacement(indentations),
         "tip_on_part": approach[:, None] * directions,
     }
-
-
-def _part_name(region: str) -> str:
-    """Regions ``stylus 1``, ``stylus 2`` … are one part."""
-    return region.rstrip(" 0123456789")
 
 
 def seat_closure(

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.directions import checked_unit
+from pretravel.directions import checked_unit, describe
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.condensation import ReducedModel
 from pretravel.model.elasticity import INTERFACE, SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
@@ -26,6 +26,8 @@ from pretravel.trigger.seats import SeatStatics, seat_coefficient, seat_statics
 LARGEST_FRICTION = 0.5
 """No seat has more; and rods jam between their balls from the tangent of the support angle on,
 where the equations lose their one answer."""
+LARGEST_OVERTRAVEL = 1.0
+"""Beyond a millimetre the tripod turns too far for its equations. [mm]"""
 _TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
 _ITERATIONS = 60
 _BISECTIONS = 24  # of a step, where a seat opens or closes
@@ -75,7 +77,11 @@ class FrictionCycle:
 
     @property
     def hysteresis(self) -> FloatArray:
-        """Deflection at opening less that at reseating, (n, cycles). [mm]"""
+        """Deflection at opening less that at reseating, (n, cycles). [mm]
+
+        Mostly positive; before the seats have settled, and where two open at once, a seat
+        may close again at the larger deflection.
+        """
         return np.asarray(self.trigger_deflection - self.reseat_deflection)
 
     @property
@@ -123,7 +129,7 @@ def friction_cycle(
     friction: float,
     *,
     reduced: ReducedModel | None = None,
-    overtravel: float = 0.01,
+    overtravel: float | None = None,
     cycles: int = 1,
     steps: int = 100,
 ) -> FrictionCycle:
@@ -139,8 +145,9 @@ def friction_cycle(
         Coulomb's coefficient at the seats, 0 to 0.5.
     reduced : ReducedModel, optional
         Elasticity of the moving part; rigid when not given.
-    overtravel : float
-        Deflection beyond that of the frictionless trigger before the return. [mm]
+    overtravel : float, optional
+        Deflection beyond that of the frictionless trigger before the return; when not
+        given 10 um, or twice the trigger's if that is more. [mm]
     cycles : int
     steps : int
         Of each loading, and of each return. Trigger forces hardly depend on it;
@@ -181,7 +188,7 @@ def friction_cycle(
 
 
 def check_conditions(
-    probe: Probe, friction: float, overtravel: float, cycles: int, steps: int
+    probe: Probe, friction: float, overtravel: float | None, cycles: int, steps: int
 ) -> None:
     """Refuse what `friction_cycle` cannot work with, before long work is done for it.
 
@@ -196,8 +203,10 @@ def check_conditions(
             f"{largest:.3g} (polished carbide 0.1 to 0.2; beyond the tangent of the support angle "
             "rods jam between their balls)"
         )
-    if not (math.isfinite(overtravel) and overtravel > 0.0):
-        raise PretravelError(f"an overtravel of {overtravel:g} mm: it must be positive")
+    if overtravel is not None and not 0.0 < overtravel <= LARGEST_OVERTRAVEL:
+        raise PretravelError(
+            f"an overtravel of {overtravel:g} mm: it lies above 0 and up to {LARGEST_OVERTRAVEL:g}"
+        )
     if cycles < 1 or steps < 5:
         raise PretravelError(f"{cycles} cycles of {steps} steps: at least 1 of 5 are needed")
     if probe.criterion != "first_contact":
@@ -338,7 +347,7 @@ def _newton(
         jacobian[:, 18:24] = mechanism.resultants @ loaded
         jacobian[:, 24] = np.eye(size)[24] if by_force else tip_row
         scaled = jacobian / rows[:, None] / force_scale * columns
-        step = _least_norm(scaled, r) * columns
+        step = _least_norm(scaled, r, held=mu > 0.0) * columns
         share = np.ones(len(d))
         for _ in range(12):
             attempt, u, trial = residual(x - share[:, None] * step)
@@ -355,19 +364,18 @@ def _newton(
     )
 
 
-def _least_norm(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions; where nothing holds something (the yaw of an unloaded rod), it stays."""
-    try:
-        found = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
-        size = np.linalg.norm(right, axis=1)
-        sound = np.isfinite(off) & (off <= 1e-9 * size) & (np.abs(found).max(axis=1) < 1e6)
-    except np.linalg.LinAlgError:
-        found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
-    if not np.all(sound):
-        inverse = np.linalg.pinv(matrix[~sound], rcond=1e-12)
-        found[~sound] = np.einsum("nij,nj->ni", inverse, right[~sound])
-    return np.asarray(found)
+def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatArray:
+    """Solutions; where nothing holds something (the yaw of an unloaded rod), it stays.
+
+    With friction everything is held and a plain solution does; without, the least one of
+    many is needed, or Newton's method strays among them.
+    """
+    if held:
+        try:
+            return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+        except np.linalg.LinAlgError:
+            pass
+    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(matrix, rcond=1e-12), right))
 
 
 def _return_map(
@@ -402,7 +410,7 @@ def _run(
     probe: Probe,
     statics: SeatStatics,
     d: FloatArray,
-    overtravel: float,
+    overtravel: float | None,
     cycles: int,
     steps: int,
 ) -> FrictionCycle:
@@ -418,7 +426,8 @@ def _run(
     reseats = np.full((n, cycles), np.nan)
     resting = np.zeros((n, cycles, 3))
     start = np.zeros(n)
-    reach = _frictionless_deflection(mechanism, statics, d, threshold) + overtravel
+    base = _frictionless_deflection(mechanism, statics, d, threshold)
+    reach = base + (np.maximum(0.01, 2.0 * base) if overtravel is None else overtravel)
 
     def deflection(u: FloatArray) -> FloatArray:
         return np.asarray(np.sum(u[:, TIP_FORCE] * d, axis=1))
@@ -454,9 +463,12 @@ def _run(
     for number in range(cycles):
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
             step(start + fraction * (reach - start), True, number)
-        if np.any(np.isnan(triggers[:, number, 0])):
+        shut = np.flatnonzero(np.isnan(triggers[:, number, 0]))
+        if len(shut):
             raise PretravelError(
-                "in some direction no seat opened within the overtravel: friction holds the rods; "
+                f"friction {mechanism.friction:g} holds the rods: in {len(shut)} of {n} directions,"
+                f" first at {describe(d[shut[0]])}, no seat opened up to a deflection of "
+                f"{reach[shut[0]] * 1e3:.1f} um ({base[shut[0]] * 1e3:.1f} um without friction); "
                 "raise the overtravel or lower the friction"
             )
         top = deflection(kept[-1][1])
