@@ -367,15 +367,22 @@ def _newton(
 def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatArray:
     """Solutions; where nothing holds something (the yaw of an unloaded rod), it stays.
 
-    With friction everything is held and a plain solution does; without, the least one of
-    many is needed, or Newton's method strays among them.
+    With friction nearly everything is held and a plain solution does where it is sound;
+    without, the least one of many is needed, or Newton's method strays among them.
     """
+    found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
     if held:
         try:
-            return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+            found = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+            off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
+            sound = off <= 1e-9 * np.linalg.norm(right, axis=1)
+            sound &= np.abs(found).max(axis=1) < 100.0
         except np.linalg.LinAlgError:
             pass
-    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(matrix, rcond=1e-12), right))
+    if not np.all(sound):
+        inverse = np.linalg.pinv(matrix[~sound], rcond=1e-12)
+        found[~sound] = np.einsum("nij,nj->ni", inverse, right[~sound])
+    return np.asarray(found)
 
 
 def _return_map(
