@@ -373,7 +373,9 @@ def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatAr
     found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
     if held:
         try:
-            found = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+            found = np.asarray(
+                np.linalg.solve(matrix, right[:, :, None])[:, :, 0], dtype=np.float64
+            )
             off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
             sound = off <= 1e-9 * np.linalg.norm(right, axis=1)
             sound &= np.abs(found).max(axis=1) < 100.0
