@@ -145,7 +145,7 @@ def test_step_errors_name_file_and_part(omp40: Probe, tmp_path: Path) -> None:
             )
         )
     with pytest.raises(DescriptionError, match="floats: no face joins"):
-        probe_solids(with_step(stylus=("Stem",), materials={}))
+        probe_solids(with_step(stylus=("Stem",), materials={"Stem": omp40.stem.material}))
     with pytest.raises(DescriptionError, match="materials: 'Foot'"):
         probe_solids(with_step(materials={"Foot": omp40.tip.material}))
 
@@ -161,7 +161,10 @@ def test_overlapping_solids_are_named(omp40: Probe, tmp_path: Path) -> None:
 
     path = tmp_path / "overlap.step"
     Compound([*solids, block]).WriteStep(str(path))
-    probe = replace(omp40, step=replace(step, path=path, stylus=("Head", "Stem", "Block")))
+    probe = replace(omp40, step=replace(
+        step, path=path, stylus=("Head", "Stem", "Block"),
+        materials=dict.fromkeys(("Head", "Stem", "Block"), omp40.stem.material),
+    ))  # fmt: skip
     with pytest.raises(DescriptionError, match="overlap by"):
         probe_solids(probe)
 
