@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
@@ -113,6 +114,8 @@ def _pardiso(matrix: sparse.csr_matrix) -> Solve:
     def solve(right: FloatArray) -> FloatArray:
         return np.asarray(solver.solve(upper, np.asfortranarray(right))).reshape(right.shape)
 
+    # Pardiso keeps its factor, a gigabyte, until it is told otherwise.
+    weakref.finalize(solve, solver.free_memory, everything=True)
     return solve
 
 
