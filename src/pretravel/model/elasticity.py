@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import DescriptionError
@@ -17,6 +16,9 @@ from pretravel.model.mesh import FiniteElementMesh
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
+
+if TYPE_CHECKING:  # a kept model needs none of it, and is there the sooner
+    from scipy import sparse
 
 log = logging.getLogger(__name__)
 
@@ -107,6 +109,8 @@ def element_unknowns(mesh: FiniteElementMesh) -> IntArray:
 
 def upper_stiffness(mesh: FiniteElementMesh, elements: FloatArray) -> sparse.csr_matrix:
     """The upper triangle of the whole body's stiffness: half the work, and all that solvers ask."""
+    from scipy import sparse
+
     unknowns = element_unknowns(mesh).astype(np.int32)
     first, second = np.triu_indices(30)
     rows, columns = unknowns[:, first], unknowns[:, second]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from scipy import sparse
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import CapacityError, PretravelError
+
+if TYPE_CHECKING:  # a kept model needs none of it, and is there the sooner
+    from scipy import sparse
 
 Solve: TypeAlias = Callable[[FloatArray], FloatArray]
 """Right-hand sides (n, k) to solutions (n, k), from one factorisation."""
@@ -120,6 +122,7 @@ def _pardiso(matrix: sparse.csr_matrix) -> Solve:
 
 
 def _superlu(matrix: sparse.csr_matrix) -> Solve:
+    from scipy import sparse
     from scipy.sparse.linalg import splu
 
     whole = matrix + sparse.triu(matrix, 1).T
