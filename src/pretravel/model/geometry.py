@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -408,7 +408,6 @@ def _with_seat_patches(probe: Probe, parts: Sequence[Part], patch: float) -> lis
                 key=lambda part: float(part.solid.Distance(vertex)),
             )
             _misses(index, contact, part.name, float(part.solid.Distance(vertex)))
-            raise AssertionError  # pragma: no cover
         face = plug.faces.Nearest(Pnt(*contact))
         depth = _surface_offset(face, contact, normal)
         if abs(depth) > _SEAT_TOLERANCE:
@@ -440,7 +439,7 @@ def _surface_offset(face: Any, contact: FloatArray, normal: FloatArray) -> float
     return float((centre - contact) @ normal)
 
 
-def _misses(index: int, contact: FloatArray, part: str, distance: float) -> None:
+def _misses(index: int, contact: FloatArray, part: str, distance: float) -> NoReturn:
     raise DescriptionError(
         f"seat {SEAT_NAMES[index]} should touch the tripod at ({contact[0]:.3f}, {contact[1]:.3f}, "
         f"{contact[2]:.3f}) mm, but the surface of '{part}' is {distance:.3g} mm away: correct "

@@ -157,9 +157,8 @@ def check_seats(reduced: ReducedModel, statics: SeatStatics) -> None:
     ------
     PretravelError
     """
-    tip = np.concatenate([np.eye(3), np.cross(statics.tip, np.eye(3)).T])
     meshed = reduced.resultants[:, :9]
-    described = np.concatenate([statics.wrenches, tip], axis=1)
+    described = np.concatenate([statics.wrenches, statics.tip_wrenches], axis=1)
     scale = np.linalg.norm(statics.tip)
     off = float(np.abs(meshed - described).max() / scale)
     if off > _AGREEMENT:

@@ -229,7 +229,7 @@ def _mechanism(
     arms = np.repeat(frame.contacts(probe.tripod.rod_radius), 2, axis=0)
     resultants = np.zeros((6, len(INTERFACE)))
     resultants[:, SEATS] = statics.wrenches
-    resultants[:, TIP_FORCE] = np.concatenate([np.eye(3), np.cross(statics.tip, np.eye(3)).T])
+    resultants[:, TIP_FORCE] = statics.tip_wrenches
     resultants[2, SPRING_FORCE] = -1.0
     resultants[:, TANGENTIAL] = np.concatenate([tangents, np.cross(arms, tangents)], axis=1).T
     flexibility = np.zeros(2 * (len(INTERFACE),))

@@ -43,6 +43,11 @@ class SeatStatics:
     rest_reactions: FloatArray
     tip: FloatArray
 
+    @property
+    def tip_wrenches(self) -> FloatArray:
+        """Columns: force and moment about the origin of a unit force on the tip, (6, 3)."""
+        return np.concatenate([np.eye(3), np.cross(self.tip, np.eye(3)).T])
+
     def unit_reactions(self, directions: npt.ArrayLike) -> FloatArray:
         """Change of the six reactions per newton of force on the tip.
 
