@@ -32,7 +32,7 @@ _PUBLIC = {
     "Trigger": "trigger.predict",
     "field_at_trigger": "trigger.elastic_field",
     "friction_cycle": "trigger.friction",
-    "Targets": "probing.simulation",
+    "Targets": "probing.targets",
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
@@ -70,7 +70,8 @@ if TYPE_CHECKING:
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
-    from pretravel.probing.simulation import Targets, simulate
+    from pretravel.probing.simulation import simulate
+    from pretravel.probing.targets import Targets
     from pretravel.surface.specification import parse_surface
     from pretravel.touches import Touches
     from pretravel.trigger.elastic_field import field_at_trigger

@@ -8,12 +8,15 @@ for rows of an (n, 3) array ``rows_machine = rows_probe @ R.T``.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
+from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
+from pretravel.errors import PretravelError
+from pretravel.units import DEGREE
 
 
 def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0) -> FloatArray:
@@ -49,3 +52,79 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     c, s = a[2] / length, across / length
     tilt = to_plane @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ to_plane.T
     return np.asarray(tilt @ about_axis)
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a part's frame is in the machine: x_machine = rotation x_part + shift.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float
+    shift : (3,) float
+        [mm]
+
+    >>> Placement().points(np.array([[1.0, 2.0, 3.0]])).tolist()
+    [[1.0, 2.0, 3.0]]
+    """
+
+    rotation: FloatArray = field(default_factory=lambda: frozen(np.eye(3)))
+    shift: FloatArray = field(default_factory=lambda: frozen(np.zeros(3)))
+
+    def points(self, points: FloatArray) -> FloatArray:
+        """Points of the part in the machine, (n, 3). [mm]"""
+        return np.asarray(points @ self.rotation.T + self.shift)
+
+    def vectors(self, vectors: FloatArray) -> FloatArray:
+        """Directions in the part as directions in the machine, (n, 3)."""
+        return np.asarray(vectors @ self.rotation.T)
+
+    @property
+    def inverse(self) -> Placement:
+        """From the machine to the part."""
+        return Placement(frozen(self.rotation.T), frozen(-self.rotation.T @ self.shift))
+
+
+def parse_placement(text: str | None, frame: str = "part") -> Placement:
+    """A placement from ``x,y,z`` or ``x,y,z,a,b,c``.
+
+    Parameters
+    ----------
+    text : str or None
+        Millimetres, then degrees about the machine's x, y and z axes, in that order.
+    frame : str
+        ``part`` or ``machine``; the latter says nothing without a placement.
+
+    Returns
+    -------
+    Placement
+
+    Raises
+    ------
+    PretravelError
+
+    >>> parse_placement("0,0,0,0,0,90").vectors(np.array([[1.0, 0.0, 0.0]])).round(9).tolist()
+    [[0.0, 1.0, 0.0]]
+    """
+    if frame not in ("part", "machine"):
+        raise PretravelError(f"--frame {frame}: it is part or machine")
+    if text is None:
+        if frame == "machine":
+            raise PretravelError("--frame machine: say where the part is, --place x,y,z,a,b,c")
+        return Placement()
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 6) or not all(math.isfinite(value) for value in numbers):
+        raise PretravelError(
+            f"--place {text}: expected x,y,z in mm, or x,y,z,a,b,c with turns in degrees"
+        )
+    turn = np.eye(3)
+    for axis, angle in enumerate(numbers[3:]):
+        c, s = math.cos(angle * DEGREE), math.sin(angle * DEGREE)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        about = np.eye(3)
+        about[i, i], about[i, j], about[j, i], about[j, j] = c, -s, s, c
+        turn = about @ turn
+    return Placement(frozen(turn), frozen(numbers[:3]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
+from pretravel.frames import Placement
 
 GLANCING = 0.05
 """An approach this close to tangential (cosine with -n) is refused: 87°."""
@@ -143,3 +144,31 @@ class Touches:
             source=self.source,
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
         )
+
+
+def moved(touches: Touches, placement: Placement) -> Touches:
+    """The same touches in another frame.
+
+    Parameters
+    ----------
+    touches : Touches
+        In a part's frame.
+    placement : Placement
+        Of the part in the machine; its inverse leads back.
+
+    Returns
+    -------
+    Touches
+
+    >>> up = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+    >>> moved(up, Placement(shift=np.array([1.0, 0.0, 0.0]))).positions.tolist()
+    [[1.0, 0.0, 3.0]]
+    """
+    nominal = touches.nominal_points
+    return replace(
+        touches,
+        positions=placement.points(touches.positions),
+        normals=placement.vectors(touches.normals),
+        approaches=placement.vectors(touches.approach_directions),
+        nominal_points=None if nominal is None else placement.points(nominal),
+    )

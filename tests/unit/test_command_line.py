@@ -350,7 +350,7 @@ class TestSimulate:
             ("plane:polar=400", [], "between 0 and 180"),
             ("sphere:radius=twelve", [], "not a number"),
             ("plane:polar=90", [], "cannot be touched"),
-            ("sphere:radius=12.5", ["--friction", "0.1"], "not modelled yet"),
+            ("sphere:radius=12.5", ["--friction", "-0.1"], "cannot be negative"),
             ("sphere:radius=12.5", ["--approach", "file"], "ax, ay, az"),
             ("sphere:radius=12.5", ["--approach", "sideways"], "normal and file"),
             ("sphere:radius=12.5", ["--delay", "5"], "give the feed"),

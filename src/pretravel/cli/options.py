@@ -16,3 +16,13 @@ Gravity: TypeAlias = Annotated[
     typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
 ]
 Picture: TypeAlias = Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")]
+Place: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        help="Where the part's frame is in the machine: x,y,z in mm, then turns about the "
+        "machine's x, y, z in degrees, in that order; the probe stays as it is described."
+    ),
+]
+Frame: TypeAlias = Annotated[
+    str, typer.Option(help="Frame of the touches with --place: part or machine.")
+]

@@ -55,6 +55,7 @@ def predict(
     from pretravel.probe.materials import material
     from pretravel.report import prediction_report
     from pretravel.trigger import predict as prediction
+    from pretravel.trigger.response import probe_response, response_map
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
     description = load_probe(probe)
@@ -65,13 +66,9 @@ def predict(
         raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
     directions = grid(np.radians(polar_deg), np.radians(azimuth_deg))
     with working(f"predicting {len(directions)} directions"):
-        trigger = prediction.predict(
-            description,
-            directions,
-            model,
-            workpiece=material(workpiece),
-            gravity=None if gravity is None else unit_vector(gravity, "--gravity"),
-        )
+        part = material(workpiece)
+        weight = None if gravity is None else unit_vector(gravity, "--gravity")
+        trigger = prediction.predict(description, directions, model, workpiece=part, gravity=weight)
     table = trigger_table(trigger)
     # The angles that were asked for; at the pole a direction has lost its azimuth.
     table["polar_deg"] = np.repeat(polar_deg, len(azimuth_deg))
@@ -86,7 +83,11 @@ def predict(
     elif output is not None:
         write_map(
             output,
-            prediction.predicted_map(description, trigger),
+            response_map(
+                description,
+                probe_response(description, model, workpiece=part, gravity=weight),
+                trigger,
+            ),
             table=table,
         )
     if plot is not None:

@@ -28,6 +28,7 @@ from pretravel.pretravel_map import (
     TabulatedBasis,
 )
 from pretravel.trigger.predict import Trigger
+from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.units import DEGREE, MICROMETRE
 from pretravel.whole_file import whole_file
 
@@ -138,6 +139,8 @@ def map_dataset(
     if isinstance(pretravel_map.basis, HarmonicBasis):
         data["degree"] = ("coefficient", pretravel_map.basis.terms[:, 0])
         data["order"] = ("coefficient", pretravel_map.basis.terms[:, 1])
+    if isinstance(pretravel_map.basis, ResponseBasis):
+        data |= _response_variables(pretravel_map.basis.response)
     for name, values in (table or {}).items():
         array = np.asarray(values)
         unit = name.rsplit("_", 1)[-1] if "_" in name else ""
@@ -152,6 +155,8 @@ def map_dataset(
         "provenance": json.dumps(dict(pretravel_map.provenance)),
         "checksum": _checksum(pretravel_map),
     }
+    if isinstance(pretravel_map.basis, ResponseBasis):
+        attributes["criterion"] = pretravel_map.basis.response.criterion
     if pretravel_map.feed is not None:
         attributes["feed_mm_min"] = pretravel_map.feed
     return xr.Dataset(
@@ -164,6 +169,35 @@ def map_dataset(
     )
 
 
+_RESPONSE_ARRAYS: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "reaction_change": (("seat", "axis"), "1"),
+    "rest_reactions": (("seat",), "N"),
+    "compliance": (("axis", "other_axis"), "mm/N"),
+    "seat_motion": (("axis", "seat"), "1"),
+    "threshold": ((), "N"),
+    "seat_coefficient": ((), "mm/N^(2/3)"),
+    "tip_coefficient": ((), "mm/N^(2/3)"),
+    "tip_radius": ((), "mm"),
+}
+
+
+def _response_variables(response: ProbeResponse) -> dict[str, Any]:
+    return {
+        f"response_{name}": (axes, getattr(response, name), {"units": units})
+        for name, (axes, units) in _RESPONSE_ARRAYS.items()
+    }
+
+
+def _response_basis(dataset: xr.Dataset) -> ResponseBasis:
+    values = {name: np.asarray(dataset[f"response_{name}"].values) for name in _RESPONSE_ARRAYS}
+    numbers = {
+        name: float(value) if _RESPONSE_ARRAYS[name][0] == () else value
+        for name, value in values.items()
+    }
+    criterion = str(dataset.attrs["criterion"])
+    return ResponseBasis(ProbeResponse(criterion=criterion, **numbers))  # type: ignore[arg-type]
+
+
 def _checksum(pretravel_map: PretravelMap) -> str:
     """Of the numbers that make the map, so that damage on disk is noticed."""
     digest = hashlib.sha256()
@@ -174,6 +208,11 @@ def _checksum(pretravel_map: PretravelMap) -> str:
         pretravel_map.rotation,
         np.array([pretravel_map.tip_radius, pretravel_map.u_tip_radius]),
         np.array([pretravel_map.repeatability, pretravel_map.repeatability_dof]),
+        *(
+            [getattr(pretravel_map.basis.response, name) for name in _RESPONSE_ARRAYS]
+            if isinstance(pretravel_map.basis, ResponseBasis)
+            else []
+        ),
     ):
         digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
     return digest.hexdigest()
@@ -203,6 +242,8 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         basis: MapBasis = HarmonicBasis(
             np.stack([dataset["degree"].values, dataset["order"].values], axis=1).astype(np.int64)
         )
+    elif kind == "physical":
+        basis = _response_basis(dataset)
     elif kind in bases:
         basis = bases[kind]
     else:

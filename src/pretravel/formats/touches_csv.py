@@ -11,8 +11,10 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import UNIT_TOLERANCE
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
-from pretravel.probing.simulation import Targets
-from pretravel.surface.shapes import Sphere, Surface
+from pretravel.probing.targets import Targets
+from pretravel.surface.cad import Part
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.shapes import Sphere
 from pretravel.touches import Touches
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
@@ -68,7 +70,7 @@ def read_touches(path: str | Path) -> Touches:
         raise InputError(str(error), path=path) from None
 
 
-def read_targets(path: str | Path, surface: Surface, *, approach: str = "normal") -> Targets:
+def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "normal") -> Targets:
     """Targets of a simulation from a CSV file.
 
     A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``)
@@ -80,7 +82,7 @@ def read_targets(path: str | Path, surface: Surface, *, approach: str = "normal"
     Parameters
     ----------
     path : str or Path
-    surface : Surface
+    surface : Surface or Part
         Gives points where the file has none.
     approach : str
         ``normal``: along -n; ``file``: the columns ax, ay, az.

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.pretravel_map import PretravelMap
-from pretravel.surface.shapes import Surface
+from pretravel.surface.cad import Part
+from pretravel.surface.contact import Reach
+from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.search import ContactSearch
 from pretravel.touches import Touches
 from pretravel.units import DEGREE
 
@@ -65,23 +68,26 @@ def apply(
     touches: Touches,
     pretravel_map: PretravelMap,
     *,
-    nominal: Surface | None = None,
+    nominal: Surface | Part | None = None,
     extrapolate: bool = False,
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
-    The spindle travelled pretravel / |a·n| along the approach a since first
-    contact; going back by that and by the tip radius along n gives the point of
-    first contact. For a = -n this is equation 3.36 of the thesis.
+    Without a nominal surface the normals are the touches' own. The spindle travelled
+    pretravel / |a·n| along the approach a since first contact; going back by that and by
+    the tip radius along n gives the point of first contact.
+
+    With a nominal surface the contact is found on it: where the deflected ball
+    touches the surface that lies parallel to the nominal one. The map is asked for the normal
+    there, however far the tip has slid, and the distance of the two surfaces is the deviation.
 
     Parameters
     ----------
     touches : Touches
     pretravel_map : PretravelMap
         Predicted or measured.
-    nominal : Surface, optional
-        Deviations are taken from it; not given, from the touches' nominal points
-        where they have them.
+    nominal : Surface or Part, optional
+        Not given: deviations are from the touches' nominal points, where they have them.
     extrapolate : bool
         Also for normals outside the map's directions.
 
@@ -93,10 +99,12 @@ def apply(
     ------
     ExtrapolationError
         Normals that the map does not support.
+    PretravelError
+        Touches that touch the nominal surface nowhere.
 
     References
     ----------
-    Rodrigues 2021, equation 3.36.
+    Rodrigues 2021, equation 3.36; with a nominal surface iterated to the true contact.
 
     >>> from pretravel.direction_support import DirectionSupport
     >>> from pretravel.pretravel_map import MeanBasis
@@ -107,30 +115,74 @@ def apply(
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
-    normals, approaches = touches.normals, touches.approach_directions
+    approaches = touches.approach_directions
+    if nominal is not None:
+        contact, deviation = _on_nominal(touches, pretravel_map, nominal, extrapolate)
+        normals = contact.normal
+        positions = contact.point + deviation[:, None] * normals
+    else:
+        normals, deviation = touches.normals, None
     pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
     closing = -np.sum(approaches * normals, axis=1)
-    travel = pretravel / closing
-    positions = (
-        touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
-    )
+    if nominal is None:
+        travel = pretravel / closing
+        positions = (
+            touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
+        )
+        if touches.nominal_points is not None:
+            deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
     along = pretravel_map.repeatability**2 + (u_map / closing) ** 2
     covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
     covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
-    if nominal is not None:
-        deviation = nominal.signed_distance(positions)
-    elif touches.nominal_points is not None:
-        deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    else:
-        deviation = None
     return Points(
         positions=frozen(positions),
-        normals=normals,
+        normals=frozen(normals),
         pretravel=frozen(pretravel),
         covariance=frozen(covariance),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
     )
+
+
+def _on_nominal(
+    touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part, extrapolate: bool
+) -> tuple[LocalGeometry, FloatArray]:
+    """Where each touch touches the nominal surface moved along its normal, and by how much."""
+    radius = pretravel_map.tip_radius
+    search = ContactSearch(nominal, len(touches))
+    near = touches.positions - radius * touches.normals
+    curvatures = np.zeros((len(touches), 2))
+    # Twice: how curved the part is at the contact changes its compression a little.
+    for _ in range(2):
+
+        def reach_of(rows: IntArray, curvatures: FloatArray = curvatures) -> Reach:
+            def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
+                # Steps on the way to the contact may leave the map; the end is checked below.
+                moved = pretravel_map.tip_displacement(
+                    local.normal, curvatures[rows[own]], extrapolate=True
+                )
+                return np.asarray(radius * local.normal - moved)
+
+            return reach
+
+        search.solve(near, touches.positions, None, reach_of, against=touches.approach_directions)
+        found = search.state()
+        if not np.all(found.solved):
+            break
+        curvatures = found.local.principal_curvatures
+    lost = np.flatnonzero(~found.solved)
+    if len(lost):
+        beyond = int(np.sum(found.beyond_edge[lost]))
+        names = ", ".join(touches.where(int(row)) for row in lost[:5])
+        raise PretravelError(
+            f"{len(lost)} of {len(touches)} touches do not touch the nominal surface"
+            + (f" ({beyond} of them beyond its edges)" if beyond else "")
+            + f": {names}{'…' if len(lost) > 5 else ''}. Is the nominal where the part is, in the "
+            "touches' frame and in mm?"
+        )
+    if not extrapolate:
+        pretravel_map.pretravel(found.local.normal)
+    return found.local, found.length
 
 
 def compensation_warnings(

@@ -8,65 +8,33 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import checked_unit
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.frames import Placement
+from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
-from pretravel.surface.shapes import Surface
+from pretravel.probing.obstacles import stylus_outline
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import Tip, mapped_tip, predicted_tip
+from pretravel.probing.touching import SurfaceTouches, describe_failures, touch
+from pretravel.surface.cad import Part
+from pretravel.surface.local_geometry import Surface
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
 from pretravel.units import delay_travel
-
-_SETTLED = 1e-12
-"""Movement of the contact between two iterations that counts as none. [mm]"""
-_MOST_ITERATIONS = 50
-
-
-@dataclass(frozen=True, eq=False)
-class Targets:
-    """Where to touch: points of the surface, its normals there, and ways to come.
-
-    Parameters
-    ----------
-    points : (n, 3) float
-        On the nominal surface, machine frame. [mm]
-    normals : (n, 3) float
-        Outward unit normals.
-    approaches : (n, 3) float, optional
-        Unit directions of travel; -normals when not given.
-    labels : n strings, optional
-
-    >>> Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]).approaches.tolist()
-    [[-0.0, -0.0, -1.0]]
-    """
-
-    points: FloatArray
-    normals: FloatArray
-    approaches: FloatArray | None = None
-    labels: tuple[str, ...] | None = None
-
-    def __post_init__(self) -> None:
-        normals = checked_unit(self.normals, "target normals")
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "normals", frozen(normals))
-        approaches = (
-            -normals
-            if self.approaches is None
-            else checked_unit(self.approaches, "target approaches")
-        )
-        object.__setattr__(self, "approaches", frozen(approaches))
 
 
 def simulate(
-    probe: Probe,
-    surface: Surface,
+    probe: Probe | PretravelMap | Tip,
+    surface: Surface | Part,
     targets: Targets,
     *,
     model: str = "analytic",
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
+    friction: float = 0.0,
+    clearance: float = 2.0,
+    stem: bool = False,
     feed: float | None = None,
     delay: float = 0.0,
     noise: float = 0.0,
@@ -75,24 +43,28 @@ def simulate(
     """Touch a surface at the targets.
 
     The spindle moves along the approach through the tip centre's place above the
-    target. At the trigger the deflected ball, by its local compression less than its
-    radius away, is tangent to the surface; where that is and which normal it has
-    follow together, by iteration over all touches at once. The tip slides without
-    friction.
+    target; see `pretravel.probing.touching.touch` for what happens then.
 
     Parameters
     ----------
-    probe : Probe
-        Its orientation turns machine into probe directions.
-    surface : Surface
+    probe : Probe, PretravelMap or Tip
+        A description, whose orientation turns machine into probe directions; or a map, of a
+        probe that was qualified.
+    surface : Surface or Part
         Machine frame.
     targets : Targets
     model : str
-        See `pretravel.trigger.predict.MODELS`.
+        For a description; see `pretravel.trigger.predict.MODELS`.
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional
         See `predict`.
+    friction : float
+        Coulomb's coefficient at the tip.
+    clearance : float
+        Way before the contact on which a part must not be met elsewhere. [mm]
+    stem : bool
+        The stylus of a description, too, must not run into the part.
     feed : float, optional
         [mm/min]
     delay : float
@@ -110,11 +82,7 @@ def simulate(
     Raises
     ------
     PretravelError
-        A target whose approach misses the surface; a delay without a feed.
-
-    References
-    ----------
-    Rodrigues 2021, sections 3.2 to 3.4, as one system of equations.
+        A target that cannot be touched, with the reason; a delay without a feed.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> from pretravel.surface.shapes import Plane
@@ -123,45 +91,199 @@ def simulate(
     >>> bool(touches.positions[0, 2] < 3.0)
     True
     """
+    simulated = simulate_some(
+        probe,
+        surface,
+        targets,
+        model=model,
+        workpiece=workpiece,
+        gravity=gravity,
+        friction=friction,
+        clearance=clearance,
+        stem=stem,
+        feed=feed,
+        delay=delay,
+        noise=noise,
+        seed=seed,
+    )
+    if simulated.touches is None or len(simulated.touches) < len(targets):
+        refuse(simulated.happened, targets, surface)
+    assert simulated.touches is not None  # refused above
+    return simulated.touches
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """Touches that were simulated, and what happened to all of them.
+
+    Attributes
+    ----------
+    touches : Touches or None
+        Of the targets that could be touched; None where there is none.
+    happened : SurfaceTouches
+    tip_radius : float
+        [mm]
+    """
+
+    touches: Touches | None
+    happened: SurfaceTouches
+    tip_radius: float
+
+
+def simulate_some(
+    probe: Probe | PretravelMap | Tip,
+    surface: Surface | Part,
+    targets: Targets,
+    *,
+    model: str = "analytic",
+    workpiece: Material | None = None,
+    gravity: npt.ArrayLike | None = None,
+    friction: float = 0.0,
+    clearance: float = 2.0,
+    stem: bool = False,
+    feed: float | None = None,
+    delay: float = 0.0,
+    noise: float = 0.0,
+    seed: int | None = None,
+    placement: Placement | None = None,
+) -> Simulated:
+    """As `simulate`, but targets that cannot be touched are no error.
+
+    Parameters
+    ----------
+    placement : Placement, optional
+        Of the part in the machine: surface, targets and touches are in the part's
+        frame, the probe's orientation and gravity in the machine's.
+
+    Other parameters as for `simulate`.
+
+    Returns
+    -------
+    Simulated
+    """
+    check_machine(feed, delay, noise)
+    tip = tip_of(probe, model, workpiece=workpiece, gravity=gravity)
+    to_part = np.eye(3) if placement is None else placement.rotation.T
+    outline = None
+    if stem:
+        if not isinstance(probe, Probe):
+            raise PretravelError("collisions of the stylus need a described probe, not a map")
+        outline = stylus_outline(probe, to_part @ np.asarray(probe.orientation.axis))
+    happened = touch(
+        tip.turned(to_part),
+        surface,
+        targets,
+        friction=friction,
+        clearance=clearance,
+        stylus=outline,
+    )
+    touches = reported(
+        happened, targets, tip.radius, feed=feed, delay=delay, noise=noise, seed=seed
+    )
+    return Simulated(touches, happened, tip.radius)
+
+
+def refuse(happened: SurfaceTouches, targets: Targets, surface: Surface | Part) -> None:
+    """Say which targets cannot be touched, and why.
+
+    Raises
+    ------
+    PretravelError
+        If there are any.
+    """
+    failures = describe_failures(happened, targets, surface)
+    if failures:
+        raise PretravelError(
+            f"{int(np.sum(~happened.converged))} of {len(targets)} targets cannot be touched: "
+            + "; ".join(failures)
+            + ". Check the targets' points, normals and approaches, and that the surface is where "
+            "you think"
+        )
+
+
+def tip_of(
+    probe: Probe | PretravelMap | Tip,
+    model: str = "analytic",
+    *,
+    workpiece: Material | None = None,
+    gravity: npt.ArrayLike | None = None,
+) -> Tip:
+    """The tip of a description or a map; a tip is left as it is.
+
+    Parameters
+    ----------
+    probe, model, workpiece, gravity
+        As for `simulate`.
+
+    Returns
+    -------
+    Tip
+    """
+    if isinstance(probe, Probe):
+        return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
+    if isinstance(probe, PretravelMap):
+        return mapped_tip(probe)
+    return probe
+
+
+def check_machine(feed: float | None, delay: float, noise: float) -> None:
+    """Refuse feeds, delays and noise that cannot be.
+
+    Raises
+    ------
+    PretravelError
+    """
     if delay and feed is None:
         raise PretravelError("a signal delay adds travel only with a feed: give the feed too")
     for name, value in (("noise", noise), ("delay", delay), ("feed", feed or 0.0)):
         if not (np.isfinite(value) and value >= 0.0):
             raise PretravelError(f"the {name} is {value:g}; it cannot be negative")
-    rotation = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
-    approaches = np.asarray(targets.approaches)
-    radius = probe.tip.radius
-    start = targets.points + radius * targets.normals
 
-    first_travel, normal = surface.ball_contact(start, approaches, radius)
-    _refuse_misses(first_travel, targets)
-    nominal = start + first_travel[:, None] * approaches - radius * normal
-    travel = first_travel
-    for _ in range(_MOST_ITERATIONS):
-        trigger = predict(probe, normal @ rotation, model, workpiece=workpiece, gravity=gravity)
-        deflection = trigger.deflection @ rotation.T
-        previous = travel
-        travel, normal = surface.ball_contact(
-            start + deflection, approaches, radius - trigger.tip_approach
-        )
-        _refuse_misses(travel, targets)
-        moved = float(np.max(np.abs(travel - previous), initial=0.0))
-        if moved <= _SETTLED:
-            break
-    else:
-        raise ConvergenceError(
-            f"the touches did not settle: the travel still changed by {moved:.3g} mm"
-        )
-    travel = travel + delay_travel(feed or 0.0, delay)
+
+def reported(
+    happened: SurfaceTouches,
+    targets: Targets,
+    tip_radius: float,
+    *,
+    feed: float | None = None,
+    delay: float = 0.0,
+    noise: float = 0.0,
+    seed: int | None = None,
+) -> Touches | None:
+    """What a machine latches of the touches that came to a trigger.
+
+    Parameters
+    ----------
+    happened : SurfaceTouches
+    targets : Targets
+        As they were given to `touch`.
+    tip_radius : float
+        [mm]
+    feed, delay, noise, seed
+        As for `simulate`.
+
+    Returns
+    -------
+    Touches or None
+        Of the converged ones, in the targets' order; noise is drawn for all, so that
+        leaving one out does not change the others. None if there is none.
+    """
+    check_machine(feed, delay, noise)
+    travel = happened.travel + delay_travel(feed or 0.0, delay)
     if noise:
         travel = travel + np.random.default_rng(seed).normal(0.0, noise, len(travel))
+    approaches = np.asarray(targets.approaches)
+    start = targets.points + tip_radius * targets.normals
+    rows = np.flatnonzero(happened.converged)
+    if len(rows) == 0:
+        return None
     return Touches(
-        positions=start + travel[:, None] * approaches,
-        normals=targets.normals,
-        approaches=approaches,
-        feeds=None if feed is None else np.full(len(travel), feed),
-        labels=targets.labels,
-        nominal_points=nominal,
+        positions=(start + travel[:, None] * approaches)[rows],
+        normals=targets.normals[rows],
+        approaches=approaches[rows],
+        feeds=None if feed is None else np.full(len(rows), feed),
+        labels=None if targets.labels is None else tuple(targets.labels[i] for i in rows),
+        nominal_points=happened.first_point[rows],
         source=None,
     )
 
@@ -192,26 +314,28 @@ def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
     return np.asarray(np.sum((touches.positions - contact) * touches.approach_directions, axis=1))
 
 
-def target_warnings(targets: Targets, surface: Surface) -> list[str]:
+def target_warnings(targets: Targets, happened: SurfaceTouches) -> list[str]:
     """Where targets and surface do not fit together, as sentences.
 
-    >>> from pretravel.surface.shapes import Plane
-    >>> floor = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-    >>> target_warnings(Targets([[0, 0, 5]], [[0, 0, 1]]), floor)
-    ['1 of 1 targets lie off the surface, by up to 5 mm; what counts is where their approach \
-meets it']
+    Parameters
+    ----------
+    targets : Targets
+    happened : SurfaceTouches
+        What came of them.
+
+    Returns
+    -------
+    list of str
     """
     warnings = []
-    distance = np.abs(surface.signed_distance(targets.points))
-    if np.any(distance > 0.05):
+    rows = np.flatnonzero(happened.converged)
+    off = np.linalg.norm((happened.first_point - targets.points)[rows], axis=1)
+    if np.any(off > 0.05):
         warnings.append(
-            f"{int(np.sum(distance > 0.05))} of {len(distance)} targets lie off the surface, by up "
-            f"to {distance.max():.3g} mm; what counts is where their approach meets it"
+            f"{int(np.sum(off > 0.05))} of {len(targets)} targets are not where their approach "
+            f"meets the surface, by up to {off.max():.3g} mm; what counts is where it does"
         )
-    _, normal = surface.ball_contact(
-        targets.points + targets.normals, np.asarray(targets.approaches), 0.0
-    )
-    cosine = np.sum(normal * targets.normals, axis=1)
+    cosine = np.sum(happened.first_normal * targets.normals, axis=1)[rows]
     if np.any(cosine < math.cos(math.radians(1.0))):
         worst = math.degrees(math.acos(float(np.clip(cosine.min(), -1.0, 1.0))))
         warnings.append(
@@ -219,15 +343,3 @@ meets it']
             "along them will be wrong by about that"
         )
     return warnings
-
-
-def _refuse_misses(travel: FloatArray, targets: Targets) -> None:
-    missed = np.flatnonzero(~np.isfinite(travel))
-    if len(missed):
-        row = int(missed[0])
-        label = f" ({targets.labels[row]})" if targets.labels else ""
-        raise PretravelError(
-            f"{len(missed)} of {len(travel)} targets cannot be touched: the approach of target "
-            f"{row + 1}{label} misses the surface or leaves it; check the target's point and "
-            "normal, and that the surface is where you think (x=, y=, z=)"
-        )

@@ -1,61 +1,124 @@
-"""Surfaces from the words of the command line: ``plane:polar=40,azimuth=0``."""
+"""Surfaces from the words of the command line: ``plane:polar=40``, ``part.step#3``."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
+import numpy as np
+
+from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
-from pretravel.surface.shapes import Plane, Sphere, Surface
+from pretravel.errors import InputError, PretravelError
+from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.parametric import Convex
+from pretravel.surface.shapes import (
+    Cone,
+    Cylinder,
+    Ellipsoid,
+    Plane,
+    Reversed,
+    Sphere,
+    Torus,
+    axes_about,
+)
 from pretravel.units import DEGREE
 
+_REQUIRED = math.nan
+_PLACE = {"x": 0.0, "y": 0.0, "z": 0.0}
+_AXIS = {"polar": 0.0, "azimuth": 0.0, **_PLACE}
 
-def _plane(v: Mapping[str, float]) -> Surface:
-    normal = from_angles(v["polar"] * DEGREE, v["azimuth"] * DEGREE)[0]
-    return Plane([v["x"], v["y"], v["z"]], normal)
-
-
-def _sphere(v: Mapping[str, float]) -> Surface:
-    return Sphere([v["x"], v["y"], v["z"]], v["radius"])
+Values = Mapping[str, float]
 
 
-_SHAPES: Mapping[str, tuple[Callable[[Mapping[str, float]], Surface], Mapping[str, float]]] = {
+def _origin(v: Values) -> FloatArray:
+    return np.array([v["x"], v["y"], v["z"]])
+
+
+def _axes(v: Values) -> FloatArray:
+    return axes_about(from_angles(v["polar"] * DEGREE, v["azimuth"] * DEGREE)[0])
+
+
+def _sided(shape: Surface, v: Values) -> Surface:
+    return Reversed(shape) if v["inside"] else shape
+
+
+_SHAPES: Mapping[str, tuple[Callable[[Values], Surface], Mapping[str, float]]] = {
     # shape: (made by, parameters with their defaults)
-    "plane": (_plane, {"polar": math.nan, "azimuth": 0.0, "x": 0.0, "y": 0.0, "z": 0.0}),
-    "sphere": (_sphere, {"radius": math.nan, "x": 0.0, "y": 0.0, "z": 0.0}),
+    "plane": (
+        lambda v: Plane(_origin(v), from_angles(v["polar"] * DEGREE, v["azimuth"] * DEGREE)[0]),
+        {"polar": _REQUIRED, "azimuth": 0.0, **_PLACE},
+    ),
+    "sphere": (
+        lambda v: _sided(Sphere(_origin(v), v["radius"]), v),
+        {"radius": _REQUIRED, **_PLACE, "inside": 0.0},
+    ),
+    "cylinder": (
+        lambda v: _sided(Cylinder(_origin(v), v["radius"], _axes(v)), v),
+        {"radius": _REQUIRED, **_AXIS, "inside": 0.0},
+    ),
+    "cone": (
+        lambda v: _sided(Cone(_origin(v), v["radius"], v["half_angle"] * DEGREE, _axes(v)), v),
+        {"radius": _REQUIRED, "half_angle": _REQUIRED, **_AXIS, "inside": 0.0},
+    ),
+    "torus": (
+        lambda v: _sided(Torus(_origin(v), v["radius"], v["tube"], _axes(v)), v),
+        {"radius": _REQUIRED, "tube": _REQUIRED, **_AXIS, "inside": 0.0},
+    ),
+    "ellipsoid": (
+        lambda v: _sided(Ellipsoid(_origin(v), [v["a"], v["b"] or v["a"], v["c"] or v["a"]]), v),
+        {"a": _REQUIRED, "b": 0.0, "c": 0.0, **_PLACE, "inside": 0.0},
+    ),
+    "convex": (
+        lambda v: Convex(v["a"], v["b"], v["turn"] * DEGREE),
+        {"a": 20.0, "b": 10.0, "turn": 45.0},
+    ),
 }
 
+SHAPES = tuple(_SHAPES)
+"""Names of the shapes."""
 
-def parse_surface(text: str) -> Surface:
+
+def parse_surface(text: str) -> Surface | Part:
     """A surface from its specification.
 
     Parameters
     ----------
     text : str
-        ``plane:polar=40,azimuth=0`` (degrees, the angles of the normal; a point
-        as ``x=,y=,z=``, else the origin) or ``sphere:radius=12.5,x=0,y=0,z=0``
-        (mm).
+        A shape with its parameters, in mm and degrees: ``plane:polar=40,azimuth=0``
+        (the angles of its normal), ``sphere:radius=12.5``, ``cylinder:radius=10``,
+        ``cone:radius=10,half_angle=-30``, ``torus:radius=20,tube=5`` (``polar, azimuth`` of
+        their axis), ``ellipsoid:a=10,b=10,c=6``, ``convex`` (the thesis's;
+        ``turn=70`` for the angle it prints); a place as ``x=,y=,z=``; ``inside=1`` for holes.
+        Or a STEP file, ``part.step`` or ``part.step#face``, a face by number or name. Or an
+        object of a Python file, ``mine.py#name``.
 
     Returns
     -------
-    Surface
+    Surface or Part
 
     Raises
     ------
     PretravelError
-        A shape or parameter that is not known, a value that is not a number.
+        A shape, parameter, file or face that is not known, a value that is not a number.
 
     >>> parse_surface("sphere:radius=12.5").radius
     12.5
     """
+    file, _, word = text.partition("#")
+    ending = Path(file).suffix.lower()
+    if ending in (".step", ".stp"):
+        return _step(Path(file), word)
+    if ending == ".py":
+        return _python(Path(file), word or "surface")
     shape, _, rest = text.partition(":")
     if shape not in _SHAPES:
         raise PretravelError(
             f"surface '{text}': '{shape}' is not a shape that can be read; there are "
-            + " and ".join(
-                f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES
-            )
+            + ", ".join(f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES)
+            + ", and STEP files, part.step#face"
         )
     make, defaults = _SHAPES[shape]
     values = dict(defaults)
@@ -81,4 +144,53 @@ def parse_surface(text: str) -> Surface:
         raise PretravelError(f"surface '{text}' needs {missing[0]}=")
     if not 0.0 <= values.get("polar", 0.0) <= 180.0:
         raise PretravelError(f"surface '{text}': a polar angle lies between 0 and 180 degrees")
-    return make(values)
+    try:
+        return make(values)
+    except PretravelError as error:
+        raise PretravelError(f"surface '{text}': {error}") from None
+
+
+def source_file(text: str) -> list[str]:
+    """The file a specification reads, if it does.
+
+    >>> source_file("part.step#3"), source_file("sphere:radius=5")
+    (['part.step'], [])
+    """
+    file = text.partition("#")[0]
+    return [file] if Path(file).suffix.lower() in (".step", ".stp", ".py") else []
+
+
+def _step(path: Path, word: str) -> Part:
+    part = read_step_part(path)
+    if word:
+        return part.select(word)
+    if part.unreadable:
+        number, reason = next(iter(part.unreadable.items()))
+        raise InputError(
+            f"{len(part.unreadable)} of its {len(part.unreadable) + len(part.faces)} faces cannot "
+            f"be used, so the part as a whole cannot; face {number}: {reason}. Choose one face, "
+            f"{path.name}#face (pretravel faces {path.name} lists them)",
+            path=path,
+        )
+    return part
+
+
+def _python(path: Path, name: str) -> Surface:
+    import runpy
+
+    if not path.is_file():
+        raise InputError("cannot be opened: no such file", path=path)
+    try:
+        names = runpy.run_path(str(path))
+    except Exception as error:  # whatever a user's file does
+        raise InputError(f"stopped with {type(error).__name__}: {error}", path=path) from error
+    if name not in names:
+        raise InputError(
+            f"has no '{name}'; name a surface with #name, for example "
+            "surface = pretravel.FunctionSurface(…)",
+            path=path,
+        )
+    surface = names[name]
+    if not all(hasattr(surface, member) for member in ("local", "nearest", "moved", "inside")):
+        raise InputError(f"'{name}' is no surface but a {type(surface).__name__}", path=path)
+    return surface  # type: ignore[no-any-return]

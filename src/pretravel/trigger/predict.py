@@ -170,7 +170,7 @@ def predict(
     >>> float(trigger.force[0].round(3)), trigger.seat_names
     (0.75, ['A-left'])
     """
-    name, displacements = _named(model)
+    name, displacements = model_named(model)
     d = checked_unit(directions, "directions")
     if gravity is not None:
         to_machine = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
@@ -203,7 +203,17 @@ def predict(
     )
 
 
-def _named(model: str | Displacements) -> tuple[str, Displacements]:
+def model_named(model: str | Displacements) -> tuple[str, Displacements]:
+    """A model with its name, from either.
+
+    Raises
+    ------
+    PretravelError
+        A name that is not known.
+
+    >>> model_named("shen")[0]
+    'shen'
+    """
     if not isinstance(model, str):
         return getattr(model, "__name__", "own"), model
     if model not in MODELS:
@@ -212,7 +222,9 @@ def _named(model: str | Displacements) -> tuple[str, Displacements]:
 
 
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
-    """The pretravel of a prediction as a map: linear between its directions.
+    """The pretravel of a prediction as a table of directions: linear between them.
+
+    `pretravel.trigger.response.response_map` is exact in between.
 
     Parameters
     ----------

@@ -1,0 +1,71 @@
+"""Where to touch: points of a surface and ways to come to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import checked_unit
+from pretravel.errors import PretravelError
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Where to touch: points of the surface, its normals there, and ways to come.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        On the nominal surface, machine frame. [mm]
+    normals : (n, 3) float
+        Outward unit normals.
+    approaches : (n, 3) float, optional
+        Unit directions of travel; -normals when not given.
+    labels : n strings, optional
+
+    Raises
+    ------
+    PretravelError
+        Shapes that do not fit, values that are not finite or not of unit length.
+
+    >>> Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]).approaches.tolist()
+    [[-0.0, -0.0, -1.0]]
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    approaches: FloatArray | None = None
+    labels: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points, dtype=np.float64)
+        normals = checked_unit(self.normals, "target normals")
+        if points.shape != normals.shape:
+            raise PretravelError(
+                f"targets have points of shape {points.shape} and normals of shape {normals.shape}"
+            )
+        if not np.all(np.isfinite(points)):
+            row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+            raise PretravelError(f"target {row + 1}: its point is not finite")
+        object.__setattr__(self, "points", frozen(points))
+        object.__setattr__(self, "normals", frozen(normals))
+        approaches = (
+            -normals
+            if self.approaches is None
+            else checked_unit(self.approaches, "target approaches")
+        )
+        object.__setattr__(self, "approaches", frozen(approaches))
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def name(self, row: int) -> str:
+        """How to name one target to a person.
+
+        >>> Targets([[0, 0, 0]], [[0, 0, 1]], labels=("pole",)).name(0)
+        'target 1 (pole)'
+        """
+        label = f" ({self.labels[row]})" if self.labels and self.labels[row] else ""
+        return f"target {row + 1}{label}"

@@ -1,0 +1,495 @@
+"""Parts from STEP files: every face as a surface, with its edges and its outside."""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.errors import InputError, PretravelError
+from pretravel.surface.brep import Brep, ShapeRecord, ShapeUse, parse_brep
+from pretravel.surface.contact import ball_center, solve_contact
+from pretravel.surface.curves import polyline
+from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
+from pretravel.surface.parametric import Parametric
+from pretravel.surface.swept import Placed
+from pretravel.surface.trim import Trim
+
+_logger = logging.getLogger("pretravel")
+
+_CHORD = 3e-6
+"""Edges are followed to this share of the face's size in parameters."""
+_OPEN = 1e-2
+"""A boundary with a gap above this share of its size does not close."""
+_MOST_SAMPLES = 40_000
+"""Of one face."""
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face of a part: a piece of a surface, with the part on one side of it.
+
+    Attributes
+    ----------
+    number : int
+        Counted from 1, in the file's order.
+    name : str
+        From the file, often empty.
+    kind : str
+        plane, cylinder, cone, sphere, torus, extrusion, revolution, B-spline, Bézier, offset.
+    base : Surface
+        Untrimmed.
+    trim : Trim or None
+        None for a surface that closes upon itself.
+    flips : bool
+        The part's outside is against the surface's own normal.
+    """
+
+    number: int
+    name: str
+    kind: str
+    base: Surface
+    trim: Trim | None
+    flips: bool
+
+    @cached_property
+    def domain(self) -> Domain:
+        return self.base.domain if self.trim is None else self.trim.domain(self.base.domain)
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self.base.derivatives(uv)
+
+    def local(self, uv: FloatArray) -> LocalGeometry:
+        geometry = self.base.local(uv)
+        return geometry.flipped() if self.flips else geometry
+
+    def moved(self, uv: FloatArray, displacement: FloatArray) -> FloatArray:
+        return self.base.moved(uv, displacement)
+
+    def inside(self, uv: FloatArray) -> BoolArray:
+        return self.base.inside(uv) if self.trim is None else self.trim.inside(uv)
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        if not _needs_seeds(self.base):
+            return self.domain.confined(self.base.nearest(points))
+        uv, tree = self._seeds
+        _, index = tree.query(points)
+        return solve_contact(self, uv[index], points, None, ball_center(0.0)).uv
+
+    @cached_property
+    def _seeds(self) -> tuple[FloatArray, Any]:
+        from scipy.spatial import cKDTree
+
+        uv = self.samples(np.inf)
+        return uv, cKDTree(self.derivatives(uv)[0])
+
+    @cached_property
+    def edges(self) -> FloatArray:
+        """Parameters along the boundary, (m, 2); empty where there is none."""
+        if self.trim is None:
+            return np.empty((0, 2))
+        return np.concatenate(self.trim.rings)
+
+    def samples(self, spacing: float) -> FloatArray:
+        """Parameters of points all over the face, its edges included.
+
+        Parameters
+        ----------
+        spacing : float
+            Largest distance between neighbours; infinity: as few as show its shape. [mm]
+
+        Returns
+        -------
+        (m, 2) float
+        """
+        low, high = self._box
+        counts = np.array([25, 25])
+        if np.isfinite(spacing):
+            probe = _lattice(low, high, np.array([9, 9]))
+            _, du, dv = self.derivatives(probe)
+            longest = [float(np.nanmax(np.linalg.norm(d, axis=1))) for d in (du, dv)]
+            lengths = (high - low) * np.array(longest)
+            counts = np.maximum(np.ceil(lengths / spacing).astype(int) + 1, 9)
+            while counts[0] * counts[1] > _MOST_SAMPLES:
+                counts = np.maximum(counts * 3 // 4, 9)
+        lattice = _lattice(low, high, counts)
+        lattice = lattice[self.inside(lattice)]
+        edges = [lattice]
+        if self.trim is not None:
+            edges += [self._along(ring, spacing) for ring in self.trim.rings]
+        return np.concatenate(edges)
+
+    def _along(self, ring: FloatArray, spacing: float) -> FloatArray:
+        """Points along a ring of the boundary, none further apart than the spacing."""
+        if not np.isfinite(spacing):
+            return ring
+        points = self.derivatives(ring)[0]
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        counts = np.minimum(np.ceil(steps / spacing).astype(int), 2000)
+        counts = np.maximum(counts, 1)
+        start = np.repeat(np.arange(len(counts)), counts)
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        share = (np.arange(len(start)) - first[start]) / counts[start]
+        return np.asarray(ring[start] + share[:, None] * (ring[start + 1] - ring[start]))
+
+    @property
+    def _box(self) -> tuple[FloatArray, FloatArray]:
+        domain = self.domain
+        if self.trim is None:
+            return np.array(domain.lower), np.array(domain.upper)
+        return np.array(self.trim.lower), np.array(self.trim.upper)
+
+
+def _needs_seeds(surface: Surface) -> bool:
+    while isinstance(surface, Placed):
+        surface = surface.surface
+    return isinstance(surface, Parametric) or hasattr(surface, "basis")
+
+
+def _lattice(low: FloatArray, high: FloatArray, counts: FloatArray) -> FloatArray:
+    u, v = np.meshgrid(*(np.linspace(low[k], high[k], int(counts[k])) for k in (0, 1)))
+    return np.column_stack([u.ravel(), v.ravel()])
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The faces of a part.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    faces : tuple of Face
+    chosen : tuple of int
+        Indices of the faces that are to be touched; all others are in the way.
+    unreadable : mapping of int to str
+        Numbers of faces that could not be read, and why.
+    """
+
+    name: str
+    faces: tuple[Face, ...]
+    chosen: tuple[int, ...]
+    unreadable: dict[int, str] = field(default_factory=dict)
+
+    def select(self, word: str) -> Part:
+        """The part with one face to touch, by number or by name.
+
+        Raises
+        ------
+        PretravelError
+            No such face; one that could not be read; a name that several have.
+        """
+        numbers = [face.number for face in self.faces]
+        if word.isdigit():
+            number = int(word)
+            if number in self.unreadable:
+                raise PretravelError(
+                    f"{self.name}: face {number} cannot be used: {self.unreadable[number]}"
+                )
+            if number not in numbers:
+                raise PretravelError(
+                    f"{self.name} has no face {number}; it has {len(numbers)}, counted from 1 "
+                    f"(pretravel faces {self.name} lists them)"
+                )
+            return self._choosing([numbers.index(number)])
+        found = [i for i, face in enumerate(self.faces) if face.name and face.name == word]
+        if not found:
+            raise PretravelError(
+                f"{self.name} has no face named '{word}' (pretravel faces {self.name} lists them)"
+            )
+        return self._choosing(found)
+
+    def _choosing(self, indices: Sequence[int]) -> Part:
+        return Part(self.name, self.faces, tuple(indices), self.unreadable)
+
+    @cached_property
+    def box(self) -> FloatArray:
+        """Smallest and largest coordinates, (2, 3). [mm]"""
+        points = np.concatenate([face.derivatives(face.samples(np.inf))[0] for face in self.faces])
+        return np.stack([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box around it. [mm]"""
+        return float(np.linalg.norm(self.box[1] - self.box[0]))
+
+    @cached_property
+    def cloud(self) -> Cloud:
+        """Points all over it, to find what is near."""
+        return Cloud.of(self.faces, max(self.size / 150.0, 1e-3))
+
+    @cached_property
+    def cloud_of_chosen(self) -> Cloud:
+        """Those of them that are on the faces to touch."""
+        if len(self.chosen) == len(self.faces):
+            return self.cloud
+        return self.cloud.on(self.chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Points of several faces, to find the one that is near.
+
+    Attributes
+    ----------
+    points : (m, 3) float
+        [mm]
+    face : (m,) int
+        Index of the face each is from.
+    uv : (m, 2) float
+    tree : KD-tree of the points
+    """
+
+    points: FloatArray
+    face: IntArray
+    uv: FloatArray
+    tree: Any
+
+    def on(self, faces: Sequence[int]) -> Cloud:
+        """The points of some faces."""
+        from scipy.spatial import cKDTree
+
+        mine = np.isin(self.face, faces)
+        points = self.points[mine]
+        return Cloud(points, self.face[mine], self.uv[mine], cKDTree(points))
+
+    @classmethod
+    def of(cls, faces: Sequence[Face], spacing: float) -> Cloud:
+        """Sample faces so that neighbours are no further apart than the spacing. [mm]"""
+        from scipy.spatial import cKDTree
+
+        _logger.info("sampling %d faces", len(faces))
+        uv = [face.samples(spacing) for face in faces]
+        points = [face.derivatives(own)[0] for face, own in zip(faces, uv, strict=True)]
+        index = np.repeat(np.arange(len(faces)), [len(own) for own in uv])
+        cloud, parameters = np.concatenate(points), np.concatenate(uv)
+        usable = np.isfinite(cloud).all(axis=1)
+        cloud, index, parameters = cloud[usable], index[usable], parameters[usable]
+        return cls(cloud, index, parameters, cKDTree(cloud))
+
+
+def read_step_part(path: str | Path) -> Part:
+    """All faces of a STEP file.
+
+    Parameters
+    ----------
+    path : str or Path
+        AP203, AP214 or AP242, in any unit of length.
+
+    Returns
+    -------
+    Part
+        In mm. Faces that cannot be read are in `Part.unreadable`, with the reason.
+
+    Raises
+    ------
+    InputError
+        No STEP file, or none with faces.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+    except OSError as error:
+        raise InputError(f"cannot be opened: {error.strerror}", path=path) from None
+    if b"ISO-10303-21" not in head:
+        raise InputError(
+            "is not a STEP file: it does not begin with ISO-10303-21; export the part as STEP "
+            "(AP214 or AP242)",
+            path=path,
+        )
+    _logger.info("reading %s", path.name)
+    with tempfile.TemporaryDirectory() as folder:
+        # A process of its own: the CAD kernel prints, and some files make it crash.
+        kernel = subprocess.run(
+            [sys.executable, "-m", "pretravel.surface.step_to_brep", str(path.resolve()), folder],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+        if kernel.returncode != 0:
+            raise InputError(
+                f"the CAD kernel cannot read it: {_last_words(kernel)}. Is it complete, and does "
+                "it hold solids or surfaces with exact geometry (not only triangles, wires or "
+                "references to other files)? Export it anew as AP214 or AP242",
+                path=path,
+            )
+        brep = parse_brep((Path(folder) / "part.brep").read_text("ascii", errors="replace"))
+        names = json.loads((Path(folder) / "names.json").read_text("utf-8"))
+    return _part(path.name, brep, names, path)
+
+
+def _last_words(kernel: subprocess.CompletedProcess[str]) -> str:
+    if kernel.returncode < 0:
+        return f"it crashed (signal {-kernel.returncode})"
+    lines = [line for line in (kernel.stdout + kernel.stderr).splitlines() if line.strip()]
+    telling = [line for line in lines if "ERR" in line] or lines
+    plain = re.sub(r"\x1b\[[0-9;]*m|\*{4}", "", " ".join(telling[-1:])).strip()
+    return " ".join(plain.split())[:200] or "it does not say why"
+
+
+def _part(name: str, brep: Brep, names: list[str], path: Path) -> Part:
+    uses = list(_face_uses(brep))
+    if not uses:
+        raise InputError(
+            "has no faces: it holds wires, points or triangles only; export the part as a solid "
+            "or surface (AP214 or AP242 with exact geometry)",
+            path=path,
+        )
+    if len(names) != len(uses):
+        names = [""] * len(uses)
+    faces, unreadable = [], {}
+    for number, (use, label) in enumerate(zip(uses, names, strict=True), start=1):
+        try:
+            faces.append(_face(brep, use, number, label))
+        except (PretravelError, ValueError, FloatingPointError) as error:
+            unreadable[number] = str(error)
+    if not faces:
+        number, reason = next(iter(unreadable.items()))
+        raise InputError(
+            f"none of its {len(uses)} faces can be used; face {number}: {reason}", path=path
+        )
+    return Part(name, tuple(faces), tuple(range(len(faces))), unreadable)
+
+
+def _face_uses(brep: Brep) -> Iterator[ShapeUse]:
+    """Every face once, in the kernel's order, with its placement and sense in the part."""
+    seen: set[tuple[int, bytes]] = set()
+    stack = [ShapeUse(use.index, use.reverses, use.placement) for use in reversed(brep.roots)]
+    while stack:
+        use = stack.pop()
+        shape = brep.shapes[use.index]
+        if shape.kind == "Fa":
+            key = (use.index, np.round(use.placement, 9).tobytes())
+            if key not in seen:
+                seen.add(key)
+                yield use
+            continue
+        if shape.kind in ("Wi", "Ed", "Ve"):
+            continue
+        stack.extend(
+            ShapeUse(part.index, use.reverses != part.reverses, use.placement @ part.placement)
+            for part in reversed(shape.parts)
+        )
+
+
+def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
+    shape = brep.shapes[use.index]
+    record = brep.surfaces[shape.surface - 1]
+    if record.surface is None:
+        raise PretravelError(f"{record.kind}: {record.problem}")
+    placement = use.placement @ shape.placement
+    turn = placement[:3, :3]
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-6:
+        raise PretravelError("it is placed in the part with a change of scale")
+    mirrored = float(np.linalg.det(turn)) < 0.0
+    surface: Surface = record.surface
+    if np.abs(placement - np.eye(4)).max() > 0.0:
+        surface = Placed(surface, turn, placement[:3, 3])
+    rings = _rings(brep, shape, record.surface)
+    trim = Trim(rings, record.surface.domain.period) if rings else None
+    if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
+        raise PretravelError(f"{record.kind} without a boundary has no end")
+    against = record.along_parameters < 0
+    return Face(number, name, record.kind, surface, trim, use.reverses ^ against ^ mirrored)
+
+
+def _rings(brep: Brep, face: ShapeRecord, surface: Surface) -> list[FloatArray]:
+    """The face's boundary as closed polylines in the surface's parameters."""
+    rings: list[FloatArray] = []
+    open_chains: list[FloatArray] = []
+    for wire in (part for part in face.parts if part.bounds):
+        pieces = []
+        for edge in (part for part in brep.shapes[wire.index].parts if part.bounds):
+            backwards = wire.reverses != edge.reverses
+            piece = _edge_in_parameters(brep, face, wire, edge, backwards, surface)
+            pieces.append(piece[::-1] if backwards else piece)
+        if not pieces:
+            continue
+        chain = _chained(pieces)
+        size = float(np.max(np.ptp(chain, axis=0)))
+        if np.abs(chain[0] - chain[-1]).max() <= _OPEN * size:
+            rings.append(_closed(chain, 1e-9 * size))
+        else:
+            open_chains.append(chain)
+    if open_chains:
+        rings.append(_band(open_chains, surface.domain))
+    return rings
+
+
+def _edge_in_parameters(
+    brep: Brep,
+    face: ShapeRecord,
+    wire: ShapeUse,
+    edge: ShapeUse,
+    backwards: bool,
+    surface: Surface,
+) -> FloatArray:
+    record = brep.shapes[edge.index]
+    for of_surface, curve, other_side, first, last in record.parameter_curves:
+        if of_surface == face.surface:
+            which = other_side if backwards and other_side else curve
+            shape = brep.plane_curves[which - 1]
+            ends = shape.value(np.linspace(first, last, 5))
+            size = max(float(np.max(np.ptp(ends, axis=0))), 1e-9)
+            return polyline(shape, first, last, _CHORD * size)
+    if record.curve is None:
+        raise PretravelError("one of its edges has no curve")
+    index, placement, first, last = record.curve
+    shape = brep.space_curves[index - 1]
+    size = float(np.max(np.ptp(shape.value(np.linspace(first, last, 5)), axis=0)))
+    points = polyline(shape, first, last, _CHORD * max(size, 1e-9))
+    into_face = np.linalg.inv(face.placement) @ wire.placement @ edge.placement @ placement
+    return surface.nearest(points @ into_face[:3, :3].T + into_face[:3, 3])
+
+
+def _closed(chain: FloatArray, distinct: float) -> FloatArray:
+    """A ring that ends where it starts, without points that repeat the one before."""
+    steps = np.abs(np.diff(chain, axis=0)).max(axis=1)
+    ring = chain[np.concatenate([[True], steps > distinct])]
+    if np.abs(ring[-1] - ring[0]).max() <= distinct:
+        ring = ring[:-1]
+    return np.concatenate([ring, ring[:1]])
+
+
+def _chained(pieces: list[FloatArray]) -> FloatArray:
+    """Pieces of a boundary one after the other, whatever order the file has them in."""
+    chain, waiting = [pieces[0]], list(pieces[1:])
+    while waiting:
+        end = chain[-1][-1]
+        gaps = [float(np.abs(piece[0] - end).max()) for piece in waiting]
+        # The file's own next piece, unless another fits much better.
+        best = int(np.argmin(gaps))
+        size = float(np.max(np.ptp(np.concatenate([*chain, *waiting]), axis=0)))
+        chain.append(waiting.pop(0 if gaps[0] <= gaps[best] + 1e-6 * size else best))
+    return np.concatenate(chain)
+
+
+def _band(chains: list[FloatArray], domain: Domain) -> FloatArray:
+    """Two boundaries that each go once around a periodic surface, joined into one ring."""
+    if len(chains) == 2:
+        first, second = chains
+        for axis in (0, 1):
+            period = domain.period[axis]
+            if not np.isfinite(period):
+                continue
+            turns = [float((c[-1] - c[0])[axis]) / period for c in chains]
+            if all(abs(abs(turn) - 1.0) < _OPEN for turn in turns):
+                if turns[0] * turns[1] > 0.0:
+                    second = second[::-1]
+                shift = np.zeros(2)
+                shift[axis] = np.round((first[-1] - second[0])[axis] / period) * period
+                return np.concatenate([first, second + shift, first[:1]])
+    raise PretravelError("its boundary does not close in the surface's parameters")

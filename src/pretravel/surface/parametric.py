@@ -1,0 +1,241 @@
+"""Surfaces given by a parametrisation: a Python function, the thesis's convex surface."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from pretravel.arrays import BoolArray, FloatArray
+from pretravel.errors import PretravelError
+from pretravel.surface.contact import ball_center, solve_contact
+from pretravel.surface.local_geometry import (
+    Domain,
+    LocalGeometry,
+    degenerate,
+    from_second_order,
+    parameter_step,
+)
+
+SecondOrder: TypeAlias = tuple[
+    FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray
+]
+"""Point, du, dv, duu, duv, dvv; (n, 3) each."""
+
+_SEEDS = 24
+"""Starting points along each parameter for the nearest point."""
+_INWARDS = 1e-6
+"""Share of the domain by which a pole is left to find its normal."""
+
+
+class Parametric(ABC):
+    """A surface known by its parametrisation and that's derivatives."""
+
+    @property
+    @abstractmethod
+    def domain(self) -> Domain:
+        """Range of the parameters."""
+
+    @abstractmethod
+    def second_order(self, uv: FloatArray) -> SecondOrder:
+        """Points with first and second derivatives."""
+
+    def first_order(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points with first derivatives."""
+        return self.second_order(uv)[:3]
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self.first_order(uv)
+
+    def local(self, uv: FloatArray) -> LocalGeometry:
+        second = self.second_order(uv)
+        geometry = from_second_order(*second)
+        poles = degenerate(second[1], second[2])
+        if len(poles):
+            # The limit is taken from a little way inside.
+            beside = from_second_order(*self.second_order(self._inwards(uv[poles])))
+            for mine, theirs in (
+                (geometry.normal, beside.normal),
+                (geometry.curvature, beside.curvature),
+            ):
+                mine[poles] = theirs
+        return geometry
+
+    def _inwards(self, uv: FloatArray) -> FloatArray:
+        low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
+        middle = np.where(np.isfinite(low + high), 0.5 * (low + high), 0.0)
+        return uv + _INWARDS * (middle - uv)
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        seeds, tree = self._seeds
+        _, index = tree.query(points, k=1)
+        return solve_contact(self, seeds[index], points, None, ball_center(0.0)).uv
+
+    @cached_property
+    def _seeds(self) -> tuple[FloatArray, Any]:
+        from scipy.spatial import cKDTree
+
+        low, high = self.domain.lower, self.domain.upper
+        if not np.all(np.isfinite([*low, *high])):
+            raise PretravelError("nearest points need a surface whose parameters are bounded")
+        u, v = np.meshgrid(
+            np.linspace(low[0], high[0], _SEEDS), np.linspace(low[1], high[1], _SEEDS)
+        )
+        seeds = np.column_stack([u.ravel(), v.ravel()])
+        return seeds, cKDTree(self.first_order(seeds)[0])
+
+    def moved(self, uv: FloatArray, displacement: FloatArray) -> FloatArray:
+        _, du, dv = self.first_order(uv)
+        return uv + parameter_step(du, dv, displacement)
+
+    def inside(self, uv: FloatArray) -> BoolArray:
+        low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
+        slack = 1e-12 * np.maximum(np.abs(low) + np.abs(high), 1.0)
+        within = (uv >= low - slack) & (uv <= high + slack)
+        return np.asarray(np.all(within | np.isfinite(self.domain.period), axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionSurface(Parametric):
+    """A surface from a function of u and v.
+
+    Parameters
+    ----------
+    function : callable
+        ``(u, v) -> (x, y, z)``, arrays in and arrays out, twice differentiable and written
+        for NumPy; derivatives are taken by complex steps and differences of them, so
+        the function must accept complex arguments. [mm]
+    u, v : pairs of float
+        Ranges.
+    outwards : int
+        +1 where the part's outside is along du x dv, -1 where it is against it.
+
+    Raises
+    ------
+    PretravelError
+        A function that is not one of complex arrays, or not finite in the middle.
+
+    >>> saddle = FunctionSurface(lambda u, v: (u, v, u * v), u=(-5.0, 5.0), v=(-5.0, 5.0))
+    >>> saddle.local(np.array([[0.0, 0.0]])).principal_curvatures.round(6).tolist()
+    [[-1.0, 1.0]]
+    """
+
+    function: Callable[..., Sequence[object]]
+    u: tuple[float, float]
+    v: tuple[float, float]
+    outwards: int = 1
+
+    def __post_init__(self) -> None:
+        if not (self.u[0] < self.u[1] and self.v[0] < self.v[1]):
+            raise PretravelError(f"ranges u {self.u} and v {self.v} must go upwards")
+        middle = np.array([[0.5 * sum(self.u), 0.5 * sum(self.v)]])
+        try:
+            values = self.second_order(middle)
+        except (TypeError, ValueError) as error:
+            raise PretravelError(
+                "the surface's function must take arrays u, v (complex ones too) and return x, y, "
+                f"z: {error}"
+            ) from error
+        if not all(np.all(np.isfinite(value)) for value in values):
+            raise PretravelError(
+                f"the surface's function is not finite at u = {middle[0, 0]:g}, "
+                f"v = {middle[0, 1]:g}"
+            )
+
+    @property
+    def domain(self) -> Domain:
+        return Domain((self.u[0], self.v[0]), (self.u[1], self.v[1]))
+
+    def local(self, uv: FloatArray) -> LocalGeometry:
+        geometry = super().local(uv)
+        return geometry if self.outwards > 0 else geometry.flipped()
+
+    def _complex(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        x, y, z = np.broadcast_arrays(*(np.asarray(c) for c in self.function(u, v)), u)[:3]
+        return np.stack([x, y, z], axis=1)
+
+    def first_order(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        u, v, h = uv[:, 0], uv[:, 1], 1e-100
+        by_u, by_v = self._complex(u + 1j * h, v + 0j), self._complex(u + 0j, v + 1j * h)
+        return by_u.real, by_u.imag / h, by_v.imag / h
+
+    def second_order(self, uv: FloatArray) -> SecondOrder:
+        point, du, dv = self.first_order(uv)
+        # First derivatives are exact, so that their central difference is good to 1e-10.
+        steps = 6e-6 * np.array([self.u[1] - self.u[0], self.v[1] - self.v[0]])
+        by_u, by_v = np.diag(steps)
+        up, down = uv + by_u, uv - by_u
+        _, du_up, dv_up = self.first_order(up)
+        _, du_down, dv_down = self.first_order(down)
+        right, left = uv + by_v, uv - by_v
+        dvv = (self.first_order(right)[2] - self.first_order(left)[2]) / (2.0 * steps[1])
+        duu = (du_up - du_down) / (2.0 * steps[0])
+        duv = (dv_up - dv_down) / (2.0 * steps[0])
+        return point, du, dv, duu, duv, dvv
+
+
+@dataclass(frozen=True, eq=False)
+class Convex(Parametric):
+    """The thesis's convex surface: a paraboloid turned about an axis between x and z.
+
+    Parameters
+    ----------
+    a, b : float
+        (a u, a v, -b (u² + v²)) before the turn, u and v from -1 to 1. [mm]
+    turn : float
+        About the axis in the xz plane 45° from x. [rad]
+
+    Notes
+    -----
+    The thesis says 70°; its coefficients and its Table 4.10 are those of 45°.
+
+    References
+    ----------
+    Rodrigues 2021, equations 4.1 (whose second row should read a v) to 4.3 (whose
+    0.464 should read 0.1464).
+
+    >>> Convex().local(np.array([[0.5, 0.5]])).point.round(3).tolist()
+    [[2.803, 14.571, 2.197]]
+    """
+
+    a: float = 20.0
+    b: float = 10.0
+    turn: float = 0.25 * math.pi
+
+    def __post_init__(self) -> None:
+        if not (self.a > 0.0 and math.isfinite(self.a) and math.isfinite(self.b)):
+            raise PretravelError(f"convex: a = {self.a:g} mm must be positive, b finite")
+
+    @property
+    def domain(self) -> Domain:
+        return Domain((-1.0, -1.0), (1.0, 1.0))
+
+    @property
+    def _rotation(self) -> FloatArray:
+        tilt = 0.25 * math.pi
+        c, s = math.cos(tilt), math.sin(tilt)
+        about_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray(about_y @ about_z @ about_y.T)
+
+    def second_order(self, uv: FloatArray) -> SecondOrder:
+        u, v = uv[:, 0], uv[:, 1]
+        zero = np.zeros(len(uv))
+        one = np.ones(len(uv))
+        bowl = np.column_stack([zero, zero, -2.0 * self.b * one])
+        plain = (
+            np.column_stack([self.a * u, self.a * v, -self.b * (u**2 + v**2)]),
+            np.column_stack([self.a * one, zero, -2.0 * self.b * u]),
+            np.column_stack([zero, self.a * one, -2.0 * self.b * v]),
+            bowl,
+            np.zeros((len(uv), 3)),
+            bowl,
+        )
+        point, du, dv, duu, duv, dvv = (vectors @ self._rotation.T for vectors in plain)
+        return point, du, dv, duu, duv, dvv

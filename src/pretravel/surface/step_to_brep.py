@@ -1,0 +1,34 @@
+"""A STEP file through the CAD kernel into its text form; run as a process of its own."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+
+def convert(step: Path, folder: Path) -> None:
+    """Write ``part.brep`` and ``names.json`` (the faces' names) into a folder.
+
+    Parameters
+    ----------
+    step : Path
+    folder : Path
+    """
+    from netgen.occ import OCCGeometry
+
+    # The kernel knows a format by its ending, and only in small letters.
+    copy = folder / "part.step"
+    shutil.copyfile(step, copy)
+    shape = OCCGeometry(str(copy)).shape
+    shape.WriteBrep(str(folder / "part.brep"), withTriangles=False)
+    names = [str(face.name or "") for face in shape.faces]
+    (folder / "names.json").write_text(json.dumps(names), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    try:
+        convert(Path(sys.argv[1]), Path(sys.argv[2]))
+    except Exception as error:
+        sys.exit(str(error))

@@ -1,0 +1,99 @@
+"""The part of a surface that a face covers: a region of its parameters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.arrays import BoolArray, FloatArray
+from pretravel.errors import PretravelError
+from pretravel.surface.local_geometry import Domain
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+_SLACK = 1e-9
+"""Beyond its edge by this share of its size a point still counts as inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trim:
+    """A region of the (u, v) plane, bounded by closed rings.
+
+    Parameters
+    ----------
+    rings : list of (m, 2) float
+        Outer ones and holes, in any order and sense: what an odd number of
+        rings surrounds is inside.
+    periods : pair of float
+        Of u and v, infinite where they do not come round.
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> Trim([square], (math.inf, math.inf)).inside(np.array([[0.5, 0.5], [2.0, 0.5]])).tolist()
+    [True, False]
+    """
+
+    rings: list[FloatArray]
+    periods: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        import shapely
+
+        region: BaseGeometry = shapely.Polygon()
+        for ring in self.rings:
+            piece = shapely.Polygon(ring)
+            if not piece.is_valid:
+                piece = shapely.make_valid(piece)
+            region = region.symmetric_difference(piece)
+        if region.is_empty or not region.area > 0.0:
+            raise PretravelError("its boundary encloses nothing in the surface's parameters")
+        low_u, low_v, high_u, high_v = region.bounds
+        size = max(high_u - low_u, high_v - low_v)
+        region = region.buffer(_SLACK * size, join_style="mitre")
+        shapely.prepare(region)
+        object.__setattr__(self, "_region", region)
+        object.__setattr__(self, "lower", (low_u, low_v))
+        object.__setattr__(self, "upper", (high_u, high_v))
+
+    lower: tuple[float, float] = (0.0, 0.0)
+    upper: tuple[float, float] = (0.0, 0.0)
+
+    def inside(self, uv: FloatArray) -> BoolArray:
+        """Which parameters lie in the region, (n,)."""
+        import shapely
+
+        u, v = self.wrapped(uv).T
+        return np.asarray(shapely.contains_xy(self._region, u, v))  # type: ignore[attr-defined]
+
+    def wrapped(self, uv: FloatArray) -> FloatArray:
+        """Parameters by whole periods moved to where the region is."""
+        result = np.asarray(uv, dtype=np.float64).copy()
+        for axis, period in enumerate(self.periods):
+            if math.isfinite(period):
+                low, high = self.lower[axis], self.upper[axis]
+                start = 0.5 * (low + high) - 0.5 * period
+                result[:, axis] = start + np.mod(result[:, axis] - start, period)
+                # The seam itself, in the last digit below the region, belongs to it.
+                just = (result[:, axis] < low) & (result[:, axis] > low - 1e-9 * period)
+                result[just, axis] = low
+        return result
+
+    def domain(self, natural: Domain) -> Domain:
+        """A box around the region, within the surface's own domain."""
+        lower, upper, period = [], [], []
+        for axis in (0, 1):
+            low, high = self.lower[axis], self.upper[axis]
+            extra = 0.05 * (high - low)
+            if math.isfinite(natural.period[axis]):
+                full = high - low > natural.period[axis] * (1.0 - 1e-9)
+                lower.append(low if full else 0.5 * (low + high) - 0.5 * natural.period[axis])
+                upper.append(lower[-1] + natural.period[axis])
+                period.append(natural.period[axis])
+            else:
+                lower.append(max(low - extra, natural.lower[axis]))
+                upper.append(min(high + extra, natural.upper[axis]))
+                period.append(math.inf)
+        return Domain((lower[0], lower[1]), (upper[0], upper[1]), (period[0], period[1]))

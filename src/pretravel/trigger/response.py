@@ -1,0 +1,265 @@
+"""A probe condensed to its numbers: what any model leaves of it at the trigger.
+
+Every model here has the same form: reactions linear in the force, a linear compliance,
+Hertz's law at the seats and at the tip. So a dozen numbers and two small matrices say
+all of it, for any direction, without the description and without interpolation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.errors import ConvergenceError
+from pretravel.frames import probe_rotation
+from pretravel.model.hertz import curved_part_factor
+from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.description import Probe, default_workpiece
+from pretravel.probe.materials import Material
+from pretravel.trigger.event import trigger_force
+from pretravel.trigger.predict import (
+    TIP_ON_PART,
+    Displacements,
+    Trigger,
+    model_named,
+    predict,
+    predicted_map,
+)
+from pretravel.trigger.seats import hertz_indentations, seat_coefficient, seat_statics
+
+_AGREEMENT = 1e-10
+"""Response and model: the same to this. [mm]"""
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeResponse:
+    """Force, deflection and local compression at the trigger, for any direction of the force.
+
+    Attributes
+    ----------
+    reaction_change : (6, 3) float
+        Reactions of the seats per newton on the tip along x, y, z.
+    rest_reactions : (6,) float
+        [N]
+    criterion : str
+    threshold : float
+        [N]
+    compliance : (3, 3) float
+        Displacement of the tip per newton, but for Hertz's part at the seats. [mm/N]
+    seat_motion : (3, 6) float
+        Displacement of the tip per indentation of each seat.
+    seat_coefficient : float
+        Indentation per N^(2/3). [mm/N^(2/3)]
+    tip_coefficient : float
+        Approach of tip and a flat part per N^(2/3). [mm/N^(2/3)]
+    tip_radius : float
+        [mm]
+    """
+
+    reaction_change: FloatArray
+    rest_reactions: FloatArray
+    criterion: str
+    threshold: float
+    compliance: FloatArray
+    seat_motion: FloatArray
+    seat_coefficient: float
+    tip_coefficient: float
+    tip_radius: float
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, entry.name, frozen(value))
+
+    def force(self, directions: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Trigger force and the seat that opens, for (n, 3) directions of the force.
+
+        Infinite where no seat ever opens. [N]
+        """
+        return trigger_force(
+            self.rest_reactions,
+            directions @ self.reaction_change.T,
+            self.criterion,
+            self.threshold,
+        )
+
+    def reactions(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
+        """The six reactions under given forces, (n, 6). [N]"""
+        change = directions @ self.reaction_change.T
+        return np.asarray(self.rest_reactions + forces[:, None] * change)
+
+    def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
+        """How far the criterion is from being met, (n,): zero at the trigger. [N]"""
+        reactions = self.reactions(directions, forces)
+        if self.criterion == "arm_lift":
+            reactions = reactions[:, 0::2] + reactions[:, 1::2]
+        return np.asarray(np.min(reactions, axis=1) - self.threshold)
+
+    def deflection(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
+        """C - P under given forces, (n, 3). [mm]"""
+        pressed = np.maximum(self.reactions(directions, forces), 0.0)
+        sunk = np.cbrt(pressed**2) - np.cbrt(self.rest_reactions**2)
+        return np.asarray(
+            forces[:, None] * (directions @ self.compliance.T)
+            + self.seat_coefficient * (sunk @ self.seat_motion.T)
+        )
+
+    def tip_approach(self, forces: FloatArray) -> FloatArray:
+        """Approach of the tip's centre and a flat part under normal forces, (n,). [mm]"""
+        return np.asarray(self.tip_coefficient * np.cbrt(forces**2))
+
+    def pretravel(self, normals: FloatArray) -> FloatArray:
+        """Travel from contact to trigger on a flat, along -n, (n,). [mm]"""
+        force, _ = self.force(normals)
+        along = np.sum(self.deflection(normals, force) * normals, axis=1)
+        return np.asarray(along + self.tip_approach(force))
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseBasis:
+    """A map's values from a response: exact in every direction, nothing is interpolated.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> basis = ResponseBasis(probe_response(load_probe("omp40-2")))
+    >>> (basis.design(np.array([[1.0, 0.0, 0.0]])) * 1e3).round(1).tolist()
+    [[3.8]]
+    """
+
+    response: ProbeResponse
+    kind: str = "physical"
+    size: int = 1
+
+    def design(self, directions: FloatArray) -> FloatArray:
+        return self.response.pretravel(directions)[:, None]
+
+    def displacement(
+        self, directions: FloatArray, curvatures: FloatArray | None = None
+    ) -> FloatArray:
+        force, _ = self.response.force(directions)
+        approach = self.response.tip_approach(force)
+        if curvatures is not None:
+            factor = curved_part_factor(self.response.tip_radius, curvatures)
+            approach = approach * np.where(np.isfinite(factor), factor, 1.0)
+        return self.response.deflection(directions, force) + approach[:, None] * directions
+
+
+def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> PretravelMap:
+    """A prediction as a map that is exact in every direction within those predicted.
+
+    Parameters
+    ----------
+    probe : Probe
+        Gives tip radius and orientation.
+    response : ProbeResponse
+    trigger : Trigger
+        Its directions bound the map's support.
+
+    Returns
+    -------
+    PretravelMap
+        Of kind ``physical``, with zero covariance as `predicted_map` has.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> probe = load_probe("omp40-2")
+    >>> exact = response_map(probe, probe_response(probe), predict(probe, np.eye(3)))
+    >>> exact.kind
+    'physical'
+    """
+    table = predicted_map(probe, trigger)
+    return replace(
+        table,
+        basis=ResponseBasis(response),
+        coefficients=np.ones(1),
+        covariance=np.zeros(1),
+    )
+
+
+def probe_response(
+    probe: Probe,
+    model: str | Displacements = "analytic",
+    *,
+    workpiece: Material | None = None,
+    gravity: npt.ArrayLike | None = None,
+) -> ProbeResponse:
+    """Condense a probe under a model to its numbers.
+
+    Parameters
+    ----------
+    probe, model, workpiece, gravity
+        As for `pretravel.trigger.predict.predict`.
+
+    Returns
+    -------
+    ProbeResponse
+
+    Raises
+    ------
+    ConvergenceError
+        A model of your own that is not of this form.
+
+    Notes
+    -----
+    The model is asked for three unit forces; what is not Hertz's is linear in them. Then
+    it is asked for a spread of directions at the trigger, and the response must agree.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> response = probe_response(load_probe("omp40-2"))
+    >>> float(response.force(np.array([[1.0, 0.0, 0.0]]))[0][0].round(3))
+    0.75
+    """
+    _, displacements = model_named(model)
+    if gravity is not None:
+        turn = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
+        gravity_probe = np.asarray(gravity, dtype=np.float64) @ turn
+    statics = seat_statics(probe, None if gravity is None else gravity_probe)
+    material = workpiece or default_workpiece()
+    axes = np.eye(3)
+    # So small a force that no seat opens; everything below is divided by it again.
+    change = statics.unit_reactions(axes)
+    small = 0.1 * float(np.min(statics.rest_reactions) / np.abs(change).max())
+    forces = np.full(3, small)
+    shares = dict(displacements(probe, statics, axes, forces, material))
+    tip = shares.pop(TIP_ON_PART, np.zeros((3, 3)))
+    moved = sum(shares.values(), start=np.zeros((3, 3)))
+    hertz = "seats" in shares and probe.seats.contact != "rigid"
+    if hertz:
+        moved = moved - statics.tip_displacement(hertz_indentations(probe, statics, axes, forces))
+    response = ProbeResponse(
+        reaction_change=change.T,
+        rest_reactions=statics.rest_reactions,
+        criterion=probe.criterion,
+        threshold=probe.threshold,
+        compliance=moved.T / small,
+        seat_motion=statics.tip_displacement(np.eye(6)).T,
+        seat_coefficient=seat_coefficient(probe) if hertz else 0.0,
+        tip_coefficient=float(tip[2, 2]) / small ** (2.0 / 3.0),
+        tip_radius=probe.tip.radius,
+    )
+    _check(response, probe, model, material, gravity)
+    return response
+
+
+def _check(
+    response: ProbeResponse,
+    probe: Probe,
+    model: str | Displacements,
+    workpiece: Material,
+    gravity: npt.ArrayLike | None,
+) -> None:
+    from pretravel.directions import fibonacci_cap
+
+    trial = fibonacci_cap(64)
+    expected = predict(probe, trial, model, workpiece=workpiece, gravity=gravity)
+    off = max(
+        float(np.abs(response.deflection(trial, expected.force) - expected.deflection).max()),
+        float(np.abs(response.tip_approach(expected.force) - expected.tip_approach).max()),
+    )
+    if not off < _AGREEMENT:
+        raise ConvergenceError(
+            f"model {expected.model} is not of the form that touches on surfaces need (linear "
+            f"compliance, Hertz at seats and tip): it differs from it by {off:.1e} mm"
+        )
