@@ -33,6 +33,12 @@ _PUBLIC = {
     "field_at_trigger": "trigger.elastic_field",
     "friction_cycle": "trigger.friction",
     "Targets": "probing.targets",
+    "touch": "probing.touching",
+    "predicted_tip": "probing.tip",
+    "slide": "probing.slide",
+    "read_step_part": "surface.cad",
+    "plan_inspection": "surface.inspection",
+    "FunctionSurface": "surface.parametric",
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
@@ -71,7 +77,13 @@ if TYPE_CHECKING:
     from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
     from pretravel.probing.simulation import simulate
+    from pretravel.probing.slide import slide
     from pretravel.probing.targets import Targets
+    from pretravel.probing.tip import predicted_tip
+    from pretravel.probing.touching import touch
+    from pretravel.surface.cad import read_step_part
+    from pretravel.surface.inspection import plan_inspection
+    from pretravel.surface.parametric import FunctionSurface
     from pretravel.surface.specification import parse_surface
     from pretravel.touches import Touches
     from pretravel.trigger.elastic_field import field_at_trigger

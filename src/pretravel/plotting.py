@@ -29,13 +29,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_COLOURS = (
+COLOURS = (
     "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
 )  # fmt: skip
 _ENDINGS = (".png", ".svg", ".pdf")
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of the house's style, in inches."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
@@ -96,7 +97,7 @@ def plot_probe(probe: Probe) -> Figure:
     """
     from matplotlib.patches import Circle, Rectangle
 
-    figure = _figure(10.0, 6.0)
+    figure = new_figure(10.0, 6.0)
     figure.suptitle(probe.name)
     side, top = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
     rod, ball = probe.tripod.rod_radius, probe.seats.ball_radius
@@ -106,7 +107,7 @@ def plot_probe(probe: Probe) -> Figure:
     side.annotate("hub (rigid)", (0.0, -0.5 * probe.hub_offset), xytext=(6, 0), fontsize=8,
                   textcoords="offset points")  # fmt: skip
     height = -probe.hub_offset
-    for colour, segment in zip(_COLOURS * 4, probe.stylus, strict=False):
+    for colour, segment in zip(COLOURS * 4, probe.stylus, strict=False):
         side.add_patch(
             Rectangle((-0.5 * segment.diameter, height - segment.length), segment.diameter,
                       segment.length, fc=colour, ec="k", lw=0.6, alpha=0.6)
@@ -160,7 +161,7 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = _figure(13.0, 4.8)
+    figure = new_figure(13.0, 4.8)
     figure.suptitle(title or f"Prediction, model {trigger.model}")
     polar = np.round(polar_angle(trigger.directions) / DEGREE, 6)
     azimuth = azimuth_angle(trigger.directions)
@@ -173,7 +174,7 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
         titles[i] += "".join(f" (at the pole {values[row]:.2f})" for row in at_pole)
     force = _polar_axes(figure, 1, 3, 1, titles[0])
     travel = _polar_axes(figure, 1, 3, 2, titles[1])
-    for colour, level in zip(_COLOURS, shown, strict=False):
+    for colour, level in zip(COLOURS, shown, strict=False):
         rows = np.flatnonzero(polar == level)
         rows = rows[np.argsort(azimuth[rows])]
         if len(rows) > 2 and np.ptp(azimuth[rows]) > 300.0 * DEGREE:
@@ -195,11 +196,11 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
         levels,
         *mean.values(),
         labels=[name.replace("_", " ") for name in mean],
-        colors=_COLOURS,
+        colors=COLOURS,
     ) if len(levels) > 1 else shares.bar(
         [name.replace("_", "\n") for name in mean],
         [values[0] for values in mean.values()],
-        color=_COLOURS[: len(mean)],
+        color=COLOURS[: len(mean)],
     )
     shares.set_ylabel("mean pretravel / µm")
     shares.set_title("what gives", fontsize=11)
@@ -281,7 +282,7 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
     matplotlib.figure.Figure
     """
     pretravel_map = qualification.pretravel_map
-    figure = _figure(13.0, 4.8)
+    figure = new_figure(13.0, 4.8)
     figure.suptitle(title or f"Qualification, map kind {pretravel_map.kind}")
     above = _polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle")
     draw_map(above, pretravel_map)
@@ -291,7 +292,7 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
     observed = qualification.observed / MICROMETRE
     levels = np.unique(np.round(polar / 2.5) * 2.5)[::-1]
     levels = levels[levels > 1.0][:4]
-    for colour, level in zip(_COLOURS, levels, strict=False):
+    for colour, level in zip(COLOURS, levels, strict=False):
         draw_polar_diagram(diagram, pretravel_map, float(level), colour, f"polar {level:g}°")
         rows = np.abs(polar - level) < 1.5
         diagram.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
@@ -307,7 +308,7 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
         number,
         qualification.residuals / MICROMETRE,
         ".",
-        color=_COLOURS[0],
+        color=COLOURS[0],
         ms=5,
         label=f"left by {pretravel_map.kind}",
     )
@@ -317,7 +318,7 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
         qualification.residuals[rows] / MICROMETRE,
         "o",
         mfc="none",
-        mec=_COLOURS[3],
+        mec=COLOURS[3],
         ms=9,
         label="named as outlier",
     ) if rows else None
@@ -341,7 +342,7 @@ def plot_points(points: Points, title: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = _figure(12.0, 4.6)
+    figure = new_figure(12.0, 4.6)
     figure.suptitle(title or "Compensated points")
     first, second = _widest_axes(points.positions)
     panels: list[tuple[str, FloatArray, str]] = [
@@ -371,7 +372,7 @@ def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figur
     -------
     matplotlib.figure.Figure
     """
-    figure = _figure(11.0, 4.6)
+    figure = new_figure(11.0, 4.6)
     figure.suptitle(title or "Simulated touches")
     first, second = _widest_axes(touches.positions)
     place = figure.add_subplot(1, 2, 1)
@@ -417,13 +418,13 @@ def plot_ring_kinds(
     -------
     matplotlib.figure.Figure
     """
-    figure = _figure(11.0, 4.8)
+    figure = new_figure(11.0, 4.8)
     figure.suptitle(title)
     diagram = _polar_axes(figure, 1, 2, 1, "pretravel / µm")
     order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
     diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
     left = figure.add_subplot(1, 2, 2)
-    for colour, (name, values) in zip(_COLOURS, kinds.items(), strict=False):
+    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
         diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
         residual = (observed - values) / MICROMETRE
         left.plot(
@@ -498,7 +499,7 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
     matplotlib.figure.Figure
     """
     mesh, trigger = field.elastic.mesh, field.trigger
-    figure = _figure(13.0, 7.5)
+    figure = new_figure(13.0, 7.5)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.0, 1.15, 1.2])
     # Seen from the side that shows the bending, a little from above.
     push = trigger.directions[0, :2]
@@ -526,8 +527,8 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
     figure.colorbar(drawn, ax=middle, label="von Mises / MPa", shrink=0.6)
     middle.set_title(f"at the trigger, displacement x {scale:.0f}", fontsize=10)
     rows = np.arange(6)
-    right.barh(rows + 0.2, field.rest_reactions, 0.38, color=_COLOURS[5], label="at rest")
-    right.barh(rows - 0.2, trigger.reactions[0], 0.38, color=_COLOURS[1], label="at the trigger")
+    right.barh(rows + 0.2, field.rest_reactions, 0.38, color=COLOURS[5], label="at rest")
+    right.barh(rows - 0.2, trigger.reactions[0], 0.38, color=COLOURS[1], label="at the trigger")
     for row, value in zip(rows, trigger.reactions[0], strict=True):
         right.annotate(
             f"{value:.3f}",
@@ -562,7 +563,7 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = _figure(12.0, 5.2)
+    figure = new_figure(12.0, 5.2)
     loops, bars = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
     azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
     polar = polar_angle(cycle.directions) / DEGREE
@@ -574,7 +575,7 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
             cycle.deflection[row] / MICROMETRE,
             cycle.force[row],
             lw=1.2,
-            color=_COLOURS[place],
+            color=COLOURS[place],
             label=f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°",
         )
         loops.plot(
@@ -582,7 +583,7 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
             cycle.trigger_force[row],
             "o",
             ms=4,
-            color=_COLOURS[place],
+            color=COLOURS[place],
         )
     loops.set_xlabel("deflection along the normal / µm")
     loops.set_ylabel("force on the tip / N")
@@ -593,21 +594,21 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
         rows - 0.27,
         cycle.hysteresis[:, last] / MICROMETRE,
         0.27,
-        color=_COLOURS[0],
+        color=COLOURS[0],
         label=f"trigger hysteresis, touch {last + 1}",
     )
     bars.bar(
         rows,
         cycle.zero_drift[:, 0] / MICROMETRE,
         0.27,
-        color=_COLOURS[1],
+        color=COLOURS[1],
         label="zero drift after touch 1",
     )
     bars.bar(
         rows + 0.27,
         cycle.zero_drift[:, last] / MICROMETRE,
         0.27,
-        color=_COLOURS[2],
+        color=COLOURS[2],
         label=f"zero drift after touch {last + 1}",
     )
     bars.set_xticks(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -19,6 +19,7 @@ from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.direction_support import MARGIN, DirectionSupport
 from pretravel.directions import azimuth_angle, checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
+from pretravel.frames import Placement
 from pretravel.spherical_harmonics import real_spherical_harmonics
 from pretravel.units import DEGREE
 
@@ -262,6 +263,10 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
     def kind(self) -> str:
         """mean, sectors, harmonic or tabulated."""
         return self.basis.kind
+
+    def seen_from(self, part: Placement) -> PretravelMap:
+        """The same map for a part that is turned in the machine, in that part's frame."""
+        return replace(self, rotation=part.rotation.T @ self.rotation)
 
     def probe_directions(self, normals: npt.ArrayLike) -> FloatArray:
         """Machine-frame normals, (n, 3), as directions in the probe frame."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
@@ -14,6 +15,8 @@ from pretravel.metrology.compensation import Points
 from pretravel.metrology.qualification import Qualification, over_support
 from pretravel.model.condensation import ReducedModel
 from pretravel.probe.seat_frame import SEAT_NAMES
+from pretravel.probing.slide import SlideHistory
+from pretravel.surface.cad import Part
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
@@ -168,6 +171,67 @@ def friction_report(cycle: FrictionCycle, probe_name: str) -> str:
             "  start; reseat: how far that is from the touch before. Touches 1 and last.",
             "",
             table(header, rows),
+        ]
+    )
+
+
+def slide_report(history: SlideHistory, probe_name: str, where: str) -> str:
+    """How far the tip slid, and where it triggered.
+
+    Returns
+    -------
+    str
+    """
+    lines = [f"{probe_name} on {where}: {len(history)} steps"]
+    moved = np.linalg.norm(history.contact[-1] - history.contact[0])
+    turned = np.arccos(np.clip(history.normal[0] @ history.normal[-1], -1.0, 1.0))
+    lines.append(
+        f"  feed to {_um(history.feed[-1])}: deflection {_um(history.deflection[-1])}, the "
+        f"contact slides {_um(float(moved))}, the normal turns {turned / DEGREE:.3f}°"
+    )
+    if not history.triggered.any():
+        lines.append("  no trigger within these steps; take more, or larger ones")
+        return "\n".join(lines)
+    first = int(np.argmax(history.triggered))
+    lines.append(
+        f"  triggers in step {history.step[first]}, after {_um(history.trigger_feed)} of feed"
+    )
+    return "\n".join(lines)
+
+
+def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
+    """The faces of a part as a table.
+
+    Returns
+    -------
+    str
+    """
+    rows = []
+    for row in zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True):
+        face = dict(zip(columns, row, strict=True))
+        if face["problem"]:
+            rows.append([str(face["face"]), "cannot be used:", face["problem"], "", "", ""])
+            continue
+        radius = face["smallest_radius_mm"]
+        rows.append(
+            [
+                str(face["face"]),
+                face["name"],
+                face["type"],
+                f"{face['x_mm']:.2f}, {face['y_mm']:.2f}, {face['z_mm']:.2f}",
+                f"{face['nx']:+.2f}, {face['ny']:+.2f}, {face['nz']:+.2f}",
+                "" if math.isnan(radius) else f"{radius:.3g}",
+            ]
+        )
+    box = part.box
+    size = " x ".join(f"{length:.2f}" for length in box[1] - box[0])
+    low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in box)
+    return "\n".join(
+        [
+            f"{part.name}: {len(rows)} faces, {size} mm, from ({low}) to ({high})",
+            "  a point in the middle of each, the normal there, its smallest radius of curvature",
+            "",
+            table(["face", "name", "type", "point/mm", "normal", "radius/mm"], rows),
         ]
     )
 

@@ -120,6 +120,25 @@ def number(text: str, name: str) -> float:
     return value
 
 
+def pair(text: str, name: str) -> tuple[float, float]:
+    """Two finite numbers from ``a,b`` or ``a:b``.
+
+    Raises
+    ------
+    PretravelError
+
+    >>> pair("0.5,-0.5", "--at")
+    (0.5, -0.5)
+    """
+    try:
+        first, second = (float(part) for part in text.replace(":", ",").split(","))
+    except ValueError:
+        first, second = math.nan, math.nan
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise PretravelError(f"{name} {text}: expected two numbers, for example 0.5,0.5")
+    return (first, second)
+
+
 def vector(text: str, name: str) -> tuple[float, float, float]:
     """Three numbers from ``x,y,z``.
 

@@ -6,13 +6,18 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import PICTURES, POINTS, check_files, working
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Frame, Picture, Place
 
 
 def compensate(
     touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz.")],
     map_file: Annotated[
-        Path, typer.Option("--map", help="Map from qualify or predict: .nc, or a .csv table.")
+        str,
+        typer.Option(
+            "--map",
+            help="Map from qualify or predict: .nc, or a .csv table; or a probe (catalogue name, "
+            ".toml), whose prediction it then is.",
+        ),
     ],
     output: Annotated[
         Path,
@@ -23,8 +28,9 @@ def compensate(
     nominal: Annotated[
         str | None,
         typer.Option(
-            help="Nominal surface, plane:… or sphere:…, for deviations; "
-            "else the columns nominal_x_mm…, where there are any."
+            help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as for simulate). "
+            "The contact is found on it; else normals are the touches' own and deviations "
+            "are from the columns nominal_x_mm…, where there are any."
         ),
     ] = None,
     tip_diameter: Annotated[
@@ -33,25 +39,48 @@ def compensate(
     extrapolate: Annotated[
         bool, typer.Option("--extrapolate", help="Also for directions outside the map.")
     ] = False,
+    model: Annotated[
+        str, typer.Option(help="With a probe as map: analytic, fem or shen.")
+    ] = "analytic",
+    place: Place = None,
+    frame: Frame = "part",
     plot: Picture = None,
 ) -> None:
     """Compensate touches: surface points with uncertainties.
 
-    Example: pretravel compensate part.csv --map map.nc -o points.csv --plot points.png
+    Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
+    --plot points.png
     """
-    from pretravel.formats.map_file import read_map
+    from pretravel.formats.map_file import described_map, read_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches
-    from pretravel.metrology.compensation import apply, compensation_warnings
+    from pretravel.frames import parse_placement
+    from pretravel.metrology.compensation import apply, compensation_warnings, placed
     from pretravel.report import points_report
-    from pretravel.surface.specification import parse_surface
+    from pretravel.surface.specification import parse_surface, source_file
+    from pretravel.touches import moved
 
-    check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file])
-    surface = None if nominal is None else parse_surface(nominal)
+    files = [] if nominal is None else source_file(nominal)
+    check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
+    part_in_machine = parse_placement(place, frame)
     measured = read_touches(touches)
-    pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
+    pretravel_map = (
+        read_map(map_file, tip_diameter=tip_diameter)
+        if Path(map_file).suffix.lower() in (".nc", ".csv", ".json")
+        else described_map(map_file, model, tip_diameter=tip_diameter)
+    )
+    surface = None if nominal is None else parse_surface(nominal)
+    if frame == "machine":
+        measured = moved(measured, part_in_machine.inverse)
     with working(f"compensating {len(measured)} touches"):
-        points = apply(measured, pretravel_map, nominal=surface, extrapolate=extrapolate)
+        points = apply(
+            measured,
+            pretravel_map.seen_from(part_in_machine),
+            nominal=surface,
+            extrapolate=extrapolate,
+        )
+    if frame == "machine":
+        points = placed(points, part_in_machine)
     report = points_report(points)
     warnings = compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":
@@ -65,7 +94,7 @@ def compensate(
         write_points(
             output,
             points,
-            f"{touches.name} compensated with {map_file.name} ({pretravel_map.kind}; "
+            f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; "
             f"{pretravel_map.provenance.get('source', 'unknown')})",
         )
     if plot is not None:

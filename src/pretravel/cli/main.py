@@ -9,7 +9,19 @@ from typing import Annotated, TextIO
 import typer
 
 from pretravel import __version__
-from pretravel.cli import compensate, demo, fem, hysteresis, predict, probes, qualify, simulate
+from pretravel.cli import (
+    compensate,
+    demo,
+    faces,
+    fem,
+    hysteresis,
+    plan,
+    predict,
+    probes,
+    qualify,
+    simulate,
+    slide,
+)
 from pretravel.errors import PretravelError
 
 app = typer.Typer(
@@ -42,6 +54,9 @@ for command in (
     predict.predict,
     fem.fem,
     hysteresis.hysteresis,
+    slide.slide,
+    faces.faces,
+    plan.plan,
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -213,11 +214,13 @@ def _check_header(header: list[str], line: str, place: str, number: int) -> None
 
 
 def format_number(value: float) -> str:
-    """A number for a CSV cell, with twelve significant digits.
+    """A number for a CSV cell, with twelve significant digits; nothing for what is not a number.
 
-    >>> format_number(1.0 / 3.0), format_number(25.0)
-    ('0.333333333333', '25')
+    >>> format_number(1.0 / 3.0), format_number(25.0), format_number(math.nan)
+    ('0.333333333333', '25', '')
     """
+    if math.isnan(value):
+        return ""
     return f"{value:.{SIGNIFICANT_DIGITS}g}"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.direction_support import DirectionSupport
-from pretravel.directions import azimuth_angle, from_angles, grid, polar_angle
+from pretravel.directions import azimuth_angle, fibonacci_cap, from_angles, grid, polar_angle
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.formats.netcdf import write_dataset
@@ -27,8 +27,14 @@ from pretravel.pretravel_map import (
     SectorBasis,
     TabulatedBasis,
 )
-from pretravel.trigger.predict import Trigger
-from pretravel.trigger.response import ProbeResponse, ResponseBasis
+from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.predict import Trigger, predict
+from pretravel.trigger.response import (
+    ProbeResponse,
+    ResponseBasis,
+    probe_response,
+    response_map,
+)
 from pretravel.units import DEGREE, MICROMETRE
 from pretravel.whole_file import whole_file
 
@@ -396,6 +402,34 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
             "--tip-diameter out"
         )
     return replace(found, tip_radius=0.5 * tip_diameter)
+
+
+def described_map(
+    probe: str | Path, model: str = "analytic", *, tip_diameter: float | None = None
+) -> PretravelMap:
+    """The map that a described probe is predicted to have, exact in every direction.
+
+    Parameters
+    ----------
+    probe : str or Path
+        Catalogue name, or path of a TOML description.
+    model : str
+        See `pretravel.trigger.predict.MODELS`.
+    tip_diameter : float, optional
+        Instead of the description's. [mm]
+
+    Returns
+    -------
+    PretravelMap
+        Over the half sphere that a probe from above can touch.
+
+    >>> described_map("omp40-2").kind
+    'physical'
+    """
+    description = load_probe(probe)
+    trigger = predict(description, fibonacci_cap(400), model)
+    found = response_map(description, probe_response(description, model), trigger)
+    return found if tip_diameter is None else replace(found, tip_radius=0.5 * tip_diameter)
 
 
 def _read_netcdf_map(path: Path) -> PretravelMap:

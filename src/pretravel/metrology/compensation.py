@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
+from pretravel.frames import Placement
 from pretravel.pretravel_map import PretravelMap
 from pretravel.surface.cad import Part
 from pretravel.surface.contact import Reach
@@ -232,6 +233,28 @@ def compensation_warnings(
                 "mm, do the normals point out of the part, is the nominal where the part is?"
             )
     return warnings
+
+
+def placed(points: Points, placement: Placement) -> Points:
+    """Points of a part, in the machine.
+
+    Parameters
+    ----------
+    points : Points
+    placement : Placement
+        Of the part in the machine.
+
+    Returns
+    -------
+    Points
+    """
+    turn = placement.rotation
+    return replace(
+        points,
+        positions=frozen(placement.points(points.positions)),
+        normals=frozen(placement.vectors(points.normals)),
+        covariance=frozen(turn @ points.covariance @ turn.T),
+    )
 
 
 def embed(

@@ -113,7 +113,7 @@ class Face:
         -------
         (m, 2) float
         """
-        low, high = self._box
+        low, high = self.box
         counts = np.array([25, 25])
         if np.isfinite(spacing):
             probe = _lattice(low, high, np.array([9, 9]))
@@ -125,10 +125,13 @@ class Face:
                 counts = np.maximum(counts * 3 // 4, 9)
         lattice = _lattice(low, high, counts)
         lattice = lattice[self.inside(lattice)]
-        edges = [lattice]
-        if self.trim is not None:
-            edges += [self._along(ring, spacing) for ring in self.trim.rings]
-        return np.concatenate(edges)
+        return np.concatenate([lattice, self.edge_samples(spacing)])
+
+    def edge_samples(self, spacing: float) -> FloatArray:
+        """Parameters of points along the edges, neighbours no further apart than the spacing."""
+        if self.trim is None:
+            return np.empty((0, 2))
+        return np.concatenate([self._along(ring, spacing) for ring in self.trim.rings])
 
     def _along(self, ring: FloatArray, spacing: float) -> FloatArray:
         """Points along a ring of the boundary, none further apart than the spacing."""
@@ -144,7 +147,8 @@ class Face:
         return np.asarray(ring[start] + share[:, None] * (ring[start + 1] - ring[start]))
 
     @property
-    def _box(self) -> tuple[FloatArray, FloatArray]:
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest parameters of the face, (2,) each."""
         domain = self.domain
         if self.trim is None:
             return np.array(domain.lower), np.array(domain.upper)

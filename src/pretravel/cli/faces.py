@@ -1,0 +1,37 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.options import Picture
+
+
+def faces(
+    step: Annotated[Path, typer.Argument(help="A STEP file.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
+    plot: Picture = None,
+) -> None:
+    """List the faces of a STEP file: their numbers are what part.step#face means.
+
+    Example: pretravel faces part.step --plot faces.png
+    """
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.plan_csv import faces_table
+    from pretravel.report import faces_report
+    from pretravel.surface.cad import read_step_part
+
+    check_files([(output, (".csv",)), (plot, PICTURES)], [step])
+    with working(f"reading {step.name}"):
+        part = read_step_part(step)
+        table = faces_table(part)
+    if output is not None:
+        write_csv_table(output, table)
+    if plot is not None:
+        from pretravel.plotting import save
+        from pretravel.surface_pictures import plot_part
+
+        save(plot_part(part, step.name), plot)
+    typer.echo(faces_report(part, table))

@@ -1,0 +1,68 @@
+"""Inspection plans and lists of faces as CSV."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.surface.cad import Part
+from pretravel.surface.inspection import InspectionPlan
+
+
+def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:
+    """Targets as `read_targets` reads them, with the face and parameters of each.
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        label, x_mm, y_mm, z_mm, nx, ny, nz, face, u, v.
+    """
+    columns: dict[str, npt.ArrayLike] = {"label": list(plan.labels)}
+    columns |= {f"{axis}_mm": plan.point[:, i] for i, axis in enumerate("xyz")}
+    columns |= {f"n{axis}": plan.normal[:, i] for i, axis in enumerate("xyz")}
+    return columns | {"face": plan.face, "u": plan.uv[:, 0], "v": plan.uv[:, 1]}
+
+
+def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
+    """Every face of a part: what it is, where, and how strongly it is curved.
+
+    Returns
+    -------
+    mapping of str to values
+        face, name, type, x_mm, y_mm, z_mm (a point in its middle), nx, ny, nz (its normal
+        there), size_mm (diagonal of the box around it), u_from, u_to, v_from, v_to,
+        smallest_radius_mm (empty where flat), problem (of faces that cannot be used).
+    """
+    rows: list[dict[str, Any]] = []
+    for face in part.faces:
+        uv = face.samples(np.inf)
+        inner = uv[: max(len(uv) - len(face.edges), 1)]
+        local = face.local(inner)
+        middle = int(np.argmin(np.sum((local.point - local.point.mean(axis=0)) ** 2, axis=1)))
+        box = np.ptp(face.derivatives(uv)[0], axis=0)
+        bend = np.nanmax(np.abs(local.principal_curvatures))
+        low, high = face.box
+        rows.append(
+            {
+                "face": face.number,
+                "name": face.name,
+                "type": face.kind,
+                **{f"{a}_mm": local.point[middle, i] for i, a in enumerate("xyz")},
+                **{f"n{a}": local.normal[middle, i] for i, a in enumerate("xyz")},
+                "size_mm": float(np.linalg.norm(box)),
+                "u_from": low[0],
+                "u_to": high[0],
+                "v_from": low[1],
+                "v_to": high[1],
+                "smallest_radius_mm": 1.0 / bend if bend > 1e-9 else np.nan,
+                "problem": "",
+            }
+        )
+    names = list(rows[0])
+    for number, reason in part.unreadable.items():
+        blank = {key: "" if isinstance(rows[0][key], str) else np.nan for key in names}
+        rows.append(blank | {"face": number, "problem": reason})
+    rows.sort(key=lambda row: int(str(row["face"])))
+    return {name: [row[name] for row in rows] for name in names}
