@@ -170,10 +170,8 @@ def _draw_face(axes: Any, face: Face, colour: str, alpha: float) -> FloatArray:
             list(points[corners[whole]]), facecolor=colour, alpha=alpha, edgecolor="none"
         )
         axes.add_collection3d(quads)
-    if face.trim is not None:
-        for ring in face.trim.rings:
-            edge = face.derivatives(ring)[0]
-            axes.plot(*edge.T, color="#333333", lw=0.6)
+    for ring in face.edge_lines(np.inf):
+        axes.plot(*face.derivatives(ring)[0].T, color="#333333", lw=0.6)
     return np.asarray(points[inside])
 
 

@@ -38,7 +38,7 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
     rows: list[dict[str, Any]] = []
     for face in part.faces:
         uv = face.samples(np.inf)
-        inner = uv[: max(len(uv) - len(face.edges), 1)]
+        inner = uv[: max(len(uv) - len(face.edge_samples(np.inf)), 1)]
         local = face.local(inner)
         middle = int(np.argmin(np.sum((local.point - local.point.mean(axis=0)) ** 2, axis=1)))
         box = np.ptp(face.derivatives(uv)[0], axis=0)

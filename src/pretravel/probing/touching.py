@@ -24,6 +24,8 @@ from pretravel.surface.search import ContactSearch
 
 _SMALLEST_SLIP = 1e-5
 """Displacement before slip that a contact without any of its own is given. [mm]"""
+_SOFTER = (1000.0, 300.0, 100.0, 50.0, 25.0, 12.0, 6.0, 4.0, 2.8, 2.0, 1.6, 1.3, 1.1, 1.0)
+"""Times the displacement before slip with which a contact that sticks is approached."""
 _CLEARANCE = 2.0
 """Way before the contact on which nothing else must be met, if not told. [mm]"""
 
@@ -187,10 +189,17 @@ def touch(
     slipping = _Slip(tip, friction, first.local.point + tip.radius * first.local.normal, factor)
     found.restrict(fits)
     found.solve(first.local.point, start, approach, slipping.reach)
+    if friction > 0.0 and not np.all(found.solved[found.open]):
+        # From a contact that gives way along the surface, step by step, to the real one.
+        for softer in _SOFTER:
+            slipping.softer = softer
+            found.solve(first.local.point, start, approach, slipping.reach)
     last = found.state()
     status = np.full(n, int(TouchStatus.CONVERGED))
     state, direction = slipping.at_rest(np.arange(n), last.local)
-    never = first.solved & fits & ~np.isfinite(state.force) & _knows_forces(tip)
+    pushed = np.full(n, np.nan)
+    pushed[usable] = tip.state(first.local.normal[usable]).force
+    never = np.isinf(pushed)
     failed = ~last.solved
     status[failed] = TouchStatus.NOT_CONVERGED
     status[failed & (found.beyond_edge | first.beyond_edge)] = TouchStatus.EDGE
@@ -286,6 +295,7 @@ class _Slip:
     ) -> None:
         self.tip, self.friction = tip, friction
         self.first_center, self.factor = first_center, factor
+        self.softer = 1.0
 
     def reach(self, rows: IntArray) -> Reach:
         """For `solve_contact` on the given touches."""
@@ -319,7 +329,7 @@ class _Slip:
 
         Johnson, equation 7.42: (1 - Q/mu N)^(2/3) = 1 - displacement / that at full slip.
         """
-        per_friction = np.maximum(self.tip.shear_ratio * approach, _SMALLEST_SLIP)
+        per_friction = np.maximum(self.tip.shear_ratio * approach, _SMALLEST_SLIP) * self.softer
         if np.isinf(self.friction):
             return 1.5 * way / per_friction
         share = np.minimum(way / (self.friction * per_friction), 1.0)

@@ -94,13 +94,6 @@ class Face:
         uv = self.samples(np.inf)
         return uv, cKDTree(self.derivatives(uv)[0])
 
-    @cached_property
-    def edges(self) -> FloatArray:
-        """Parameters along the boundary, (m, 2); empty where there is none."""
-        if self.trim is None:
-            return np.empty((0, 2))
-        return np.concatenate(self.trim.rings)
-
     def samples(self, spacing: float) -> FloatArray:
         """Parameters of points all over the face, its edges included.
 
@@ -127,24 +120,37 @@ class Face:
         lattice = lattice[self.inside(lattice)]
         return np.concatenate([lattice, self.edge_samples(spacing)])
 
+    def edge_lines(self, spacing: float) -> list[FloatArray]:
+        """Parameters along each ring of the boundary, neighbours no further apart than the spacing.
+
+        Parameters
+        ----------
+        spacing : float
+            Infinity: as many as show its shape. [mm]
+
+        Returns
+        -------
+        list of (m, 2) float
+        """
+        rings = [] if self.trim is None else self.trim.rings
+        return [self._along(ring, spacing) for ring in rings]
+
     def edge_samples(self, spacing: float) -> FloatArray:
-        """Parameters of points along the edges, neighbours no further apart than the spacing."""
-        if self.trim is None:
-            return np.empty((0, 2))
-        return np.concatenate([self._along(ring, spacing) for ring in self.trim.rings])
+        """The same as one array, (m, 2)."""
+        return np.concatenate([np.empty((0, 2)), *self.edge_lines(spacing)])
 
     def _along(self, ring: FloatArray, spacing: float) -> FloatArray:
-        """Points along a ring of the boundary, none further apart than the spacing."""
-        if not np.isfinite(spacing):
-            return ring
-        points = self.derivatives(ring)[0]
-        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        counts = np.minimum(np.ceil(steps / spacing).astype(int), 2000)
-        counts = np.maximum(counts, 1)
+        counts = np.full(len(ring) - 1, max(1, 200 // len(ring)))
+        if np.isfinite(spacing):
+            points = self.derivatives(ring)[0]
+            steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+            # Straight in the parameters need not be straight in space: never less than a few.
+            counts = np.maximum(np.minimum(np.ceil(steps / spacing).astype(int), 2000), counts)
         start = np.repeat(np.arange(len(counts)), counts)
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = (np.arange(len(start)) - first[start]) / counts[start]
-        return np.asarray(ring[start] + share[:, None] * (ring[start + 1] - ring[start]))
+        along = ring[start] + share[:, None] * (ring[start + 1] - ring[start])
+        return np.concatenate([along, ring[-1:]])
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:

@@ -28,7 +28,7 @@ TANGENCY = 1e-9
 """Residual below which a row counts as solved. [mm]"""
 _MOST_ITERATIONS = 40
 _MOST_HALVINGS = 12
-_DIFFERENCE = 1e-6
+_DIFFERENCE = 1e-8
 """Tangential step of the numerical derivative of the reach, as a turn or a length."""
 _LARGEST_TURN = 0.5
 """The normal may turn by no more than this in one step. [rad]"""
