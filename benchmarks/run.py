@@ -15,8 +15,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.metrology.compensation import apply
@@ -31,6 +33,10 @@ from pretravel.pretravel_map import HarmonicBasis, PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import LateralTip, predicted_tip
+from pretravel.probing.touching import touch
+from pretravel.surface.cad import read_step_part
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import SeatStatics, seat_statics
@@ -38,6 +44,8 @@ from pretravel.trigger.seats import SeatStatics, seat_statics
 DIRECTIONS = 100_000
 TOUCHES = 1_000_000
 LOOPED = 2_000
+SURFACE_TOUCHES = 100_000
+STEPPED = 40
 
 
 def _best(function: Callable[[], object], repeats: int = 3) -> float:
@@ -139,6 +147,101 @@ def touches() -> None:
     _row(f"{TOUCHES:,} touches compensated with covariance, harmonic", ours, loop)
 
 
+class ThesisTouch:
+    """One touch as section 3.4 has it: twenty steps, in each `least_squares` on the six
+    equations 3.20 to 3.22 and 3.33 to 3.35 for u1, v1, u2, v2, lambda, t.
+
+    The surface is evaluated by the CAD kernel, one point at a time the fastest there is.
+    """
+
+    def __init__(self, path: Path, tip: LateralTip) -> None:
+        from netgen.occ import OCCGeometry
+
+        self.shape = OCCGeometry(str(path)).shape
+        self.surface = self.shape.faces[0].surf
+        self.tip = tip
+
+    def _at(self, u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
+        point, du, dv = self.surface.D1(u, v)
+        normal = np.cross([du.x, du.y, du.z], [dv.x, dv.y, dv.z])
+        return np.array([point.x, point.y, point.z]), normal
+
+    def travel(
+        self, u: float, v: float, step: float, method: str = "trf", steps: int = 20
+    ) -> float:
+        """Feed at the trigger, between two steps by a line; all steps are taken, as in
+        Table 4.10. [mm]"""
+        r = self.tip.radius
+        point, normal = self._at(u, v)
+        into = -normal / np.linalg.norm(normal)
+        start = point - r * into
+        polar, azimuth = math.acos(-into[2]), math.atan2(-into[1], -into[0])
+        unknown = np.array([u, v, azimuth, polar, np.linalg.norm(normal) / r**2, 0.0])
+        before, missing, found = -into, 0.0, math.nan
+        for k in range(1, steps + 1):
+            spindle = start + k * step * into
+            ray = np.array([before[0], before[1], 0.0]) / math.hypot(before[0], before[1])
+
+            def equations(
+                x: np.ndarray, spindle: np.ndarray = spindle, ray: np.ndarray = ray
+            ) -> np.ndarray:
+                surface, normal = self._at(x[0], x[1])
+                outward = np.array(
+                    [
+                        math.cos(x[2]) * math.sin(x[3]),
+                        math.sin(x[2]) * math.sin(x[3]),
+                        math.cos(x[3]),
+                    ]
+                )
+                center = spindle + x[5] * ray
+                return np.concatenate(
+                    [surface + r * outward - center, normal - x[4] * r**2 * outward]
+                )  # fmt: skip
+
+            solved = least_squares(
+                equations, unknown, xtol=1e-13, ftol=1e-15, gtol=1e-15, method=method
+            )
+            unknown = solved.x
+            limit = float(np.linalg.norm(self.tip.state(before[None]).deflection))
+            beyond = float(unknown[5]) - limit
+            if beyond >= 0.0 and math.isnan(found):
+                last = missing if k > 1 else -limit
+                found = step * (k - 1 + last / (last - beyond))
+            missing = beyond
+            _, normal = self._at(unknown[0], unknown[1])
+            before = normal / np.linalg.norm(normal)
+        return found
+
+
+def surface_touches() -> None:
+    """A hundred thousand touches on a freeform face, all at once and as the thesis takes them."""
+    path = Path(__file__).parents[1] / "examples/data/part.step"
+    part = read_step_part(path)
+    tip = predicted_tip(load_probe("omp40-2"))
+    face = part.faces[0]
+    low, high = face.box
+    uv = np.random.default_rng(0).uniform(low + 3.0, high - 3.0, (SURFACE_TOUCHES, 2))
+    local = face.local(uv)
+    targets = Targets(local.point, local.normal)
+    lateral = LateralTip(tip)
+    at_once = touch(lateral, part, targets)
+    assert np.all(at_once.converged)
+    assert np.nanmax(at_once.residual) < 1e-9
+    stepped = ThesisTouch(path, lateral)
+    # Its twenty steps of a quarter of a micrometre reach every trigger here.
+    rows = range(STEPPED)
+    thesis = np.array([stepped.travel(*uv[row], 0.00025) for row in rows])
+    assert np.abs(thesis - at_once.pretravel[:STEPPED]).max() < 1e-6
+    ours = _best(lambda: touch(lateral, part, targets))
+    full = _best(lambda: touch(tip, part, targets))
+    for method in ("trf", "lm"):
+        loop = _best(lambda m=method: [stepped.travel(*uv[row], 0.00025, m) for row in rows], 1)
+        loop *= SURFACE_TOUCHES / STEPPED
+        what = f"{SURFACE_TOUCHES:,} touches on a STEP face against least_squares {method}"
+        _row(f"{what}, sideways", ours, loop)
+        _row(f"{what}, full", full, loop)
+
+
 def finite_elements() -> None:
     """The 36 x 9 map as a user runs it, and one factorisation a direction instead of one."""
     command = [
@@ -179,5 +282,6 @@ if __name__ == "__main__":
     print(f"{'':58s} {'pretravel':>10s} {'plain loop':>12s} {'ratio':>10s}")
     directions()
     touches()
+    surface_touches()
     finite_elements()
     start_up()

@@ -3,8 +3,8 @@
 The thesis probes an inclined plane and an ellipsoid (a = 10, c = 6 mm) "along the same normal".
 It takes the ellipsoid's parameter v for the polar angle of its normal; the normal's true
 polar angle is atan(c / a tan v), so the two curves compare two directions. Both are shown, and
-the ellipsoid at the angle that its normal really has: there it falls on the plane's curve, up to
-the effect of curvature over a slide of some micrometres (a thousandth of the radius).
+the ellipsoid, slide and all, over the angle that its normal really has: there it falls on the
+plane's curve, but for the effect of curvature (plot_curvature_study.py).
 """
 
 from __future__ import annotations
@@ -16,30 +16,38 @@ from published import PICTURES
 from pretravel.directions import from_angles
 from pretravel.plotting import save
 from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import predict
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import LateralTip, predicted_tip
+from pretravel.probing.touching import touch
+from pretravel.surface.shapes import Ellipsoid
 
 ANGLE = np.arange(10.0, 81.0, 5.0)
 A, C = 10.0, 6.0  # mm, half-axes of the ellipsoid
 
 
-def compute() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Travel along the normal at azimuth 0, µm: plane; ellipsoid at v; its true polar angle, °.
+def compute() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Travel along the normal at azimuth 0, µm: plane; ellipsoid at v; plane with the
+    ellipsoid's normals; and those normals' true polar angles, °.
 
     Of the deflection alone: the thesis leaves out what tip and part give where they touch.
     """
-    probe = load_probe("omp40-2-thesis")
+    tip = LateralTip(predicted_tip(load_probe("omp40-2-thesis"), "fem"))
 
-    def travel(polar: np.ndarray) -> np.ndarray:
-        trigger = predict(probe, from_angles(np.radians(polar), 0.0), "fem")
-        return 1e3 * trigger.sensing_distance * np.sin(np.radians(polar))
+    def on_plane(polar: np.ndarray) -> np.ndarray:
+        # On a plane nothing turns while the tip slides: equation 3.2.
+        n = from_angles(np.radians(polar), 0.0)
+        return 1e3 * np.sum(tip.state(n).deflection * n, axis=1)
 
+    ellipsoid = Ellipsoid([0.0, 0.0, 0.0], [A, A, C])
+    local = ellipsoid.local(np.column_stack([0.0 * ANGLE, np.radians(ANGLE)]))
+    touched = touch(tip, ellipsoid, Targets(local.point, local.normal))
     true = np.degrees(np.arctan(C / A * np.tan(np.radians(ANGLE))))
-    return travel(ANGLE), travel(true), true
+    return on_plane(ANGLE), 1e3 * touched.pretravel, on_plane(true), true
 
 
-def draw(computed: tuple[np.ndarray, np.ndarray, np.ndarray]) -> Figure:
+def draw(computed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]) -> Figure:
     """As in the thesis, and with the ellipsoid where it belongs."""
-    plane, ellipsoid, true = computed
+    plane, ellipsoid, _, true = computed
     figure = Figure(figsize=(8, 5), layout="constrained", dpi=110)
     axes = figure.subplots()
     axes.plot(ANGLE, plane, "k-o", ms=4, label="inclined plane")

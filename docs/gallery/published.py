@@ -17,3 +17,14 @@ def trigger_table() -> dict[str, np.ndarray]:
     with path.open(encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+
+
+def sliding_tables() -> dict[str, np.ndarray]:
+    """Rodrigues 2021, Tables 4.10 and 4.11: deflection in twenty steps of 1 µm."""
+    columns: dict[str, np.ndarray] = {}
+    for name in ("rodrigues_convex_sliding", "rodrigues_ellipsoid_inclined_sliding"):
+        path = ROOT / f"tests/validation/reference/{name}.csv"
+        with path.open(encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+        columns |= {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+    return columns

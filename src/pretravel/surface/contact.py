@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.surface.local_geometry import LocalGeometry, Surface, tangent_basis
+from pretravel.surface.local_geometry import LocalGeometry, Surface, parameter_step, tangent_basis
 
 Reach: TypeAlias = Callable[[IntArray, LocalGeometry], FloatArray]
 """From surface point to spindle point, for the given rows: (m,) rows, geometry -> (m, 3). [mm]"""
@@ -120,7 +120,7 @@ def solve_contact(
     length = np.sum(offset * ways, axis=1)
     residual = offset - length[:, None] * ways
     size = np.linalg.norm(residual, axis=1)
-    point, normal, curvature = local.point.copy(), local.normal.copy(), local.curvature.copy()
+    best = local.take(np.arange(n))
     scale = np.maximum(np.abs(anchor).max(axis=1, initial=0.0), np.abs(local.point).max(axis=1))
     goal = np.maximum(_CLOSED, _ROUNDING * scale)
     iterations = np.zeros(n, dtype=np.int64)
@@ -128,7 +128,7 @@ def solve_contact(
     for _ in range(_MOST_ITERATIONS):
         if len(active) == 0:
             break
-        here = LocalGeometry(point[active], normal[active], curvature[active])
+        here = best.take(active)
         towards = None if direction is None else direction[active]
         shift = _newton_step(here, active, residual[active], towards, length[active], reach)
         fraction = np.ones(len(active))
@@ -137,7 +137,7 @@ def solve_contact(
         for _ in range(_MOST_HALVINGS):
             trial_rows = active[waiting]
             part = fraction[waiting, None]
-            new_uv = surface.domain.confined(surface.moved(uv[trial_rows], part * shift[waiting]))
+            new_uv = _moved(surface, uv[trial_rows], here.take(waiting), part * shift[waiting])
             new = surface.local(new_uv)
             offset = new.point + reach(trial_rows, new) - anchor[trial_rows]
             way = -new.normal if direction is None else direction[trial_rows]
@@ -150,8 +150,7 @@ def solve_contact(
             taken = trial_rows[good]
             uv[taken], length[taken] = new_uv[good], new_length[good]
             residual[taken], size[taken] = new_residual[good], new_size[good]
-            point[taken], normal[taken] = new.point[good], new.normal[good]
-            curvature[taken] = new.curvature[good]
+            _put(best, taken, new.take(good))
             better[waiting[good]] = True
             waiting = waiting[~good]
             if len(waiting) == 0:
@@ -159,7 +158,24 @@ def solve_contact(
             fraction[waiting] *= 0.5
         iterations[active] += 1
         active = active[better & (size[active] > goal[active])]
-    return Contact(uv, length, LocalGeometry(point, normal, curvature), size, iterations)
+    return Contact(uv, length, best, size, iterations)
+
+
+def _moved(
+    surface: Surface, uv: FloatArray, local: LocalGeometry, displacement: FloatArray
+) -> FloatArray:
+    """Parameters after a displacement, within the domain."""
+    if local.along_parameters is None:
+        return surface.domain.confined(surface.moved(uv, displacement))
+    du, dv = local.along_parameters[:, 0], local.along_parameters[:, 1]
+    return surface.domain.confined(uv + parameter_step(du, dv, displacement))
+
+
+def _put(into: LocalGeometry, rows: IntArray, new: LocalGeometry) -> None:
+    into.point[rows], into.normal[rows] = new.point, new.normal
+    into.curvature[rows] = new.curvature
+    if into.along_parameters is not None and new.along_parameters is not None:
+        into.along_parameters[rows] = new.along_parameters
 
 
 def _newton_step(

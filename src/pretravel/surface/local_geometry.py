@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -28,11 +28,15 @@ class LocalGeometry:
     curvature : (n, 3, 3) float
         W of dn = W dx for tangential dx: symmetric, W n = 0, positive where the
         part is convex. [1/mm]
+    along_parameters : (n, 2, 3) float or None
+        Derivatives by u and by v, from surfaces that move by them; None from those that find
+        their own parameters after a displacement.
     """
 
     point: FloatArray
     normal: FloatArray
     curvature: FloatArray
+    along_parameters: FloatArray | None = None
 
     @property
     def tangents(self) -> FloatArray:
@@ -51,11 +55,17 @@ class LocalGeometry:
     def take(self, rows: npt.ArrayLike) -> LocalGeometry:
         """The given rows."""
         index = np.asarray(rows)
-        return LocalGeometry(self.point[index], self.normal[index], self.curvature[index])
+        along = self.along_parameters
+        return LocalGeometry(
+            self.point[index],
+            self.normal[index],
+            self.curvature[index],
+            None if along is None else along[index],
+        )
 
     def flipped(self) -> LocalGeometry:
         """The same surface with material on its other side."""
-        return LocalGeometry(self.point, -self.normal, -self.curvature)
+        return replace(self, normal=-self.normal, curvature=-self.curvature)
 
 
 @dataclass(frozen=True)
@@ -202,7 +212,7 @@ def from_second_order(
     vv = dual_v[:, :, None] * dual_v[:, None, :]
     uv = dual_u[:, :, None] * dual_v[:, None, :]
     curvature = -(bend_uu * uu + bend_uv * (uv + np.swapaxes(uv, 1, 2)) + bend_vv * vv)
-    return LocalGeometry(point, normal, curvature)
+    return LocalGeometry(point, normal, curvature, np.stack([du, dv], axis=1))
 
 
 def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> FloatArray:

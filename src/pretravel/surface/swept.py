@@ -89,10 +89,12 @@ class Offset:
     def local(self, uv: FloatArray) -> LocalGeometry:
         base = self.basis.local(uv)
         along = np.eye(3) + self.distance * base.curvature
+        tangents = base.along_parameters
         return LocalGeometry(
             point=base.point + self.distance * base.normal,
             normal=base.normal,
             curvature=np.asarray(np.linalg.solve(along, base.curvature)),
+            along_parameters=None if tangents is None else tangents @ along,
         )
 
     def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -146,10 +148,12 @@ class Placed:
 
     def local(self, uv: FloatArray) -> LocalGeometry:
         own = self.surface.local(uv)
+        tangents = own.along_parameters
         return LocalGeometry(
             point=own.point @ self.rotation.T + self.shift,
             normal=own.normal @ self.rotation.T,
             curvature=self.rotation @ own.curvature @ self.rotation.T,
+            along_parameters=None if tangents is None else tangents @ self.rotation.T,
         )
 
     def nearest(self, points: FloatArray) -> FloatArray:

@@ -1,0 +1,86 @@
+"""What curvature does to pretravel, with equal normals: convex and concave, flat to 2 mm.
+
+The thesis finds 27.7 % less spindle travel on its ellipsoid than on a plane. That compares normals
+26.7° and 40° from the axis. Here the normals are the same; what is left is the slide: it
+lowers a convex surface under the tip by slide²/(2 (R + r)) and turns its normal, and with it
+force and deflection, by slide/(R + r): some micrometres over some millimetres, a thousandth.
+Where all that gives is counted, a curved part is compressed more (Hertz) as well.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import PICTURES
+
+from pretravel.directions import from_angles
+from pretravel.plotting import save
+from pretravel.probe.catalogue import load_probe
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import LateralTip, Tip, predicted_tip
+from pretravel.probing.touching import touch
+from pretravel.surface.shapes import Plane, Reversed, Sphere
+
+POLAR = np.array([10.0, 26.7, 40.0, 60.0, 80.0])
+RADII = np.array([2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, convex
+HOLLOWS = np.array([3.5, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm: the ball has 3
+
+
+def travel(tip: Tip, polar: float, radius: float) -> float:
+    """From contact to trigger, mm, on a sphere (negative: in a hollow; infinite: on a plane)."""
+    n = from_angles(np.radians(polar), np.radians(20.0))
+    target = Targets(np.zeros((1, 3)), n)
+    if np.isinf(radius):
+        surface = Plane([0, 0, 0], n[0])
+    elif radius > 0.0:
+        surface = Sphere(-radius * n[0], radius)
+    else:
+        surface = Reversed(Sphere(-radius * n[0], -radius))
+    return float(touch(tip, surface, target).pretravel[0])
+
+
+def compute() -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """For the thesis's stylus (gives sideways only) and with everything: differences from
+    the plane in percent, (polar, radius): convex, concave; and the plane's travel, µm.
+    """
+    full = predicted_tip(load_probe("omp40-2-thesis-100mm"))
+    result = {}
+    for name, tip in (("sideways only", LateralTip(full)), ("all that gives", full)):
+        flat = np.array([travel(tip, polar, np.inf) for polar in POLAR])
+        curved = [
+            np.array([[travel(tip, p, sign * r) for r in radii] for p in POLAR])
+            for sign, radii in ((1.0, RADII), (-1.0, HOLLOWS))
+        ]
+        result[name] = (
+            100.0 * (curved[0] / flat[:, None] - 1.0),
+            100.0 * (curved[1] / flat[:, None] - 1.0),
+            1e3 * flat,
+        )
+    return result
+
+
+def draw(computed: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
+    """Difference from the plane over curvature; concave to the left."""
+    figure = Figure(figsize=(11, 4.8), layout="constrained", dpi=110)
+    for axes, (name, (convex, concave, flat)) in zip(
+        figure.subplots(1, 2), computed.items(), strict=True
+    ):
+        curvature = np.concatenate([-1.0 / HOLLOWS, 1.0 / RADII[::-1]])
+        for row, polar in enumerate(POLAR):
+            values = np.concatenate([concave[row], convex[row][::-1]])
+            axes.plot(curvature, values, ".-", label=f"{polar:g}° ({flat[row]:.1f} µm on a plane)")
+        axes.axhline(0.0, color="k", lw=0.6)
+        axes.set_xlabel("curvature / (1/mm), concave negative")
+        axes.set_ylabel("travel against a plane of the same normal / %")
+        axes.set_title(name, fontsize=10)
+        axes.legend(fontsize=8, title="polar angle")
+    figure.suptitle("Curvature with equal normals, 100 mm stylus, ball of 6 mm")
+    return figure
+
+
+if __name__ == "__main__":
+    results = compute()
+    for label, (convex_, concave_, flat_) in results.items():
+        print(label, flat_.round(2))
+        print("convex", RADII, convex_.round(3), "concave", HOLLOWS, concave_.round(3), sep="\n")
+    save(draw(results), PICTURES / "curvature_study.png")

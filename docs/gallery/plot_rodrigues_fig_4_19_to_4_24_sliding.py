@@ -1,0 +1,66 @@
+"""Rodrigues 2021, Figures 4.19, 4.23 and 4.24: the tip slides; Tables 4.10 and 4.11 beside it.
+
+Twenty steps of 1 µm along the normal on the convex surface (u = 0.5, v = 0.5 and -0.5), the ellipsoid
+(a = 10, c = 6 mm, u = 0, v = 40°) and an inclined plane whose normal is 40° from the probe axis.
+Dots: printed. Between rows 1 and 19 the thesis's ellipsoid is 0.449 µm too high, in row 20 it is not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import PICTURES, sliding_tables
+
+from pretravel.plotting import save
+from pretravel.probe.catalogue import load_probe
+from pretravel.probing.slide import SlideHistory, slide
+from pretravel.probing.tip import predicted_tip
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.specification import parse_surface
+from pretravel.surface_pictures import draw_slide
+
+CASES = {
+    "convex, u = 0.5, v = 0.5": ("convex", (0.5, 0.5), "deflection_mm_u0.5_v0.5", 1e3),
+    "convex, u = 0.5, v = -0.5": ("convex", (0.5, -0.5), "deflection_mm_u0.5_v-0.5", 1e3),
+    "ellipsoid, v = 40°": (
+        "ellipsoid:a=10,c=6", (0.0, math.radians(40.0)), "deflection_um_ellipsoid", 1.0
+    ),
+    "inclined plane, 40°": ("plane:polar=40", (0.0, 0.0), "deflection_um_inclined", 1.0),
+}  # fmt: skip
+
+
+def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
+    """History, surface and printed deflections (µm) of each case."""
+    tip = predicted_tip(load_probe("omp40-2-thesis-100mm"))
+    tables = sliding_tables()
+    computed = {}
+    for name, (specification, at, column, to_um) in CASES.items():
+        surface = parse_surface(specification)
+        computed[name] = (slide(tip, surface, at), surface, to_um * tables[column])
+    return computed
+
+
+def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figure:
+    """Above, the way of the contact in space; below, deflection over feed."""
+    figure = Figure(figsize=(16, 8), layout="constrained", dpi=100)
+    for column, (name, (history, surface, printed)) in enumerate(computed.items()):
+        axes = figure.add_subplot(2, 4, column + 1, projection="3d")
+        draw_slide(axes, history, surface)
+        axes.set_title(name, fontsize=10)
+        below = figure.add_subplot(2, 4, column + 5)
+        feed = 1e3 * history.feed
+        below.plot(feed, 1e3 * history.deflection, "-", label="ours")
+        below.plot(feed, printed, "o", ms=3, color="k", label="printed")
+        if np.isfinite(history.trigger_feed):
+            below.axvline(1e3 * history.trigger_feed, color="tab:red", lw=1, label="trigger")
+        below.set_xlabel("feed / µm")
+        below.set_ylabel("deflection across the axis / µm")
+        below.legend(fontsize=8)
+    figure.suptitle("Rodrigues 2021, Figures 4.19, 4.23, 4.24 and Tables 4.10, 4.11")
+    return figure
+
+
+if __name__ == "__main__":
+    save(draw(compute()), PICTURES / "rodrigues_fig_4_19_to_4_24.png")

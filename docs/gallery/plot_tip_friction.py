@@ -1,0 +1,59 @@
+"""Friction at the tip: pretravel over the polar angle, from full slip to stick.
+
+Estler describes the friction that holds the tip on an inclined surface, Mayer the slip. On a floor
+and on a wall nothing slides, and friction does nothing; between them the tip that slips pulls
+the stylus less far sideways, the tip that sticks not at all: its force points along the axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import PICTURES
+
+from pretravel.directions import from_angles
+from pretravel.plotting import save
+from pretravel.probe.catalogue import load_probe
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import predicted_tip
+from pretravel.probing.touching import SurfaceTouches, touch
+from pretravel.surface.shapes import Sphere
+
+POLAR = np.concatenate([np.arange(0.0, 20.0, 1.0), np.arange(20.0, 91.0, 5.0)])
+FRICTION = (0.0, 0.05, 0.1, 0.2, 0.4, np.inf)
+RADIUS = 12.5
+
+
+def compute() -> dict[float, SurfaceTouches]:
+    """Touches on a sphere of 25 mm at azimuth 20°, for each coefficient."""
+    tip = predicted_tip(load_probe("omp40-2"))
+    n = from_angles(np.radians(POLAR), np.radians(20.0))
+    sphere = Sphere([0.0, 0.0, 0.0], RADIUS)
+    targets = Targets(RADIUS * n, n)
+    return {mu: touch(tip, sphere, targets, friction=mu) for mu in FRICTION}
+
+
+def draw(computed: dict[float, SurfaceTouches]) -> Figure:
+    """Pretravel, its change by friction, and how far the force leaves the normal."""
+    figure = Figure(figsize=(14, 4.6), layout="constrained", dpi=110)
+    travel, change, lean = figure.subplots(1, 3)
+    free = computed[0.0].pretravel
+    for mu, touches in computed.items():
+        name = "sticks" if np.isinf(mu) else f"µ = {mu:g}"
+        travel.plot(POLAR, 1e3 * touches.pretravel, ".-", label=name)
+        change.plot(POLAR, 1e3 * (touches.pretravel - free), ".-")
+        cosine = np.sum(touches.force_direction * touches.normal, axis=1)
+        lean.plot(POLAR, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), ".-")
+    travel.set_ylabel("pretravel / µm")
+    change.set_ylabel("change by friction / µm")
+    lean.set_ylabel("force from the normal / °")
+    for axes in (travel, change, lean):
+        axes.set_xlabel("polar angle / °")
+        axes.grid(alpha=0.3)
+    travel.legend(fontsize=8)
+    figure.suptitle("Friction at the tip, OMP40-2 with 50 mm stylus, sphere of 25 mm, azimuth 20°")
+    return figure
+
+
+if __name__ == "__main__":
+    save(draw(compute()), PICTURES / "tip_friction.png")
