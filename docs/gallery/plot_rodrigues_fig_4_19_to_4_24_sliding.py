@@ -1,8 +1,8 @@
 """Rodrigues 2021, Figures 4.19, 4.23 and 4.24: the tip slides; Tables 4.10 and 4.11 beside it.
 
-Twenty steps of 1 µm along the normal on the convex surface (u = 0.5, v = 0.5 and -0.5), the ellipsoid
-(a = 10, c = 6 mm, u = 0, v = 40°) and an inclined plane whose normal is 40° from the probe axis.
-Dots: printed. Between rows 1 and 19 the thesis's ellipsoid is 0.449 µm too high, in row 20 it is not.
+Twenty steps of 1 µm along the normal: on the convex surface (u = 0.5, v = 0.5 and -0.5), on the
+ellipsoid (a = 10, c = 6 mm, u = 0, v = 40°) and on a plane whose normal is 40° from the axis.
+Dots: printed. In rows 1 to 19 the thesis's ellipsoid is 0.449 µm too high, in row 20 it is not.
 """
 
 from __future__ import annotations

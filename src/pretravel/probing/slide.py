@@ -259,23 +259,28 @@ def _full_step(
 ) -> tuple[Contact, float, FloatArray]:
     """Force along the last normal at which the deflected, compressed ball is tangent.
 
-    Tip against force is followed along its tangent, again and again: Newton in the force.
+    Newton in the force: what the tip and its compression do with a little more of it is a line
+    along which the contact is looked for.
     """
+    response = tip.response
+    normal, little = direction, 1e-6 * limit
     for _ in range(60):
         here = _tip_at(tip, direction, force)
-        ahead = _tip_at(tip, direction, force + 1e-6 * limit)
-        along = (ahead - here) / (1e-6 * limit)
-        speed = float(np.linalg.norm(along))
-        compressed = factor * float(tip.response.tip_approach(np.array([force]))[0])
+        approach, ahead = factor * response.tip_approach(np.array([force, force + little]))
+        along = _tip_at(tip, direction, force + little) - here + (ahead - approach) * normal
+        speed = float(np.linalg.norm(along)) / little
         contact = solve_contact(
-            surface, uv, spindle + here, along / speed, ball_center(tip.radius - compressed)
+            surface,
+            uv,
+            spindle + here,
+            along / (speed * little),
+            ball_center(tip.radius - float(approach)),
         )
-        change = float(contact.length[0]) / speed
         # Force cannot be negative; at zero the law of Hertz has a vertical tangent.
-        new = max(force + change, 0.1 * force, 1e-9)
+        new = max(force + float(contact.length[0]) / speed, 0.1 * force, 1e-9)
         if not math.isfinite(new):
             break
-        moved, force, uv = abs(new - force), new, contact.uv
+        moved, force, uv, normal = abs(new - force), new, contact.uv, contact.local.normal
         if moved <= _SETTLED * limit:
             break
     return contact, force, (spindle + _tip_at(tip, direction, force))[0]

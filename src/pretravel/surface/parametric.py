@@ -156,7 +156,8 @@ class FunctionSurface(Parametric):
         return geometry if self.outwards > 0 else geometry.flipped()
 
     def _complex(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        x, y, z = np.broadcast_arrays(*(np.asarray(c) for c in self.function(u, v)), u)[:3]
+        with np.errstate(all="ignore"):  # what is not finite is found by those who use it
+            x, y, z = np.broadcast_arrays(*(np.asarray(c) for c in self.function(u, v)), u)[:3]
         return np.stack([x, y, z], axis=1)
 
     def first_order(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

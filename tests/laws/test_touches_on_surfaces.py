@@ -1,0 +1,507 @@
+"""A touch on a surface: tangent, triggered, the same however the surface is written down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap, from_angles, unit
+from pretravel.errors import PretravelError
+from pretravel.frames import parse_placement
+from pretravel.metrology.compensation import apply
+from pretravel.model.hertz import curved_part_factor
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import material
+from pretravel.probing.simulation import simulate, simulate_some
+from pretravel.probing.slide import slide
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
+from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
+from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.parametric import Convex, FunctionSurface
+from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed, Sphere, Torus
+from pretravel.touches import Touches, moved
+from pretravel.trigger.predict import predict, predicted_map
+from pretravel.trigger.response import probe_response, response_map
+
+from ..conftest import EXAMPLES, coarse_reduced
+
+
+@cache
+def _tip(name: str = "omp40-2", model: str = "analytic") -> PredictedTip:
+    return predicted_tip(load_probe(name), model)
+
+
+@cache
+def _part() -> Part:
+    return read_step_part(EXAMPLES / "part.step")
+
+
+def _spread(surface: Surface, u: tuple[float, float], v: tuple[float, float], n: int) -> Targets:
+    rng = np.random.default_rng(0)
+    local = surface.local(np.column_stack([rng.uniform(*u, n), rng.uniform(*v, n)]))
+    up = local.normal[:, 2] > 0.05
+    return Targets(local.point[up], local.normal[up])
+
+
+CASES: dict[str, tuple[Surface, tuple[float, float], tuple[float, float]]] = {
+    "plane": (Plane([1, 2, 3], from_angles(0.7, 0.4)[0]), (-5, 5), (-5, 5)),
+    "sphere": (Sphere([1, 2, 3], 12.5), (0, 6.28), (0, 1.5)),
+    "small sphere": (Sphere([1, 2, 3], 2.0), (0, 6.28), (0, 1.5)),
+    "cylinder": (
+        Cylinder([1, 2, 3], 8.0, np.eye(3)[[1, 2, 0]]), (0, 6.28), (-5, 5)
+    ),
+    "cone": (Cone([0, 0, 0], 8.0, -0.5), (0, 6.28), (-5, 5)),
+    "torus": (Torus([0, 0, 0], 20.0, 5.0), (0, 6.28), (0, 3.14)),
+    "ellipsoid": (Ellipsoid([0, 0, 0], [10, 8, 6]), (0, 6.28), (0, 1.5)),
+    "cup": (Reversed(Sphere([0, 0, 0], 12.5)), (0, 6.28), (1.7, 3.1)),
+    "convex": (Convex(), (-0.8, 0.8), (-0.8, 0.8)),
+    "function": (
+        FunctionSurface(lambda u, v: (u, v, 0.02 * u * u - 0.03 * u * v), (-9, 9), (-9, 9)),
+        (-7, 7), (-7, 7),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("model", ["shen", "analytic"])
+def test_tangent_and_triggered(name: str, model: str) -> None:
+    """The definition, term by term: C = P + deflection is the ball's radius, less its
+    compression, above the contact; the force there is the trigger force along the normal."""
+    surface, u, v = CASES[name]
+    targets = _spread(surface, u, v, 80)
+    tip = _tip(model=model)
+    done = touch(tip, surface, targets)
+    assert done.converged.all()
+    assert done.residual.max() < 1e-9
+    assert np.abs(done.trigger_residual).max() < 1e-9
+    spindle = targets.points + 3.0 * targets.normals + done.travel[:, None] * targets.approaches
+    center = spindle + done.deflection
+    trigger = predict(load_probe("omp40-2"), done.normal, model)
+    assert np.allclose(done.force, trigger.force, rtol=1e-12)
+    assert np.abs(done.deflection - trigger.deflection).max() < 1e-10
+    bends = surface.local(surface.nearest(done.first_point)).principal_curvatures
+    height = 3.0 - trigger.tip_approach * curved_part_factor(3.0, bends)
+    assert np.abs(center - done.point - height[:, None] * done.normal).max() < 2e-9
+    # On the surface, with its normal there.
+    foot = surface.local(surface.nearest(done.point))
+    assert np.abs(foot.point - done.point).max() < 1e-9
+    assert np.abs(foot.normal - done.normal).max() < 1e-9
+
+
+@pytest.mark.parametrize("model", ["shen", "analytic"])
+def test_on_a_plane_the_travel_is_the_predicted_pretravel(model: str) -> None:
+    n = fibonacci_cap(40, 1.5)
+    expected = predict(load_probe("omp40-2"), n, model).pretravel
+    for row, normal in enumerate(n):
+        done = touch(_tip(model=model), Plane([0, 0, 0], normal), Targets(0.0 * n[:1], n[[row]]))
+        assert done.pretravel[0] == pytest.approx(expected[row], abs=1e-12)
+
+
+def test_oblique_on_a_plane() -> None:
+    """Nothing turns on a plane: the travel is pretravel / |a·n| along any approach."""
+    rng = np.random.default_rng(4)
+    n = from_angles(0.8, 0.3)
+    a = unit(-n + 0.6 * rng.normal(size=(30, 3)))
+    a = a[(a @ n[0]) < -0.3]
+    targets = Targets(np.zeros_like(a), np.repeat(n, len(a), axis=0), a)
+    done = touch(_tip(), Plane([0, 0, 0], n[0]), targets)
+    expected = predict(load_probe("omp40-2"), n).pretravel[0]
+    assert done.pretravel == pytest.approx(expected / -(a @ n[0]), rel=1e-9)
+
+
+def test_sphere_against_a_separate_fixed_point_iteration() -> None:
+    """|C - c| = R + r - approach with the normal along C - c, iterated on its own."""
+    probe, n = load_probe("omp40-2-100mm"), fibonacci_cap(60, 1.5)
+    done = touch(predicted_tip(probe), Sphere([0, 0, 0], 4.0), Targets(4.0 * n, n))
+    factor = (1.0 + 3.0 / 4.0) ** (1.0 / 3.0)  # Hertz, 1/R = 1/3 + 1/4 against 1/3
+    travel, normal = np.zeros(len(n)), n
+    for _ in range(60):
+        trigger = predict(probe, normal)
+        reach = 7.0 - factor * trigger.tip_approach
+        # |7 n - s n + d|² = reach² for s, the smaller root.
+        arm = 7.0 * n + trigger.deflection
+        along = np.sum(arm * n, axis=1)
+        travel = along - np.sqrt(along**2 - np.sum(arm**2, axis=1) + reach**2)
+        center = arm - travel[:, None] * n
+        normal = center / np.linalg.norm(center, axis=1, keepdims=True)
+    assert done.pretravel == pytest.approx(travel, abs=1e-11)
+
+
+class TestSameSurfaceOtherwise:
+    """As analytic, as STEP, as a spline, as a function: 1e-8 mm."""
+
+    def _agree(self, first: Any, second: Any, targets: Targets) -> None:
+        one, other = (touch(_tip(), surface, targets) for surface in (first, second))
+        assert one.converged.all()
+        assert other.converged.all()
+        assert np.abs(one.travel - other.travel).max() < 1e-8
+        assert np.abs(one.point - other.point).max() < 1e-8
+        assert np.abs(one.normal - other.normal).max() < 1e-8
+
+    @pytest.mark.parametrize("name", ["sphere", "cylinder", "cone", "torus"])
+    def test_step(self, name: str, tmp_path: Path) -> None:
+        from netgen.occ import Axes, Axis, Pnt, Vec, WorkPlane, X, Z
+        from netgen.occ import Cylinder as Rod
+        from netgen.occ import Sphere as Ball
+
+        up = WorkPlane(Axes((0, 0, 0), Vec(0, -1, 0), X))  # its second axis is z
+        solid, analytic, u, v = {
+            "sphere": (Ball(Pnt(1, 2, 3), 12.5), Sphere([1, 2, 3], 12.5), (0, 6.28), (0.0, 1.5)),
+            "cylinder": (
+                Rod(Pnt(-20, 2, 3), X, 8, 40), Cylinder([0, 2, 3], 8.0, np.eye(3)[[1, 2, 0]]),
+                (0, 6.28), (-9, 9),
+            ),
+            "cone": (
+                up.MoveTo(0, 0).LineTo(20, 0).LineTo(10, 15).LineTo(0, 15).Close().Face()
+                .Revolve(Axis((0, 0, 0), Z), 360),
+                Cone([0, 0, 0], 20.0, -math.atan(10 / 15)), (0, 6.28), (4, 14),
+            ),
+            "torus": (
+                up.MoveTo(20, 0).Circle(5).Face().Revolve(Axis((0, 0, 0), Z), 360),
+                Torus([0, 0, 0], 20.0, 5.0), (0, 6.28), (0.1, 3.0),
+            ),
+        }[name]  # fmt: skip
+        file = tmp_path / "made.step"
+        solid.WriteStep(str(file))
+        targets = _spread(analytic, u, v, 200)
+        if name == "sphere":  # its pole, and its seam
+            extra = np.array([[0, 0, 1.0], [1, 0, 0], [math.sqrt(0.5), 0, math.sqrt(0.5)]])
+            targets = Targets(
+                np.concatenate([targets.points, [1, 2, 3] + 12.5 * extra]),
+                np.concatenate([targets.normals, extra]),
+            )
+        self._agree(analytic, read_step_part(file), targets)
+
+    def test_function(self) -> None:
+        ball = FunctionSurface(
+            lambda u, v: (12.5 * np.cos(u) * np.sin(v), 12.5 * np.sin(u) * np.sin(v),
+                          12.5 * np.cos(v)),
+            (0.0, 2.0 * math.pi), (0.05, 1.6), outwards=-1,
+        )  # fmt: skip
+        targets = _spread(ball, (0.3, 6.0), (0.2, 1.4), 60)
+        self._agree(Sphere([0, 0, 0], 12.5), ball, targets)
+
+    def test_turned_parameters(self) -> None:
+        """The convex surface with u and v turned by 30° and stretched."""
+        c, s = math.cos(0.5), math.sin(0.5)
+        plain = Convex(turn=0.0)
+        turned = FunctionSurface(
+            lambda u, v: (20.0 * (c * u - s * 2 * v), 20.0 * (s * u + c * 2 * v),
+                          -10.0 * (u * u + 4 * v * v)),
+            (-0.9, 0.9), (-0.45, 0.45),
+        )  # fmt: skip
+        targets = _spread(plain, (-0.5, 0.5), (-0.5, 0.5), 60)
+        self._agree(plain, turned, targets)
+
+
+def test_turning_part_and_probe_together_changes_nothing() -> None:
+    surface, u, v = CASES["ellipsoid"]
+    targets = _spread(surface, u, v, 40)
+    place = parse_placement("10,-20,30,20,-15,40")
+    tip = _tip()
+    before = touch(tip, surface, targets)
+    from pretravel.surface.swept import Placed
+
+    there = Targets(
+        place.points(targets.points),
+        place.vectors(targets.normals),
+        place.vectors(np.asarray(targets.approaches)),
+    )
+    after = touch(tip.turned(place.rotation), Placed(surface, place.rotation, place.shift), there)
+    assert np.abs(before.travel - after.travel).max() < 1e-11
+    assert np.abs(place.points(before.point) - after.point).max() < 1e-10
+
+
+def test_placing_the_part_is_turning_the_probe_the_other_way() -> None:
+    probe = load_probe("omp40-2")
+    surface, u, v = CASES["sphere"]
+    targets = _spread(surface, u, v, 20)
+    turned_part = simulate_some(
+        probe, surface, targets, placement=parse_placement("0,0,0,0,0,25")
+    ).touches
+    other = replace(probe, orientation=replace(probe.orientation, rotation=-math.radians(25.0)))
+    turned_probe = simulate(other, surface, targets)
+    assert turned_part is not None
+    assert np.abs(turned_part.positions - turned_probe.positions).max() < 1e-11
+
+
+class TestResponse:
+    @pytest.mark.parametrize("name", ["omp40-2", "omp40-2-thesis", "omp40-2-100mm-carbide"])
+    @pytest.mark.parametrize("model", ["shen", "analytic"])
+    def test_is_the_model(self, name: str, model: str) -> None:
+        probe = load_probe(name)
+        response = probe_response(probe, model, workpiece=material("aluminium"))
+        n = fibonacci_cap(300)
+        expected = predict(probe, n, model, workpiece=material("aluminium"))
+        assert np.allclose(response.force(n)[0], expected.force, rtol=1e-12)
+        assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
+
+    def test_is_the_finite_element_model(self) -> None:
+        from pretravel.trigger.fem import condensed
+
+        probe, n = load_probe("omp40-2"), fibonacci_cap(100)
+        fem = condensed(coarse_reduced())
+        response = probe_response(probe, fem)
+        assert np.abs(response.pretravel(n) - predict(probe, n, fem).pretravel).max() < 1e-11
+
+    def test_with_weight_and_arm_lift(self) -> None:
+        probe = load_probe("omp40-2")
+        probe = replace(
+            probe, criterion="arm_lift", threshold=0.1, moving=replace(probe.moving, mass=0.02)
+        )
+        n, down = fibonacci_cap(100), [0.0, 0.6, -0.8]
+        response = probe_response(probe, gravity=down)
+        expected = predict(probe, n, gravity=down)
+        assert np.allclose(response.force(n)[0], expected.force, rtol=1e-12)
+        assert np.abs(response.excess(n, expected.force)).max() < 1e-12
+        assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
+
+    def test_a_model_of_another_form_is_refused(self) -> None:
+        def odd(probe: Probe, statics: Any, directions: Any, forces: Any, workpiece: Any) -> Any:
+            return {"bending": 1e-3 * forces[:, None] ** 2 * directions}
+
+        with pytest.raises(PretravelError, match="model odd is not of the form"):
+            probe_response(load_probe("omp40-2"), odd)
+
+
+class TestFriction:
+    N = fibonacci_cap(50, 1.45)
+    BALL = Sphere([0, 0, 0], 12.5)
+
+    def _touch(self, friction: float, model: str = "analytic") -> SurfaceTouches:
+        done = touch(
+            _tip(model=model), self.BALL, Targets(12.5 * self.N, self.N), friction=friction
+        )
+        assert done.converged.all()
+        return done
+
+    def test_none_is_the_frictionless_touch(self) -> None:
+        free, little = self._touch(0.0), self._touch(1e-9)
+        assert np.abs(free.pretravel - little.pretravel).max() < 1e-9
+
+    @pytest.mark.parametrize("friction", [0.05, 0.2, 0.6])
+    def test_the_force_never_leaves_its_cone_and_opposes_the_slide(self, friction: float) -> None:
+        done = self._touch(friction)
+        along = np.sum(done.force_direction * done.normal, axis=1)
+        pull = done.force_direction - along[:, None] * done.normal
+        ratio = np.linalg.norm(pull, axis=1) / along
+        assert ratio.max() <= friction * (1.0 + 1e-9)
+        way = done.point + 3.0 * done.normal - (done.first_point + 3.0 * done.first_normal)
+        way = way - np.sum(way * done.normal, axis=1)[:, None] * done.normal
+        assert np.all(np.sum(pull * way, axis=1) <= 0.0)
+        # Those that slip, by more than a contact gives before, are at the cone's edge.
+        slipping = np.linalg.norm(way, axis=1) > friction * 1.3 * 0.0008
+        assert slipping.sum() > 5
+        assert ratio[slipping] == pytest.approx(friction, rel=1e-9)
+
+    def test_on_an_inclined_plane_slip_is_the_force_turned_by_the_friction_angle(self) -> None:
+        """A symmetric plane slide: the answer is the model's under a force turned by atan mu."""
+        normal = from_angles(1.0, 0.0)
+        done = touch(
+            _tip(model="shen"),
+            Plane([0, 0, 0], normal[0]),
+            Targets(np.zeros((1, 3)), normal),
+            friction=0.15,
+        )
+        turned = from_angles(1.0 - math.atan(0.15), 0.0)
+        expected = predict(load_probe("omp40-2"), turned, "shen")
+        assert done.force[0] == pytest.approx(expected.force[0], rel=1e-9)
+        along = float(np.sum(expected.deflection * normal))
+        assert done.pretravel[0] == pytest.approx(along, rel=1e-9)
+
+    def test_a_tip_that_sticks_stays(self) -> None:
+        """The tip's centre moves along the surface by no more than the contact shears: with
+        Mindlin's stiffness 1.5 tan(force angle) * 1.21 * approach."""
+        done = self._touch(math.inf)
+        slide = np.linalg.norm(done.point - done.first_point, axis=1)
+        assert slide.max() < 1e-3
+        free = self._touch(0.0)
+        assert np.median(slide) < 0.15 * np.median(free.slide)
+        # A large coefficient is the same, where it does not slip.
+        assert np.abs(self._touch(200.0).pretravel - done.pretravel).max() < 1e-4
+
+    def test_a_map_has_no_forces_for_friction(self) -> None:
+        probe, n = load_probe("omp40-2"), fibonacci_cap(200)
+        table = predicted_map(probe, predict(probe, n))
+        with pytest.raises(PretravelError, match="a map does not know forces"):
+            touch(MeasuredTip(table), self.BALL, Targets(12.5 * n, n), friction=0.1)
+
+
+class TestStepByStep:
+    """With smaller steps the thesis's way comes to the touch at once, at first order: the
+    force's direction lags by one step. Steps so that the trigger falls into the middle of one."""
+
+    CASES = {  # noqa: RUF012
+        "plane": (lambda: Plane([0, 0, 0], from_angles(0.7, 0.3)[0]), (0.0, 0.0)),
+        "convex": (Convex, (0.5, 0.5)),
+        "ellipsoid": (lambda: Ellipsoid([0, 0, 0], [10, 10, 6]), (0.3, math.radians(40.0))),
+        "STEP part": (lambda: _part().faces[0], (7.15, 10.5)),
+    }
+
+    @pytest.mark.parametrize("kinematics", ["lateral", "full"])
+    @pytest.mark.parametrize("name", CASES)
+    def test_converges(self, name: str, kinematics: str) -> None:
+        make, at = self.CASES[name]
+        # Rigid seats: seats that give, as N^(2/3), speed up the slide where one opens.
+        surface, tip = make(), _tip("omp40-2-thesis-100mm")
+        local = surface.local(np.array([at]))
+        used = LateralTip(tip) if kinematics == "lateral" else tip
+        at_once = touch(used, surface, Targets(local.point, local.normal)).pretravel[0]
+        errors = []
+        for count in (4, 8, 16, 32):
+            step = at_once / (count - 0.5)
+            history = slide(tip, surface, at, step=step, steps=count, kinematics=kinematics)
+            assert history.triggered.tolist() == [False] * (count - 1) + [True]
+            errors.append(history.trigger_feed - at_once)
+        # With 32 steps at a nanometre, whatever the surface.
+        assert abs(errors[-1]) < 1e-6
+        if name == "plane":  # no lag: the normal never turns
+            assert np.abs(errors).max() < 1e-12
+        else:
+            rates = np.log2(np.abs(np.array(errors[:-1]) / np.array(errors[1:])))
+            assert rates == pytest.approx(1.0, abs=0.15)
+
+    def test_seats_that_give_slow_the_convergence(self) -> None:
+        """Near the trigger an opening seat gives as N^(2/3): over the last step h the tip slides
+        as h^(2/3), and so does the error once that is what is left of it."""
+        tip, face, at = _tip("omp40-2-100mm"), _part().faces[0], (7.15, 10.5)
+        local = face.local(np.array([at]))
+        at_once = touch(tip, face, Targets(local.point, local.normal)).pretravel[0]
+        errors = [
+            slide(
+                tip, face, at, step=at_once / (n - 0.5), steps=n, kinematics="full"
+            ).trigger_feed - at_once
+            for n in (64, 128, 256)
+        ]  # fmt: skip
+        assert abs(errors[-1]) < 2e-8
+        rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+        assert rates == pytest.approx(2.0 / 3.0, abs=0.12)
+
+    def test_history_fits_together(self) -> None:
+        tip, surface = _tip("omp40-2-100mm"), Ellipsoid([0, 0, 0], [10, 10, 6])
+        for kinematics in ("lateral", "full"):
+            h = slide(tip, surface, (0.3, 0.7), step=2e-4, steps=60, kinematics=kinematics)
+            before = ~h.triggered
+            assert 10 < before.sum() < 60
+            assert np.allclose(np.linalg.norm(h.center - h.spindle, axis=1), h.deflection)
+            gap = np.linalg.norm(h.center - h.contact, axis=1)
+            assert np.abs(gap - 3.0).max() < (1e-9 if kinematics == "lateral" else 1e-3)
+            assert np.all(np.diff(h.force[before]) > 0.0)
+            assert np.all(h.reactions[before].min(axis=1) > 0.0)
+            assert np.all(np.isnan(h.force[~before]))
+            # Smallest reactions fall towards the trigger.
+            assert h.reactions[before][-1].min() < 0.2 * h.reactions[before][0].min()
+
+    @pytest.mark.parametrize("search", ["steps", "golden"])
+    @pytest.mark.parametrize("process", ["vertical", "inclined"])
+    def test_the_thesis_processes_find_the_event(self, process: str, search: str) -> None:
+        """Vertical: raise the deflection; inclined: the force. Both end where statics says."""
+        normal = from_angles(math.radians(90.0 if process == "vertical" else 50.0), 0.4)
+        tip = _tip()
+        event = LateralTip(tip).state(normal)
+        goal = np.linalg.norm(event.deflection) if process == "vertical" else event.force[0]
+        step = 1e-3 if process == "vertical" else 0.05
+        steps = 60 if search == "steps" else 120
+        h = slide(
+            tip, Plane([0, 0, 0], normal[0]), (0.0, 0.0), step=step, steps=steps,
+            process=process, search=search,
+        )  # fmt: skip
+        expected = float(np.sum(event.deflection * normal))
+        tolerance = 1e-12 if search == "steps" else 1e-8
+        assert h.trigger_feed == pytest.approx(expected, abs=tolerance)
+        first = int(np.argmax(h.triggered)) if search == "steps" else None
+        if first is not None:
+            assert first + 1 == math.ceil(goal / step)
+        else:  # the interval shrinks to 0.618 of itself with every trial or two
+            assert len(h) < 100
+
+    def test_on_a_floor_only_all_that_gives_can_give(self) -> None:
+        floor = Plane([0, 0, 0], [0, 0, 1])
+        with pytest.raises(PretravelError, match="across the probe axis"):
+            slide(_tip(), floor, (0.0, 0.0))
+        h = slide(_tip(), floor, (0.0, 0.0), step=1e-4, steps=20, kinematics="full")
+        expected = predict(load_probe("omp40-2"), [[0.0, 0.0, 1.0]]).pretravel[0]
+        assert h.trigger_feed == pytest.approx(expected, abs=1e-11)
+
+
+class TestThereAndBack:
+    """simulate, then compensate with the nominal surface."""
+
+    @pytest.mark.parametrize("model", ["shen", "analytic"])
+    def test_the_step_part_without_noise(self, model: str) -> None:
+        part, probe = _part(), load_probe("omp40-2")
+        targets = _spread(part.faces[0], (3, 57), (3, 37), 300)
+        exact = response_map(
+            probe, probe_response(probe, model), predict(probe, fibonacci_cap(400), model)
+        )
+        touches = simulate(probe, part, targets, model=model)
+        points = apply(touches, exact, nominal=part)
+        assert points.deviation is not None
+        assert np.abs(points.deviation).max() < 1e-6
+        on = part.faces[0]
+        foot = on.local(on.nearest(points.positions)).point
+        assert np.abs(foot - points.positions).max() < 1e-6
+        # Along the targets' normals alone the slide is missed: by what it is worth, nanometres.
+        plain = apply(touches, exact)
+        assert 1e-6 < np.abs(plain.deviation).max() < 2e-4
+
+    @pytest.mark.parametrize("name", ["sphere", "cup", "ellipsoid", "torus", "cylinder"])
+    def test_form_errors_are_found(self, name: str) -> None:
+        """The real part is 20 µm off its nominal, all around: nominal + 0.02 n."""
+        from pretravel.surface.swept import Offset
+
+        surface, u, v = CASES[name]
+        probe = load_probe("omp40-2-100mm")
+        exact = response_map(probe, probe_response(probe), predict(probe, fibonacci_cap(400)))
+        targets = _spread(surface, u, v, 80)
+        touches = simulate(probe, Offset(surface, 0.02), targets)
+        points = apply(touches, exact, nominal=surface)
+        # 0.02 mm of radius change the compression by 1e-4 of 0.8 µm, and 1 nm is asked for.
+        assert points.deviation == pytest.approx(0.02, abs=1e-6)
+
+    def test_a_measured_map_in_its_own_terms(self) -> None:
+        """Touches simulated from a map, compensated with it: the map is the truth."""
+        part, probe = _part(), load_probe("omp40-2-100mm")
+        table = predicted_map(probe, predict(probe, fibonacci_cap(300, math.radians(89))))
+        targets = _spread(part.faces[0], (3, 57), (3, 37), 200)
+        points = apply(simulate(table, part, targets), table, nominal=part)
+        assert np.abs(points.deviation).max() < 1e-9
+
+    def test_in_the_machines_frame(self) -> None:
+        part, probe = _part(), load_probe("omp40-2-100mm")
+        place = parse_placement("100,50,-20,10,0,30")
+        targets = _spread(part.faces[0], (3, 57), (3, 37), 100)
+        run = simulate_some(probe, part, targets, placement=place)
+        assert run.touches is not None
+        exact = response_map(probe, probe_response(probe), predict(probe, fibonacci_cap(400)))
+        machine = moved(run.touches, place)
+        back = moved(machine, place.inverse)
+        points = apply(back, exact.seen_from(place), nominal=part)
+        assert np.abs(points.deviation).max() < 1e-6
+        # Forgetting that the part is turned is seen.
+        wrong = apply(back, exact, nominal=part)
+        assert np.abs(wrong.deviation).max() > 1e-4
+
+    def test_touches_beside_the_nominal_are_refused_by_name(self) -> None:
+        part, probe = _part(), load_probe("omp40-2")
+        up = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+        touches = Touches([[30.0, 20.0, 14.0], [90.0, 20.0, 14.0]], up, labels=("in", "out"))
+        exact = response_map(probe, probe_response(probe), predict(probe, fibonacci_cap(400)))
+        with pytest.raises(PretravelError, match=r"1 of 2 touches.*touch 2 \(out\)"):
+            apply(touches, exact, nominal=part)
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.0, 2.9])
+def test_a_ball_that_does_not_fit(radius: float) -> None:
+    cup = Reversed(Sphere([0, 0, 0], radius))
+    done = touch(_tip(), cup, Targets([[0, 0, -radius]], [[0, 0, 1.0]]))
+    assert done.status[0] == TouchStatus.DOES_NOT_FIT
