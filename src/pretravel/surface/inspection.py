@@ -172,7 +172,7 @@ def _box(
             if not wanted[0] < wanted[1]:
                 raise PretravelError(f"the range of {name} {wanted} must go upwards")
             low[axis], high[axis] = wanted
-        if not np.isfinite(low[axis] + high[axis]):
+        if not (np.isfinite(low[axis]) and np.isfinite(high[axis])):
             raise PretravelError(
                 f"this surface has no end along {name}: say from where to where, --{name} from:to"
             )

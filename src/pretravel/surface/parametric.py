@@ -68,7 +68,8 @@ class Parametric(ABC):
 
     def _inwards(self, uv: FloatArray) -> FloatArray:
         low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
-        middle = np.where(np.isfinite(low + high), 0.5 * (low + high), 0.0)
+        bounded = np.isfinite(low) & np.isfinite(high)
+        middle = 0.5 * (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0))
         return uv + _INWARDS * (middle - uv)
 
     def nearest(self, points: FloatArray) -> FloatArray:

@@ -1,0 +1,208 @@
+"""What a touch says when it cannot be one: missed, edge, another face, stem, no trigger."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pretravel.directions import from_angles
+from pretravel.errors import PretravelError
+from pretravel.probe.catalogue import load_probe
+from pretravel.probing.obstacles import stylus_outline
+from pretravel.probing.simulation import simulate, simulate_some
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import PredictedTip, predicted_tip
+from pretravel.probing.touching import TouchStatus, describe_failures, touch
+from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.shapes import Plane, Sphere
+
+
+@pytest.fixture(scope="module")
+def tip() -> PredictedTip:
+    return predicted_tip(load_probe("omp40-2"))  # ball of 6 mm, stem of 4.5 mm
+
+
+@pytest.fixture(scope="module")
+def step(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A block 60 x 60 x 20 with a step 20 high on its back half, a slot and a hole."""
+    from netgen.occ import Box, Cylinder, Pnt, Z
+
+    solid = Box((0, 0, 0), (60, 60, 20)) + Box((0, 40, 20), (60, 60, 40))
+    solid = solid - Box((28, -1, 10), (32, 30, 21)) - Cylinder(Pnt(10, 10, 5), Z, 6, 16)
+    file = tmp_path_factory.mktemp("step") / "block.step"
+    solid.WriteStep(str(file))
+    return read_step_part(file)
+
+
+UP = [0.0, 0.0, 1.0]
+
+
+def _one(
+    tip: PredictedTip, part: Part, point: list[float], normal: list[float], **kwargs: Any
+) -> tuple[int, int]:
+    approach = kwargs.pop("approach", None)
+    targets = Targets([point], [normal], None if approach is None else [approach])
+    done = touch(tip, part, targets, **kwargs)
+    face = int(done.face[0])
+    return int(done.status[0]), part.faces[face].number if face >= 0 else 0
+
+
+def _face_at(part: Part, point: list[float]) -> int:
+    distance = [
+        np.linalg.norm(f.local(f.nearest(np.array([point]))).point[0] - point)
+        + (0 if f.inside(f.nearest(np.array([point])))[0] else 1e9)
+        for f in part.faces
+    ]
+    return part.faces[int(np.argmin(distance))].number
+
+
+class TestOnABlock:
+    def test_floor_wall_and_hole(self, tip: PredictedTip, step: Part) -> None:
+        for point, normal in (
+            ([45.0, 20.0, 20.0], UP),
+            ([45.0, 40.0, 30.0], [0.0, -1.0, 0.0]),
+            ([0.0, 30.0, 10.0], [-1.0, 0.0, 0.0]),
+            ([16.0, 10.0, 12.0], [-1.0, 0.0, 0.0]),
+            ([10.0, 10.0, 5.0], UP),
+        ):
+            status, face = _one(tip, step, point, normal)
+            assert status == TouchStatus.CONVERGED
+            assert face == _face_at(step, point)
+
+    def test_beyond_the_edge_the_ball_meets_it(self, tip: PredictedTip, step: Part) -> None:
+        assert _one(tip, step, [61.0, 20.0, 20.0], UP)[0] == TouchStatus.EDGE
+
+    def test_further_out_it_meets_nothing(self, tip: PredictedTip, step: Part) -> None:
+        assert _one(tip, step, [64.0, 20.0, 20.0], UP)[0] == TouchStatus.MISSED
+
+    def test_too_near_to_the_step_its_wall_comes_first(self, tip: PredictedTip, step: Part) -> None:
+        """The wall is 2 mm away, the ball has 3: coming down it meets the upper edge or wall."""
+        status, face = _one(tip, step, [45.0, 38.0, 20.0], UP, clearance=5.0)
+        assert status == TouchStatus.OTHER_FACE
+        assert face in (_face_at(step, [45.0, 40.0, 30.0]), _face_at(step, [45.0, 50.0, 40.0]))
+
+    def test_in_the_corner_both_are_touched_at_once(self, tip: PredictedTip, step: Part) -> None:
+        """3.001 mm from the wall the floor is free, 2.99 mm not."""
+        assert _one(tip, step, [45.0, 36.99, 20.0], UP)[0] == TouchStatus.CONVERGED
+        assert _one(tip, step, [45.0, 37.02, 20.0], UP)[0] == TouchStatus.OTHER_FACE
+
+    def test_a_slot_narrower_than_the_ball(self, tip: PredictedTip, step: Part) -> None:
+        """4 mm wide: its floor cannot be reached by 6 mm."""
+        status, _ = _one(tip, step, [30.0, 15.0, 10.0], UP)
+        assert status == TouchStatus.OTHER_FACE
+
+    def test_the_stem_is_asked_for(self, tip: PredictedTip, step: Part) -> None:
+        """Under an overhang only the ball has room: a probe from above hits with its stem."""
+        outline = stylus_outline(load_probe("omp40-2"), np.array(UP))
+        # Outside at the foot of the block, leaning over nothing: free.
+        free = {"clearance": 1.0, "stylus": outline}
+        assert _one(tip, step, [45.0, 40.0, 30.0], [0.0, -1.0, 0.0], **free)[0] == 0
+
+    def test_an_overhang_hits_the_stem(self, tip: PredictedTip, tmp_path: Path) -> None:
+        from netgen.occ import Box
+
+        roof = Box((0, 0, 0), (60, 60, 10)) + Box((0, 40, 10), (60, 60, 40)) + Box(
+            (0, 20, 30), (60, 60, 40)
+        )  # fmt: skip
+        file = tmp_path / "roof.step"
+        roof.WriteStep(str(file))
+        part = read_step_part(file)
+        target = ([30.0, 30.0, 10.0], UP)
+        outline = stylus_outline(load_probe("omp40-2"), np.array(UP))
+        assert _one(tip, part, *target)[0] == TouchStatus.CONVERGED
+        status, face = _one(tip, part, *target, stylus=outline)
+        assert status == TouchStatus.STEM
+        assert face in {_face_at(part, [30.0, 30.0, z]) for z in (30.0, 40.0)} | {
+            _face_at(part, [30.0, 20.0, 35.0])
+        }
+        assert _one(tip, part, [30.0, 10.0, 10.0], UP, stylus=outline)[0] == 0
+
+    def test_one_chosen_face_leaves_the_others_in_the_way(
+        self, tip: PredictedTip, step: Part
+    ) -> None:
+        floor = step.select(str(_face_at(step, [45.0, 20.0, 20.0])))
+        assert _one(tip, floor, [45.0, 20.0, 20.0], UP)[0] == TouchStatus.CONVERGED
+        assert _one(tip, floor, [45.0, 38.0, 20.0], UP)[0] == TouchStatus.OTHER_FACE
+        # What is on another face is not looked for there.
+        assert _one(tip, floor, [45.0, 50.0, 40.0], UP)[0] in (
+            TouchStatus.MISSED, TouchStatus.EDGE, TouchStatus.OTHER_FACE
+        )  # fmt: skip
+
+    def test_from_the_back_a_face_is_not_touched(self, tip: PredictedTip, step: Part) -> None:
+        """Approach from within the material onto the outside's inner side."""
+        status, _ = _one(tip, step, [45.0, 20.0, 0.0], [0.0, 0.0, 1.0])
+        assert status != TouchStatus.CONVERGED
+
+    def test_across_a_tangent_joint(self, tip: PredictedTip, tmp_path: Path) -> None:
+        """On a rounded box the ball that starts on the flat slides over onto the rounding."""
+        from netgen.occ import Box
+
+        box = Box((0, 0, 0), (40, 40, 20))
+        rounded = box.MakeFillet(box.edges, 4.0)
+        file = tmp_path / "rounded.step"
+        rounded.WriteStep(str(file))
+        part = read_step_part(file)
+        normal = from_angles(np.radians(30.0), 0.0)[0]
+        # On the rounding near its joint with the top (at x = 36).
+        near = from_angles(np.radians(0.02), 0.0)[0]
+        for n in (normal, near, np.array(UP)):
+            target = np.array([36.0, 20.0, 16.0]) + 4.0 * n
+            done = touch(tip, part, Targets([target], [n]))
+            assert done.status[0] == TouchStatus.CONVERGED
+            assert done.residual[0] < 1e-9
+        kinds = {
+            part.faces[int(touch(tip, part, Targets([[x, 20.0, 20.0]], [UP])).face[0])].kind
+            for x in (20.0, 35.99)
+        }
+        assert "plane" in kinds
+
+
+class TestOthers:
+    def test_from_below_it_never_triggers(self, tip: PredictedTip) -> None:
+        ceiling = Plane([0, 0, 0], [0.0, 0.0, -1.0])
+        done = touch(tip, ceiling, Targets([[0, 0, 0]], [[0.0, 0.0, -1.0]]))
+        assert done.status[0] == TouchStatus.NEVER_TRIGGERS
+
+    def test_a_line_beside_a_ball(self, tip: PredictedTip) -> None:
+        ball = Sphere([0, 0, 0], 5.0)
+        done = touch(tip, ball, Targets([[9.0, 0.0, 0.0]], [UP]))
+        assert done.status[0] == TouchStatus.MISSED
+        assert np.isnan(done.travel[0])
+
+    def test_sentences_name_targets_and_faces(self, tip: PredictedTip, step: Part) -> None:
+        targets = Targets(
+            [[45, 20, 20], [64, 20, 20], [45, 38, 20]], [UP] * 3, labels=("good", "far", "near")
+        )
+        sentences = describe_failures(touch(tip, step, targets), targets, step)
+        assert len(sentences) == 2
+        assert sentences[0].startswith("1 missed")
+        assert sentences[0].endswith("target 2 (far)")
+        assert "other face" in sentences[1]
+        assert "(face " in sentences[1]
+
+    def test_simulate_refuses_or_leaves_out(self, step: Part) -> None:
+        probe = load_probe("omp40-2")
+        targets = Targets([[45, 20, 20], [64, 20, 20], [45, 30, 20]], [UP] * 3, labels=("a",) * 3)
+        with pytest.raises(PretravelError, match="1 of 3 targets cannot be touched: 1 missed"):
+            simulate(probe, step, targets)
+        some = simulate_some(probe, step, targets, noise=1e-3, seed=1)
+        assert some.touches is not None
+        assert len(some.touches) == 2
+        # Noise belongs to the target, not to its place among those that succeed.
+        good = Targets(targets.points[[0, 2]], targets.normals[[0, 2]])
+        draws = np.random.default_rng(1).normal(0.0, 1e-3, 3)
+        quiet = simulate(probe, step, good)
+        moved = quiet.positions[:, 2] - some.touches.positions[:, 2]
+        assert moved == pytest.approx(draws[[0, 2]], abs=1e-12)
+
+    def test_the_stem_of_a_map_is_not_known(self) -> None:
+        from pretravel.directions import fibonacci_cap
+        from pretravel.trigger.predict import predict, predicted_map
+
+        probe = load_probe("omp40-2")
+        table = predicted_map(probe, predict(probe, fibonacci_cap(100)))
+        with pytest.raises(PretravelError, match="need a described probe"):
+            simulate(table, Plane([0, 0, 0], UP), Targets([[0, 0, 0]], [UP]), stem=True)
