@@ -140,12 +140,16 @@ class Face:
         return np.concatenate([np.empty((0, 2)), *self.edge_lines(spacing)])
 
     def _along(self, ring: FloatArray, spacing: float) -> FloatArray:
-        counts = np.full(len(ring) - 1, max(1, 200 // len(ring)))
+        pieces = max(1, 200 // len(ring))
+        counts = np.full(len(ring) - 1, pieces)
         if np.isfinite(spacing):
-            points = self.derivatives(ring)[0]
-            steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-            # Straight in the parameters need not be straight in space: never less than a few.
-            counts = np.maximum(np.minimum(np.ceil(steps / spacing).astype(int), 2000), counts)
+            # Straight in the parameters need not be straight in space: measured in pieces.
+            share = np.arange(pieces)[:, None, None] / pieces
+            fine = ring[:-1] + share * (ring[1:] - ring[:-1])
+            line = np.concatenate([np.swapaxes(fine, 0, 1).reshape(-1, 2), ring[-1:]])
+            steps = np.linalg.norm(np.diff(self.derivatives(line)[0], axis=0), axis=1)
+            length = steps.reshape(-1, pieces).sum(axis=1)
+            counts = np.clip(np.ceil(length / spacing).astype(int), 1, 2000)
         start = np.repeat(np.arange(len(counts)), counts)
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = (np.arange(len(start)) - first[start]) / counts[start]
