@@ -50,6 +50,9 @@ def simulate(
             "--leave-out", help="Write the touches that succeed; targets that fail are named."
         ),
     ] = False,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="With a map: also outside its directions.")
+    ] = False,
     place: Place = None,
     frame: Frame = "part",
     plot: Picture = None,
@@ -100,6 +103,7 @@ def simulate(
             noise=noise * MICROMETRE,
             seed=seed,
             placement=part_in_machine,
+            extrapolate=extrapolate,
         )
     failures = describe_failures(simulated.happened, wanted, shape)
     if failures and not (leave_out and simulated.touches):

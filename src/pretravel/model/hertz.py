@@ -169,10 +169,12 @@ def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray
     [1.0, 1.0743]
     """
     relative = 1.0 / ball_radius + np.asarray(curvatures, dtype=np.float64)
-    fits = np.all(np.isfinite(relative), axis=1) & (relative[:, 0] > 1e-5 * relative[:, 1])
+    fits = np.all(np.isfinite(relative), axis=1) & (relative[:, 0] > 0.0)
     factor = np.full(len(relative), np.nan)
     if np.any(fits):
         larger, smaller = 1.0 / relative[fits].T
+        # Beyond this Hertz's ellipse is a line, and the law another.
+        larger = np.minimum(larger, 1e5 * smaller)
         factor[fits] = approach_coefficient(larger, smaller, 1.0) / approach_coefficient(
             ball_radius, ball_radius, 1.0
         )

@@ -8,12 +8,17 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.probe.description import Probe
-from pretravel.surface.cad import Part
+from pretravel.surface.cad import Cloud, Part
 from pretravel.surface.local_geometry import Surface
 
-_MOST_STEPS = 200
-_CLOSE = 1e-6
-"""Two surfaces that touch already: deeper than this counts as meeting. [mm]"""
+_CLOSE = 1e-4
+"""Deeper than this a ball is in the way of a face: CAD faces do not join better. [mm]"""
+_LEAST_STEP = 0.02
+"""Of a ball along its way, as a share of its radius."""
+_EDGE_RESOLUTION = 0.02
+"""Of edges, as a share of the ball's radius: their distance is right to 5e-5 of it."""
+_NEAR_FACES = 32
+"""Points around a ball by which the faces near it are found."""
 _CHUNK = 2_000
 
 
@@ -66,9 +71,14 @@ def stylus_outline(probe: Probe, axis: FloatArray) -> StylusOutline:
 
 
 def first_obstacle(
-    part: Part, centers: FloatArray, approach: FloatArray, radius: float, clearance: float
+    part: Part,
+    centers: FloatArray,
+    approach: FloatArray,
+    touched: IntArray,
+    radius: float,
+    clearance: float,
 ) -> IntArray:
-    """Faces that balls meet before they arrive, on the last piece of their way.
+    """Faces that balls meet before they arrive, on the last piece of their way, or where they do.
 
     Parameters
     ----------
@@ -77,6 +87,8 @@ def first_obstacle(
         Of the balls where they arrive. [mm]
     approach : (n, 3) float
         Unit directions of travel.
+    touched : (n,) int
+        Faces that they touch there.
     radius, clearance : float
         Of the balls; length of the piece. [mm]
 
@@ -87,24 +99,71 @@ def first_obstacle(
 
     Notes
     -----
-    Balls are moved on by their distance from the nearest of the part's points, so
-    nothing is stepped over. Between points of spacing h a bulge of h²/(8 r) may hide.
+    Points of the part tell how far a ball is from it at least; it is moved on by that. Where they
+    do not tell enough the distance to the faces themselves is taken. Only the last bit of the way,
+    on which the points cannot tell the face to touch from others, is looked at where it ends.
     """
-    cloud = part.cloud
+    cloud = part.cloud_of_spacing(0.5 * radius)
+    # Every point of a face has one of its samples within this, seen past its curvature.
+    bends = np.array([face.sharpest for face in part.faces])
+    slack = float(np.max(cloud.gaps * np.sqrt(1.0 + radius * np.minimum(bends, 4.0 / radius))))
+    least = _LEAST_STEP * radius
+    last = min(slack**2 / radius + least, 0.5 * radius)
     met = np.full(len(centers), -1)
     to_go = np.full(len(centers), float(clearance))
-    active = np.flatnonzero(to_go > _CLOSE)
-    for _ in range(_MOST_STEPS):
-        if len(active) == 0:
-            break
+    active = np.flatnonzero(to_go > last)
+    while len(active):
         at = centers[active] - to_go[active, None] * approach[active]
         distance, nearest = cloud.tree.query(at, workers=-1)
-        gap = distance - radius
-        inside = gap < -_CLOSE
+        inside = distance < radius - _CLOSE
         met[active[inside]] = cloud.face[nearest[inside]]
-        to_go[active] -= np.maximum(gap, 0.01 * radius)
-        active = active[~inside & (to_go[active] > _CLOSE)]
+        free = np.sqrt(np.maximum(distance**2 - slack**2, 0.0)) - radius
+        doubtful = np.flatnonzero(~inside & (free < least))
+        if len(doubtful):
+            exact, face = _distance(part, at[doubtful], cloud, radius, slack, None)
+            hit = exact < radius - _CLOSE
+            met[active[doubtful[hit]]] = face[hit]
+            inside[doubtful[hit]] = True
+            # Where no face was near enough to be asked, the ball has at least a step to go.
+            free[doubtful] = np.minimum(exact - radius, least)
+        to_go[active] -= np.maximum(free, least)
+        active = active[~inside & (to_go[active] > last)]
+    left = np.flatnonzero(met < 0)
+    distance, nearest = cloud.tree.query(centers[left], workers=-1)
+    inside = distance < radius - _CLOSE
+    met[left[inside]] = cloud.face[nearest[inside]]
+    left = left[~inside]
+    exact, face = _distance(part, centers[left], cloud, radius, slack, touched[left])
+    hit = exact < radius - _CLOSE
+    met[left[hit]] = face[hit]
     return met
+
+
+def _distance(
+    part: Part,
+    centers: FloatArray,
+    cloud: Cloud,
+    radius: float,
+    slack: float,
+    but: IntArray | None,
+) -> tuple[FloatArray, IntArray]:
+    """Distance of balls' centres from the nearest face, and which; infinite where none is within
+    the radius. One face of each ball can be left out.
+    """
+    within = float(np.hypot((1.0 + _LEAST_STEP) * radius, slack)) + _CLOSE
+    count = min(_NEAR_FACES, len(cloud.points))
+    _, at = cloud.tree.query(centers, k=count, distance_upper_bound=within, workers=-1)
+    at = at.reshape(len(centers), count)
+    faces = np.where(at < len(cloud.points), cloud.face[np.minimum(at, len(cloud.points) - 1)], -1)
+    if but is not None:
+        faces = np.where(faces == but[:, None], -1, faces)
+    nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
+    for index in np.unique(faces[faces >= 0]):
+        rows = np.flatnonzero((faces == index).any(axis=1))
+        distance = part.faces[index].distance(centers[rows], _EDGE_RESOLUTION * radius)
+        closer = distance < nearest[rows]
+        nearest[rows[closer]], which[rows[closer]] = distance[closer], index
+    return nearest, which
 
 
 def stem_obstacle(
@@ -130,10 +189,15 @@ def stem_obstacle(
     -------
     (n,) int
         Index of the face, -1 where the stylus is free.
+
+    Notes
+    -----
+    Found on points half the thinnest stylus's radius apart: what enters less than that may be
+    overlooked.
     """
     from scipy.spatial import cKDTree
 
-    cloud = part.cloud
+    cloud = part.cloud_of_spacing(0.5 * float(stylus.radii.min()))
     axis = stylus.axis
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first = first / np.linalg.norm(first)

@@ -146,6 +146,7 @@ def simulate_some(
     noise: float = 0.0,
     seed: int | None = None,
     placement: Placement | None = None,
+    extrapolate: bool = False,
 ) -> Simulated:
     """As `simulate`, but targets that cannot be touched are no error.
 
@@ -154,6 +155,8 @@ def simulate_some(
     placement : Placement, optional
         Of the part in the machine: surface, targets and touches are in the part's
         frame, the probe's orientation and gravity in the machine's.
+    extrapolate : bool
+        For a map: also outside its directions.
 
     Other parameters as for `simulate`.
 
@@ -162,7 +165,7 @@ def simulate_some(
     Simulated
     """
     check_machine(feed, delay, noise)
-    tip = tip_of(probe, model, workpiece=workpiece, gravity=gravity)
+    tip = tip_of(probe, model, workpiece=workpiece, gravity=gravity, extrapolate=extrapolate)
     to_part = np.eye(3) if placement is None else placement.rotation.T
     outline = None
     if stem:
@@ -207,13 +210,14 @@ def tip_of(
     *,
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
+    extrapolate: bool = False,
 ) -> Tip:
     """The tip of a description or a map; a tip is left as it is.
 
     Parameters
     ----------
-    probe, model, workpiece, gravity
-        As for `simulate`.
+    probe, model, workpiece, gravity, extrapolate
+        As for `simulate_some`.
 
     Returns
     -------
@@ -222,7 +226,7 @@ def tip_of(
     if isinstance(probe, Probe):
         return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
     if isinstance(probe, PretravelMap):
-        return mapped_tip(probe)
+        return mapped_tip(probe, extrapolate=extrapolate)
     return probe
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.frames import probe_rotation
 from pretravel.model.hertz import contact_modulus
 from pretravel.pretravel_map import PretravelMap
@@ -58,6 +58,10 @@ class Tip(Protocol):
         """How far the trigger's criterion is from being met under given forces, (n,). [N]"""
         ...
 
+    def supports(self, directions: FloatArray) -> BoolArray:
+        """In which (n, 3) directions the tip is known, (n,)."""
+        ...
+
     def turned(self, rotation: FloatArray) -> Tip:
         """The same tip seen from another frame: x_there = rotation x_here."""
         ...
@@ -86,6 +90,9 @@ class PredictedTip:
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         return self.response.excess(directions @ self.rotation, forces)
+
+    def supports(self, directions: FloatArray) -> BoolArray:
+        return np.ones(len(directions), dtype=bool)
 
     def turned(self, rotation: FloatArray) -> PredictedTip:
         return replace(self, rotation=frozen(rotation @ self.rotation))
@@ -163,7 +170,8 @@ class MeasuredTip:
         return 0.0
 
     def state(self, directions: FloatArray) -> TipState:
-        moved = self.pretravel_map.tip_displacement(directions, extrapolate=self.extrapolate)
+        # Steps on the way may leave the map; where they end is asked of `supports`.
+        moved = self.pretravel_map.tip_displacement(directions, extrapolate=True)
         n = len(directions)
         return TipState(np.full(n, np.nan), moved, np.zeros(n))
 
@@ -171,17 +179,24 @@ class MeasuredTip:
         del forces  # not known, nothing to compare
         return np.zeros(len(directions))
 
+    def supports(self, directions: FloatArray) -> BoolArray:
+        if self.extrapolate or len(directions) == 0:
+            return np.ones(len(directions), dtype=bool)
+        return self.pretravel_map.supports(directions)
+
     def turned(self, rotation: FloatArray) -> MeasuredTip:
         turned = rotation @ self.pretravel_map.rotation
         return replace(self, pretravel_map=replace(self.pretravel_map, rotation=turned))
 
 
-def mapped_tip(pretravel_map: PretravelMap) -> Tip:
+def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip:
     """The tip of a probe known by its map; a predicted map still knows the forces.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
+    extrapolate : bool
+        Also outside the map's directions; a predicted map holds there too.
 
     Returns
     -------
@@ -190,7 +205,7 @@ def mapped_tip(pretravel_map: PretravelMap) -> Tip:
     basis = pretravel_map.basis
     if isinstance(basis, ResponseBasis):
         return PredictedTip(basis.response, pretravel_map.rotation, pretravel_map.tip_radius, 0.0)
-    return MeasuredTip(pretravel_map)
+    return MeasuredTip(pretravel_map, extrapolate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,6 +253,9 @@ class LateralTip:
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         return self.tip.excess(directions, forces)
+
+    def supports(self, directions: FloatArray) -> BoolArray:
+        return self.tip.supports(directions)
 
     def turned(self, rotation: FloatArray) -> LateralTip:
         return LateralTip(self.tip.turned(rotation))

@@ -6,6 +6,7 @@ deflected stylus and surface are when the trigger's criterion is met. Nothing is
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -41,6 +42,7 @@ class TouchStatus(IntEnum):
     NEVER_TRIGGERS = 5
     DOES_NOT_FIT = 6
     NOT_CONVERGED = 7
+    OUTSIDE_MAP = 8
 
 
 MEANING = {
@@ -52,6 +54,7 @@ MEANING = {
     TouchStatus.NEVER_TRIGGERS: "never triggers: a force that way presses every seat on",
     TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow it is to touch",
     TouchStatus.NOT_CONVERGED: "not converged: no solution was found",
+    TouchStatus.OUTSIDE_MAP: "outside the map: no touch or prediction supports this direction",
 }
 """In words, for messages."""
 
@@ -173,6 +176,8 @@ def touch(
     """
     if not friction >= 0.0:
         raise PretravelError(f"friction is {friction:g}; it cannot be negative")
+    if not (math.isfinite(clearance) and clearance >= 0.0):
+        raise PretravelError(f"the clearance is {clearance:g} mm; it cannot be negative")
     if friction > 0.0 and tip.shear_ratio == 0.0 and not _knows_forces(tip):
         raise PretravelError("friction needs a described probe: a map does not know forces")
     approach = np.asarray(targets.approaches)
@@ -205,14 +210,19 @@ def touch(
     status[failed & (found.beyond_edge | first.beyond_edge)] = TouchStatus.EDGE
     status[first.solved & ~fits] = TouchStatus.DOES_NOT_FIT
     status[never] = TouchStatus.NEVER_TRIGGERS
+    known_way = np.zeros(n, dtype=bool)
+    known_way[last.solved] = tip.supports(direction[last.solved])
+    status[last.solved & ~known_way] = TouchStatus.OUTSIDE_MAP
     lost = np.flatnonzero(~first.solved)
     meets = sweeps_surface(surface, start[lost], approach[lost], tip.radius)
     status[lost] = np.where(meets, TouchStatus.EDGE, TouchStatus.MISSED)
-    face = last.face.copy()
+    face = np.where(last.solved, last.face, -1)
     done = np.flatnonzero(status == TouchStatus.CONVERGED)
     if isinstance(surface, Part) and len(done):
         centers = start[done] + first.length[done, None] * approach[done]
-        obstacle = first_obstacle(surface, centers, approach[done], tip.radius, clearance)
+        obstacle = first_obstacle(
+            surface, centers, approach[done], last.face[done], tip.radius, clearance
+        )
         blocked = obstacle >= 0
         status[done[blocked]] = TouchStatus.OTHER_FACE
         face[done[blocked]] = obstacle[blocked]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import re
 import subprocess
 import sys
@@ -18,22 +19,25 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.errors import InputError, PretravelError
-from pretravel.surface.brep import Brep, ShapeRecord, ShapeUse, parse_brep
+from pretravel.surface.brep import Brep, ShapeRecord, ShapeUse, SurfaceRecord, parse_brep
 from pretravel.surface.contact import ball_center, solve_contact
 from pretravel.surface.curves import polyline
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
 from pretravel.surface.parametric import Parametric
-from pretravel.surface.swept import Placed
+from pretravel.surface.shapes import Torus
+from pretravel.surface.swept import Offset, Placed
 from pretravel.surface.trim import Trim
 
 _logger = logging.getLogger("pretravel")
 
-_CHORD = 3e-6
-"""Edges are followed to this share of the face's size in parameters."""
+_CHORD = 1e-4
+"""Chords leave an edge by no more than this. [mm]"""
 _OPEN = 1e-2
 """A boundary with a gap above this share of its size does not close."""
-_MOST_SAMPLES = 40_000
+_MOST_SAMPLES = 250_000
 """Of one face."""
+_MOST_POINTS = 2_000_000
+"""Of all faces, about."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,8 @@ class Face:
         None for a surface that closes upon itself.
     flips : bool
         The part's outside is against the surface's own normal.
+    borders : tuple of (m, 2) float
+        Its edges in the surface's parameters; seams and poles are none.
     """
 
     number: int
@@ -62,6 +68,7 @@ class Face:
     base: Surface
     trim: Trim | None
     flips: bool
+    borders: tuple[FloatArray, ...] = ()
 
     @cached_property
     def domain(self) -> Domain:
@@ -88,6 +95,30 @@ class Face:
         return solve_contact(self, uv[index], points, None, ball_center(0.0)).uv
 
     @cached_property
+    def has_poles(self) -> bool:
+        """Whether an edge of the parameters is a single point."""
+        if not _needs_seeds(self.base):
+            return False
+        low, high = self.box
+        ends = np.linspace(0.0, 1.0, 5)[:, None]
+        for axis in (0, 1):
+            for end in (low, high):
+                line = low + ends * (high - low)
+                line[:, axis] = end[axis]
+                points = self.derivatives(line)[0]
+                if np.ptp(points, axis=0).max() < 1e-9 * max(1.0, float(np.abs(points).max())):
+                    return True
+        return False
+
+    def starts_near(self, points: FloatArray, count: int) -> Iterator[FloatArray]:
+        """Parameters of samples near points, the nearest first: (n, 2) each time."""
+        uv, tree = self._seeds
+        count = min(count, len(uv))
+        _, index = tree.query(points, k=count)
+        for rank in range(count):
+            yield uv[index.reshape(len(points), count)[:, rank]]
+
+    @cached_property
     def _seeds(self) -> tuple[FloatArray, Any]:
         from scipy.spatial import cKDTree
 
@@ -106,22 +137,65 @@ class Face:
         -------
         (m, 2) float
         """
+        return self.sampled(spacing)[0]
+
+    def sampled(self, spacing: float) -> tuple[FloatArray, float]:
+        """The same, and the distance of neighbours that it came to: there is a most of points."""
         low, high = self.box
         counts = np.array([25, 25])
+        probe = _lattice(low, high, np.array([9, 9]))
+        _, du, dv = self.derivatives(probe)
+        longest = [float(np.nanmax(np.linalg.norm(d, axis=1))) for d in (du, dv)]
+        lengths = (high - low) * np.array(longest)
         if np.isfinite(spacing):
-            probe = _lattice(low, high, np.array([9, 9]))
-            _, du, dv = self.derivatives(probe)
-            longest = [float(np.nanmax(np.linalg.norm(d, axis=1))) for d in (du, dv)]
-            lengths = (high - low) * np.array(longest)
             counts = np.maximum(np.ceil(lengths / spacing).astype(int) + 1, 9)
             while counts[0] * counts[1] > _MOST_SAMPLES:
                 counts = np.maximum(counts * 3 // 4, 9)
         lattice = _lattice(low, high, counts)
         lattice = lattice[self.inside(lattice)]
-        return np.concatenate([lattice, self.edge_samples(spacing)])
+        gap = float(np.max(lengths / (counts - 1)))
+        return np.concatenate([lattice, self.edge_samples(spacing)]), gap
+
+    @cached_property
+    def sharpest(self) -> float:
+        """Largest curvature of its convex parts. [1/mm]"""
+        local = self.local(_lattice(*self.box, np.array([9, 9])))
+        bends = local.principal_curvatures
+        return max(float(np.nanmax(bends)) if np.isfinite(bends).any() else 0.0, 0.0)
+
+    def distance(self, points: FloatArray, resolution: float) -> FloatArray:
+        """Distance of points from the face itself, not from where it would go on.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            [mm]
+        resolution : float
+            Of its edges. [mm]
+
+        Returns
+        -------
+        (n,) float
+            [mm]
+        """
+        uv = self.nearest(points)
+        foot = np.linalg.norm(self.local(uv).point - points, axis=1)
+        result = np.where(self.inside(uv), foot, np.inf)
+        if self.borders:
+            result = np.minimum(result, self._edge_tree(resolution).query(points)[0])
+        return np.asarray(result)
+
+    def _edge_tree(self, resolution: float) -> Any:
+        from scipy.spatial import cKDTree
+
+        key = f"_edge_tree_{resolution:.3g}"
+        if key not in self.__dict__:
+            edge = self.derivatives(self.edge_samples(resolution))[0]
+            self.__dict__[key] = cKDTree(edge)
+        return self.__dict__[key]
 
     def edge_lines(self, spacing: float) -> list[FloatArray]:
-        """Parameters along each ring of the boundary, neighbours no further apart than the spacing.
+        """Parameters along each edge, neighbours no further apart than the spacing.
 
         Parameters
         ----------
@@ -132,8 +206,7 @@ class Face:
         -------
         list of (m, 2) float
         """
-        rings = [] if self.trim is None else self.trim.rings
-        return [self._along(ring, spacing) for ring in rings]
+        return [self._along(border, spacing) for border in self.borders]
 
     def edge_samples(self, spacing: float) -> FloatArray:
         """The same as one array, (m, 2)."""
@@ -205,7 +278,7 @@ class Part:
             No such face; one that could not be read; a name that several have.
         """
         numbers = [face.number for face in self.faces]
-        if word.isdigit():
+        if word.isdecimal():
             number = int(word)
             if number in self.unreadable:
                 raise PretravelError(
@@ -241,7 +314,22 @@ class Part:
     @cached_property
     def cloud(self) -> Cloud:
         """Points all over it, to find what is near."""
-        return Cloud.of(self.faces, max(self.size / 150.0, 1e-3))
+        return self.cloud_of_spacing(math.inf)
+
+    def cloud_of_spacing(self, spacing: float) -> Cloud:
+        """Points no further apart than the spacing, or than 1/150 of the part's size; coarser only
+        where they would be too many. [mm]
+        """
+        a, b, c = np.maximum(self.box[1] - self.box[0], 1e-6)
+        finest = math.sqrt(2.0 * (a * b + b * c + c * a) / _MOST_POINTS)
+        wanted = max(min(spacing, self.size / 150.0), finest, 1e-3)
+        # A few steps only, so that probes of nearly the same size share them.
+        wanted = float(2.0 ** (math.floor(2.0 * math.log2(wanted)) / 2.0))
+        key = f"_cloud_{wanted:.6g}"
+        if key not in self.__dict__:
+            self.__dict__[key] = Cloud.of(self.faces, wanted)
+        cloud: Cloud = self.__dict__[key]
+        return cloud
 
     @cached_property
     def cloud_of_chosen(self) -> Cloud:
@@ -262,12 +350,15 @@ class Cloud:
     face : (m,) int
         Index of the face each is from.
     uv : (m, 2) float
+    gaps : (k,) float
+        Distance of neighbours on each of the faces. [mm]
     tree : KD-tree of the points
     """
 
     points: FloatArray
     face: IntArray
     uv: FloatArray
+    gaps: FloatArray
     tree: Any
 
     def on(self, faces: Sequence[int]) -> Cloud:
@@ -276,7 +367,7 @@ class Cloud:
 
         mine = np.isin(self.face, faces)
         points = self.points[mine]
-        return Cloud(points, self.face[mine], self.uv[mine], cKDTree(points))
+        return Cloud(points, self.face[mine], self.uv[mine], self.gaps, cKDTree(points))
 
     @classmethod
     def of(cls, faces: Sequence[Face], spacing: float) -> Cloud:
@@ -284,13 +375,15 @@ class Cloud:
         from scipy.spatial import cKDTree
 
         _logger.info("sampling %d faces", len(faces))
-        uv = [face.samples(spacing) for face in faces]
+        sampled = [face.sampled(spacing) for face in faces]
+        uv = [own for own, _ in sampled]
         points = [face.derivatives(own)[0] for face, own in zip(faces, uv, strict=True)]
         index = np.repeat(np.arange(len(faces)), [len(own) for own in uv])
         cloud, parameters = np.concatenate(points), np.concatenate(uv)
         usable = np.isfinite(cloud).all(axis=1)
         cloud, index, parameters = cloud[usable], index[usable], parameters[usable]
-        return cls(cloud, index, parameters, cKDTree(cloud))
+        gaps = np.array([max(gap, spacing) for _, gap in sampled])
+        return cls(cloud, index, parameters, gaps, cKDTree(cloud))
 
 
 def read_step_part(path: str | Path) -> Part:
@@ -412,17 +505,41 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
     surface: Surface = record.surface
     if np.abs(placement - np.eye(4)).max() > 0.0:
         surface = Placed(surface, turn, placement[:3, 3])
-    rings = _rings(brep, shape, record.surface)
+    rings, borders = _rings(brep, shape, record.surface)
     trim = Trim(rings, record.surface.domain.period) if rings else None
+    if trim is not None and not borders and trim.covers(record.surface.domain):
+        trim = None  # a whole sphere, torus or the like: its rings are seams
+    _refuse_folded(record, trim)
     if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
         raise PretravelError(f"{record.kind} without a boundary has no end")
     against = record.along_parameters < 0
-    return Face(number, name, record.kind, surface, trim, use.reverses ^ against ^ mirrored)
+    flips = use.reverses ^ against ^ mirrored
+    return Face(number, name, record.kind, surface, trim, flips, tuple(borders))
 
 
-def _rings(brep: Brep, face: ShapeRecord, surface: Surface) -> list[FloatArray]:
-    """The face's boundary as closed polylines in the surface's parameters."""
+def _refuse_folded(record: SurfaceRecord, trim: Trim | None) -> None:
+    """Surfaces that run through themselves: there the outside changes sides."""
+    surface = record.surface
+    if isinstance(surface, Torus) and surface.radius < surface.tube_radius:
+        v = np.linspace(0.0, 2.0 * np.pi, 721) if trim is None else trim.rings[0][:, 1]
+        if np.min(surface.radius + surface.tube_radius * np.cos(v)) < -1e-9:
+            raise PretravelError("torus whose tube crosses its own axis, within the axis")
+    if isinstance(surface, Offset):
+        domain = surface.domain if trim is None else trim.domain(surface.domain)
+        lattice = _lattice(np.array(domain.lower), np.array(domain.upper), np.array([15, 15]))
+        bends = surface.basis.local(lattice).principal_curvatures
+        if np.nanmin(1.0 + surface.distance * bends) <= 0.0:
+            raise PretravelError(
+                f"{record.kind} by {surface.distance:g} mm, beyond its centre of curvature"
+            )
+
+
+def _rings(
+    brep: Brep, face: ShapeRecord, surface: Surface
+) -> tuple[list[FloatArray], list[FloatArray]]:
+    """The face's boundary as closed polylines in the surface's parameters, and its real edges."""
     rings: list[FloatArray] = []
+    borders: list[FloatArray] = []
     open_chains: list[FloatArray] = []
     for wire in (part for part in face.parts if part.bounds):
         pieces = []
@@ -430,6 +547,8 @@ def _rings(brep: Brep, face: ShapeRecord, surface: Surface) -> list[FloatArray]:
             backwards = wire.reverses != edge.reverses
             piece = _edge_in_parameters(brep, face, wire, edge, backwards, surface)
             pieces.append(piece[::-1] if backwards else piece)
+            if not _is_seam(brep.shapes[edge.index], face):
+                borders.append(piece)
         if not pieces:
             continue
         chain = _chained(pieces)
@@ -440,7 +559,14 @@ def _rings(brep: Brep, face: ShapeRecord, surface: Surface) -> list[FloatArray]:
             open_chains.append(chain)
     if open_chains:
         rings.append(_band(open_chains, surface.domain))
-    return rings
+    return rings, borders
+
+
+def _is_seam(edge: ShapeRecord, face: ShapeRecord) -> bool:
+    """Where a surface meets itself, or an edge that is a single point: a pole."""
+    if edge.curve is None:
+        return True
+    return any(of == face.surface and other for of, _, other, _, _ in edge.parameter_curves)
 
 
 def _edge_in_parameters(
@@ -456,15 +582,14 @@ def _edge_in_parameters(
         if of_surface == face.surface:
             which = other_side if backwards and other_side else curve
             shape = brep.plane_curves[which - 1]
-            ends = shape.value(np.linspace(first, last, 5))
-            size = max(float(np.max(np.ptp(ends, axis=0))), 1e-9)
-            return polyline(shape, first, last, _CHORD * size)
+            _, du, dv = surface.derivatives(shape.value(np.linspace(first, last, 9)))
+            lengths = np.array([np.nanmax(np.linalg.norm(d, axis=1)) for d in (du, dv)])
+            return polyline(shape, first, last, _CHORD, np.maximum(lengths, 1e-9))
     if record.curve is None:
         raise PretravelError("one of its edges has no curve")
     index, placement, first, last = record.curve
     shape = brep.space_curves[index - 1]
-    size = float(np.max(np.ptp(shape.value(np.linspace(first, last, 5)), axis=0)))
-    points = polyline(shape, first, last, _CHORD * max(size, 1e-9))
+    points = polyline(shape, first, last, _CHORD)
     into_face = np.linalg.inv(face.placement) @ wire.placement @ edge.placement @ placement
     return surface.nearest(points @ into_face[:3, :3].T + into_face[:3, 3])
 

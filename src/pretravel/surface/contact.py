@@ -28,8 +28,18 @@ TANGENCY = 1e-9
 """Residual below which a row counts as solved. [mm]"""
 _MOST_ITERATIONS = 40
 _MOST_HALVINGS = 12
-_DIFFERENCE = 1e-8
-"""Tangential step of the numerical derivative of the reach, as a turn or a length."""
+_DIFFERENCES = (
+    (1e-8, False),
+    (1e-6, True),
+    (1e-8, True),
+    (1e-10, False),
+    (1e-10, True),
+    (1e-12, False),
+    (1e-7, True),
+    (1e-11, False),
+)
+"""Tangential step of the numerical derivative of the reach, as a turn or a length, and whether
+it is taken to both sides. The later ones are for reaches with a cusp, where seats open."""
 _LARGEST_TURN = 0.5
 """The normal may turn by no more than this in one step. [rad]"""
 
@@ -55,6 +65,23 @@ class Contact:
     local: LocalGeometry
     residual: FloatArray
     iterations: IntArray
+
+    def take(self, rows: IntArray) -> Contact:
+        """The given rows."""
+        return Contact(
+            self.uv[rows],
+            self.length[rows],
+            self.local.take(rows),
+            self.residual[rows],
+            self.iterations[rows],
+        )
+
+    def put(self, rows: IntArray, other: Contact) -> None:
+        """Replace rows by another solution's, in place: while solutions are being collected."""
+        self.uv[rows], self.length[rows] = other.uv, other.length
+        self.residual[rows] = other.residual
+        self.iterations[rows] += other.iterations
+        _put(self.local, rows, other.local)
 
     @property
     def solved(self) -> BoolArray:
@@ -124,40 +151,50 @@ def solve_contact(
     scale = np.maximum(np.abs(anchor).max(axis=1, initial=0.0), np.abs(local.point).max(axis=1))
     goal = np.maximum(_CLOSED, _ROUNDING * scale)
     iterations = np.zeros(n, dtype=np.int64)
-    active = np.flatnonzero(size > goal)
-    for _ in range(_MOST_ITERATIONS):
-        if len(active) == 0:
-            break
-        here = best.take(active)
-        towards = None if direction is None else direction[active]
-        shift = _newton_step(here, active, residual[active], towards, length[active], reach)
-        fraction = np.ones(len(active))
-        waiting = np.arange(len(active))
-        better = np.zeros(len(active), dtype=bool)
-        for _ in range(_MOST_HALVINGS):
-            trial_rows = active[waiting]
-            part = fraction[waiting, None]
-            new_uv = _moved(surface, uv[trial_rows], here.take(waiting), part * shift[waiting])
-            new = surface.local(new_uv)
-            offset = new.point + reach(trial_rows, new) - anchor[trial_rows]
-            way = -new.normal if direction is None else direction[trial_rows]
-            # The length enters linearly: along the line nothing is ever missed.
-            new_length = np.sum(offset * way, axis=1)
-            new_residual = offset - new_length[:, None] * way
-            new_size = np.linalg.norm(new_residual, axis=1)
-            with np.errstate(invalid="ignore"):
-                good = new_size < size[trial_rows]
-            taken = trial_rows[good]
-            uv[taken], length[taken] = new_uv[good], new_length[good]
-            residual[taken], size[taken] = new_residual[good], new_size[good]
-            _put(best, taken, new.take(good))
-            better[waiting[good]] = True
-            waiting = waiting[~good]
-            if len(waiting) == 0:
+    for way_of_differences in _DIFFERENCES:
+        first = way_of_differences is _DIFFERENCES[0]
+        active = np.flatnonzero(size > (goal if first else TANGENCY))
+        for _ in range(_MOST_ITERATIONS):
+            if len(active) == 0:
                 break
-            fraction[waiting] *= 0.5
-        iterations[active] += 1
-        active = active[better & (size[active] > goal[active])]
+            here = best.take(active)
+            towards = None if direction is None else direction[active]
+            shift = _newton_step(
+                here,
+                active,
+                residual[active],
+                towards,
+                length[active],
+                reach,
+                *way_of_differences,
+            )
+            fraction = np.ones(len(active))
+            waiting = np.arange(len(active))
+            better = np.zeros(len(active), dtype=bool)
+            for _ in range(_MOST_HALVINGS):
+                trial_rows = active[waiting]
+                part = fraction[waiting, None]
+                new_uv = _moved(surface, uv[trial_rows], here.take(waiting), part * shift[waiting])
+                new = surface.local(new_uv)
+                offset = new.point + reach(trial_rows, new) - anchor[trial_rows]
+                way = -new.normal if direction is None else direction[trial_rows]
+                # The length enters linearly: along the line nothing is ever missed.
+                new_length = np.sum(offset * way, axis=1)
+                new_residual = offset - new_length[:, None] * way
+                new_size = np.linalg.norm(new_residual, axis=1)
+                with np.errstate(invalid="ignore"):
+                    good = new_size < size[trial_rows]
+                taken = trial_rows[good]
+                uv[taken], length[taken] = new_uv[good], new_length[good]
+                residual[taken], size[taken] = new_residual[good], new_size[good]
+                _put(best, taken, new.take(good))
+                better[waiting[good]] = True
+                waiting = waiting[~good]
+                if len(waiting) == 0:
+                    break
+                fraction[waiting] *= 0.5
+            iterations[active] += 1
+            active = active[better & (size[active] > goal[active])]
     return Contact(uv, length, best, size, iterations)
 
 
@@ -178,6 +215,13 @@ def _put(into: LocalGeometry, rows: IntArray, new: LocalGeometry) -> None:
         into.along_parameters[rows] = new.along_parameters
 
 
+def _beside(local: LocalGeometry, displacement: FloatArray, turn: FloatArray) -> LocalGeometry:
+    """The geometry a little further along the surface."""
+    normal = local.normal + turn
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return LocalGeometry(local.point + displacement, normal, local.curvature)
+
+
 def _newton_step(
     local: LocalGeometry,
     rows: IntArray,
@@ -185,6 +229,8 @@ def _newton_step(
     direction: FloatArray | None,
     length: FloatArray,
     reach: Reach,
+    difference: float,
+    to_both_sides: bool,
 ) -> FloatArray:
     """Tangential displacement that, with some change of length, would close the residual."""
     tangents = tangent_basis(local.normal)
@@ -193,11 +239,13 @@ def _newton_step(
     for axis in (0, 1):
         along = tangents[:, axis]
         turn = np.einsum("nij,nj->ni", local.curvature, along)
-        step = _DIFFERENCE / np.maximum(np.linalg.norm(turn, axis=1), 1.0)[:, None]
-        moved = local.normal + step * turn
-        moved = moved / np.linalg.norm(moved, axis=1, keepdims=True)
-        beside = LocalGeometry(local.point + step * along, moved, local.curvature)
-        columns[:, :, axis] = along + (reach(rows, beside) - at_rest) / step
+        step = difference / np.maximum(np.linalg.norm(turn, axis=1), 1.0)[:, None]
+        ahead = reach(rows, _beside(local, step * along, step * turn))
+        if to_both_sides:
+            back = reach(rows, _beside(local, -step * along, -step * turn))
+            columns[:, :, axis] = along + (ahead - back) / (2.0 * step)
+        else:
+            columns[:, :, axis] = along + (ahead - at_rest) / step
         if direction is None:
             columns[:, :, axis] += length[:, None] * turn
     columns[:, :, 2] = local.normal if direction is None else -direction

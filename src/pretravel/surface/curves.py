@@ -245,7 +245,13 @@ class OffsetCurve(Curve):
         return self.basis.range
 
 
-def polyline(curve: Curve, first: float, last: float, tolerance: float) -> FloatArray:
+def polyline(
+    curve: Curve,
+    first: float,
+    last: float,
+    tolerance: float,
+    scale: FloatArray | None = None,
+) -> FloatArray:
     """Points along a piece of a curve, so close that chords leave it by no more than tolerance.
 
     Parameters
@@ -253,7 +259,8 @@ def polyline(curve: Curve, first: float, last: float, tolerance: float) -> Float
     curve : Curve
     first, last : float
     tolerance : float
-        In the units of the curve's points.
+    scale : (d,) float, optional
+        Lengths of a unit of each coordinate; not given: ones.
 
     Returns
     -------
@@ -268,11 +275,12 @@ def polyline(curve: Curve, first: float, last: float, tolerance: float) -> Float
     inner = curve.breaks[(curve.breaks > first) & (curve.breaks < last)]
     t = np.unique(np.concatenate([np.linspace(first, last, 9), inner]))
     points = curve.value(t)
+    unit_lengths = 1.0 if scale is None else scale
     for _ in range(14):
         middle = 0.5 * (t[:-1] + t[1:])
         between = curve.value(middle)
-        chord = points[1:] - points[:-1]
-        rise = between - points[:-1]
+        chord = unit_lengths * (points[1:] - points[:-1])
+        rise = unit_lengths * (between - points[:-1])
         square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
         along = np.sum(rise * chord, axis=1) / square
         # How far the middle is from the chord.

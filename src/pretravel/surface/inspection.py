@@ -204,7 +204,7 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
     from scipy.spatial import cKDTree
 
     inside = surface.inside(uv)
-    if margin > 0.0 and isinstance(surface, Face) and surface.trim is not None:
+    if margin > 0.0 and isinstance(surface, Face) and surface.borders:
         edges = surface.derivatives(surface.edge_samples(0.2 * margin))[0]
         distance, _ = cKDTree(edges).query(surface.derivatives(uv)[0])
         inside &= distance >= margin * (1.0 - 1e-9)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.arrays import BoolArray, FloatArray
 from pretravel.directions import unit
 
 _DEGENERATE = 1e-10
@@ -188,7 +188,7 @@ def from_second_order(
     Returns
     -------
     LocalGeometry
-        Not a number where du and dv span no plane; see `degenerate`.
+        Not a number where du and dv span no plane.
 
     Notes
     -----
@@ -237,13 +237,6 @@ def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> 
         )
         step = np.where(regular[:, None], step, alone)
     return step
-
-
-def degenerate(du: FloatArray, dv: FloatArray) -> IntArray:
-    """Rows in which du and dv span no plane: poles and collapsed edges."""
-    across = np.linalg.norm(np.cross(du, dv), axis=1)
-    longest = np.maximum(np.sum(du * du, axis=1), np.sum(dv * dv, axis=1))
-    return np.flatnonzero(~(across > _DEGENERATE * longest))
 
 
 def outer(vectors: FloatArray) -> FloatArray:

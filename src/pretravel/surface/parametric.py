@@ -11,13 +11,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
+from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.surface.contact import ball_center, solve_contact
 from pretravel.surface.local_geometry import (
     Domain,
     LocalGeometry,
-    degenerate,
     from_second_order,
     parameter_step,
 )
@@ -29,8 +28,10 @@ SecondOrder: TypeAlias = tuple[
 
 _SEEDS = 24
 """Starting points along each parameter for the nearest point."""
-_INWARDS = 1e-6
-"""Share of the domain by which a pole is left to find its normal."""
+_NEAR_POLE, _AT_POLE = 1e-3, 1e-5
+"""Ratio of the derivatives, in lengths of the domain, below which curvature, normal are noise."""
+_FROM_POLE = 2e-3
+"""Share of the domain by which a pole is left to find the curvature beside it."""
 
 
 class Parametric(ABC):
@@ -55,22 +56,49 @@ class Parametric(ABC):
     def local(self, uv: FloatArray) -> LocalGeometry:
         second = self.second_order(uv)
         geometry = from_second_order(*second)
-        poles = degenerate(second[1], second[2])
-        if len(poles):
-            # The limit is taken from a little way inside.
-            beside = from_second_order(*self.second_order(self._inwards(uv[poles])))
-            for mine, theirs in (
-                (geometry.normal, beside.normal),
-                (geometry.curvature, beside.curvature),
-            ):
-                mine[poles] = theirs
+        sides = np.asarray(self.domain.upper) - np.asarray(self.domain.lower)
+        if not np.all(np.isfinite(sides)):  # extruded: no poles
+            return geometry
+        lengths = np.stack([np.linalg.norm(d, axis=1) for d in second[1:3]], axis=1) * sides
+        for standing in (0, 1):  # the parameter along which, at a pole, nothing moves
+            near = lengths[:, standing] < _NEAR_POLE * lengths[:, 1 - standing]
+            if np.any(near):
+                self._near_pole(geometry, uv, np.flatnonzero(near), standing, second)
         return geometry
 
-    def _inwards(self, uv: FloatArray) -> FloatArray:
-        low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
-        bounded = np.isfinite(low) & np.isfinite(high)
-        middle = 0.5 * (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0))
-        return uv + _INWARDS * (middle - uv)
+    def _near_pole(
+        self,
+        geometry: LocalGeometry,
+        uv: FloatArray,
+        rows: IntArray,
+        standing: int,
+        second: SecondOrder,
+    ) -> None:
+        """Normals and curvatures where one derivative all but vanishes and its direction is noise.
+
+        At a distance d from the pole it is d times the mixed derivative halfway, up to d³.
+        Curvature is taken from a little further away.
+        """
+        other = 1 - standing
+        low, high = self.domain.lower[other], self.domain.upper[other]
+        distance = np.stack([uv[rows, other] - low, high - uv[rows, other]])
+        at_low = distance[0] <= distance[1]
+        sense = np.where(at_low, 1.0, -1.0)
+        further = uv[rows].copy()
+        further[:, other] += sense * _FROM_POLE * (high - low)
+        geometry.curvature[rows] = from_second_order(*self.second_order(further)).curvature
+        sides = np.asarray(self.domain.upper) - np.asarray(self.domain.lower)
+        lengths = np.linalg.norm(np.stack(second[1:3]), axis=2)[:, rows] * sides[:, None]
+        noise = lengths[standing] < _AT_POLE * lengths[other]
+        close = rows[noise]
+        halfway = uv[close].copy()
+        halfway[:, other] -= 0.5 * sense[noise] * np.min(distance, axis=0)[noise]
+        standing_one = sense[noise][:, None] * self.second_order(halfway)[4]
+        moving = second[2 - standing][close]
+        pair = (standing_one, moving) if standing == 0 else (moving, standing_one)
+        normal = np.cross(*pair)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        geometry.normal[close] = normal / np.where(length > 0.0, length, np.nan)
 
     def nearest(self, points: FloatArray) -> FloatArray:
         seeds, tree = self._seeds

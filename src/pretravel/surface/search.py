@@ -9,14 +9,19 @@ from typing import TypeAlias
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.surface.cad import Part
-from pretravel.surface.contact import Reach, solve_contact
+from pretravel.surface.cad import Face, Part
+from pretravel.surface.contact import Contact, Reach, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 
 _NEIGHBOURS = 32
 """Points of the part around a ball among which the face is looked for."""
 _MOST_FACES = 6
 """Faces tried for one row."""
+_STARTS = 12
+"""Points around a pole from which a contact is looked for."""
+
+_NEARLY = 1e-6
+"""Residual of a contact that is worth starting from. [mm]"""
 
 ReachOfRows: TypeAlias = Callable[[IntArray], Reach]
 """A reach for some of the rows: its own rows are counted within those."""
@@ -93,26 +98,23 @@ class ContactSearch:
             Contacts whose normal does not point against this do not count.
         """
         rows = np.flatnonzero(self.open)
-        fresh = self.face < 0
+        fresh = rows[self.face[rows] < 0]
         self._clear()
-        if self.part is None:
-            if fresh.any():
-                self.uv[rows] = self.faces[0].nearest(near[rows])
-                self.face[rows] = 0
-            self._on_face(0, rows, self.uv[rows], anchor, direction, reach, against)
-            return
-        tried = [(rows, self.face[rows], self.uv[rows])] if not fresh.any() else []
-        if not tried:
-            index, uv = self._nearest_samples(near[rows], 1)
-            tried = [(rows, index[:, 0], uv[:, 0])]
-        for own, index, uv in tried:
-            for face in np.unique(index):
-                mine = index == face
-                self._on_face(int(face), own[mine], uv[mine], anchor, direction, reach, against)
+        if len(fresh) and self.part is None:
+            self.face[fresh], self.uv[fresh] = 0, self.faces[0].nearest(near[fresh])
+        elif len(fresh):
+            index, uv = self._nearest_samples(near[fresh], 1)
+            self.face[fresh], self.uv[fresh] = index[:, 0], uv[:, 0]
+        first, start = self.face[rows].copy(), self.uv[rows].copy()
+        for face in np.unique(first):
+            mine = first == face
+            self._on_face(
+                int(face), rows[mine], start[mine], anchor, direction, reach, against, own=True
+            )
         waiting = rows[~self.solved[rows]]
-        if len(waiting) == 0:
+        if len(waiting) == 0 or self.part is None:
             return
-        been = [tried[0][1][~self.solved[rows]][:, None]]
+        been = [first[~self.solved[rows]][:, None]]
         index, uv = self._nearest_samples(near[waiting], _NEIGHBOURS)
         for _ in range(_MOST_FACES - 1):
             known = np.concatenate(been, axis=1)
@@ -145,8 +147,10 @@ class ContactSearch:
         direction: FloatArray | None,
         reach: ReachOfRows,
         against: FloatArray | None,
+        *,
+        own: bool = False,
     ) -> None:
-        """Solve on one face; keep what is better than before."""
+        """Solve on one face; what was found counts where it lies within the face."""
         if len(rows) == 0:
             return
         surface = self.faces[face]
@@ -157,12 +161,18 @@ class ContactSearch:
             None if direction is None else direction[rows],
             reach(rows),
         )
+        if isinstance(surface, Face):
+            self._from_elsewhere(surface, contact, rows, anchor, direction, reach)
         inside = surface.inside(contact.uv)
         solved = contact.solved
         if against is not None:
             solved = solved & (np.sum(contact.local.normal * against[rows], axis=1) < 0.0)
         good = solved & inside
-        self.beyond_edge[rows] |= (solved & ~inside) & ~good
+        if own:  # nearly there is a better start for the next search than where this one began
+            near = inside & (contact.residual < _NEARLY)
+            self.uv[rows[near]] = contact.uv[near]
+        if own:
+            self.beyond_edge[rows] = solved & ~inside
         self.iterations[rows] += contact.iterations
         put = rows[good]
         self.face[put], self.uv[put] = face, contact.uv[good]
@@ -171,3 +181,32 @@ class ContactSearch:
         self.length[put], self.residual[put] = contact.length[good], contact.residual[good]
         self.solved[put] = True
         self.beyond_edge[put] = False
+
+    def _from_elsewhere(
+        self,
+        surface: Face,
+        contact: Contact,
+        rows: IntArray,
+        anchor: FloatArray,
+        direction: FloatArray | None,
+        reach: ReachOfRows,
+    ) -> None:
+        """Try again, where nothing was found, from points around: across a pole parameters
+        do not lead.
+        """
+        stuck = np.flatnonzero(~contact.solved)
+        if len(stuck) == 0 or not surface.has_poles:
+            return
+        for start in surface.starts_near(contact.local.point[stuck], _STARTS):
+            left = ~contact.solved[stuck]
+            if not left.any():
+                return
+            again = stuck[left]
+            trial = solve_contact(
+                surface,
+                start[left],
+                anchor[rows[again]],
+                None if direction is None else direction[rows[again]],
+                reach(rows[again]),
+            )
+            contact.put(again[trial.solved], trial.take(np.flatnonzero(trial.solved)))

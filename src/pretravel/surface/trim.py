@@ -42,16 +42,21 @@ class Trim:
     def __post_init__(self) -> None:
         import shapely
 
-        region: BaseGeometry = shapely.Polygon()
-        for ring in self.rings:
-            piece = shapely.Polygon(ring)
-            if not piece.is_valid:
-                piece = shapely.make_valid(piece)
-            region = region.symmetric_difference(piece)
+        # Rings that do not cross make their area in one go; others one after the other.
+        region: BaseGeometry = shapely.build_area(shapely.MultiLineString(self.rings))
+        crossing = any(not shapely.LinearRing(ring).is_simple for ring in self.rings)
+        if region is None or region.is_empty or crossing:
+            region = shapely.Polygon()
+            for ring in self.rings:
+                piece = shapely.Polygon(ring)
+                if not piece.is_valid:
+                    piece = shapely.make_valid(piece)
+                region = region.symmetric_difference(piece)
         if region.is_empty or not region.area > 0.0:
             raise PretravelError("its boundary encloses nothing in the surface's parameters")
         low_u, low_v, high_u, high_v = region.bounds
         size = max(high_u - low_u, high_v - low_v)
+        object.__setattr__(self, "area", float(region.area))
         region = region.buffer(_SLACK * size, join_style="mitre")
         shapely.prepare(region)
         object.__setattr__(self, "_region", region)
@@ -60,6 +65,15 @@ class Trim:
 
     lower: tuple[float, float] = (0.0, 0.0)
     upper: tuple[float, float] = (0.0, 0.0)
+    area: float = 0.0
+
+    def covers(self, domain: Domain) -> bool:
+        """Whether nothing of a surface's own domain is cut off."""
+        sides = [
+            period if math.isfinite(period) else high - low
+            for low, high, period in zip(domain.lower, domain.upper, domain.period, strict=True)
+        ]
+        return self.area >= sides[0] * sides[1] * (1.0 - 1e-9)
 
     def inside(self, uv: FloatArray) -> BoolArray:
         """Which parameters lie in the region, (n,)."""

@@ -101,12 +101,13 @@ class ProbeResponse:
 
     def deflection(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         """C - P under given forces, (n, 3). [mm]"""
-        pressed = np.maximum(self.reactions(directions, forces), 0.0)
-        sunk = np.cbrt(pressed**2) - np.cbrt(self.rest_reactions**2)
-        return np.asarray(
-            forces[:, None] * (directions @ self.compliance.T)
-            + self.seat_coefficient * (sunk @ self.seat_motion.T)
-        )
+        with np.errstate(invalid="ignore"):  # infinite forces: directions that never trigger
+            pressed = np.maximum(self.reactions(directions, forces), 0.0)
+            sunk = np.cbrt(pressed**2) - np.cbrt(self.rest_reactions**2)
+            return np.asarray(
+                forces[:, None] * (directions @ self.compliance.T)
+                + self.seat_coefficient * (sunk @ self.seat_motion.T)
+            )
 
     def tip_approach(self, forces: FloatArray) -> FloatArray:
         """Approach of the tip's centre and a flat part under normal forces, (n,). [mm]"""
@@ -116,7 +117,8 @@ class ProbeResponse:
         """Travel from contact to trigger on a flat, along -n, (n,). [mm]"""
         force, _ = self.force(normals)
         along = np.sum(self.deflection(normals, force) * normals, axis=1)
-        return np.asarray(along + self.tip_approach(force))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(along + self.tip_approach(force))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +146,8 @@ class ResponseBasis:
         if curvatures is not None:
             factor = curved_part_factor(self.response.tip_radius, curvatures)
             approach = approach * np.where(np.isfinite(factor), factor, 1.0)
-        return self.response.deflection(directions, force) + approach[:, None] * directions
+        with np.errstate(invalid="ignore"):
+            return self.response.deflection(directions, force) + approach[:, None] * directions
 
 
 def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> PretravelMap:
