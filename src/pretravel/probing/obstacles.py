@@ -192,8 +192,8 @@ def stem_obstacle(
 
     Notes
     -----
-    Found on points half the thinnest stylus's radius apart: what enters less than that may be
-    overlooked.
+    A ball of each cylinder's radius goes down along its axis; what only its rim would meet is found
+    by points of the part.
     """
     from scipy.spatial import cKDTree
 
@@ -205,8 +205,19 @@ def stem_obstacle(
     flat = cloud.points @ frame.T
     tree = cKDTree(flat[:, :2])
     met = np.full(len(spindle), -1)
+    nothing = np.full(len(spindle), -1)
     steps = max(int(np.ceil(clearance / max(float(stylus.radii.min()), 0.1))), 1)
     for back in np.linspace(0.0, clearance, steps + 1):
+        for (low, high), radius in zip(stylus.above, stylus.radii, strict=True):
+            # The lowest cylinder begins within the ball at the tip, the others with a rim.
+            start = low if low == 0.0 else low + radius
+            free = np.flatnonzero(met < 0)
+            if start < high and len(free):
+                foot = (spindle - back * approach + start * axis)[free]
+                down = np.repeat(-axis[None], len(free), axis=0)
+                met[free] = first_obstacle(
+                    part, foot, down, nothing[free], float(radius), float(high - start)
+                )
         for begin in range(0, len(spindle), _CHUNK):
             rows = np.arange(begin, min(begin + _CHUNK, len(spindle)))
             rows = rows[met[rows] < 0]

@@ -1,0 +1,252 @@
+"""Nothing passes through a wall, edges are where they are, one touch does not change another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.errors import PretravelError
+from pretravel.probe.catalogue import load_probe
+from pretravel.probing.obstacles import StylusOutline
+from pretravel.probing.simulation import simulate_some
+from pretravel.probing.targets import Targets
+from pretravel.probing.tip import PredictedTip, predicted_tip
+from pretravel.probing.touching import TouchStatus, touch
+from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.shapes import Reversed, Sphere, Torus
+from pretravel.trigger.predict import predict, predicted_map
+
+
+@cache
+def _tip(radius: float = 3.0) -> PredictedTip:
+    return replace(predicted_tip(load_probe("omp40-2")), radius=radius)
+
+
+def _part(solid: Any, folder: Path) -> Part:
+    file = folder / "made.step"
+    solid.WriteStep(str(file))
+    return read_step_part(file)
+
+
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+def _status(part: Part, points: np.ndarray, normal: Any, radius: float, **kwargs: Any) -> Any:
+    normals = np.repeat(np.atleast_2d(normal), len(points), axis=0)
+    return touch(_tip(radius), part, Targets(points, normals), **kwargs).status
+
+
+class TestObstacles:
+    """Parts much larger than the ball: points 1/150 of their size apart would let it through."""
+
+    @pytest.mark.parametrize("radius", [1.0, 3.0])
+    def test_beside_a_wall(self, radius: float, tmp_path: Path) -> None:
+        """Floor targets nearer to the wall than the radius are blocked, further ones are free."""
+        from netgen.occ import Box
+
+        part = _part(Box((0, 0, 0), (400, 400, 5)) + Box((-5, 0, 0), (0, 400, 30)), tmp_path)
+        rng = np.random.default_rng(0)
+        y, five = rng.uniform(5, 395, 200), np.full(200, 5.0)
+        near = np.column_stack([rng.uniform(0.05, 0.99, 200) * radius, y, five])
+        assert np.all(_status(part, near, UP, radius) == TouchStatus.OTHER_FACE)
+        far = np.column_stack([rng.uniform(1.001, 3.0, 200) * radius, y, five])
+        assert np.all(_status(part, far, UP, radius) == TouchStatus.CONVERGED)
+
+    @pytest.mark.parametrize("radius", [1.0, 3.0])
+    def test_behind_a_rib(self, radius: float, tmp_path: Path) -> None:
+        """The rib, 1 mm thick and 3 mm before the wall, is on the way of five millimetres."""
+        from netgen.occ import Box
+
+        solid = Box((0, 0, 0), (300, 300, 5)) + Box((-5, 0, 0), (0, 300, 30))
+        part = _part(solid + Box((3, 0, 0), (4, 300, 30)), tmp_path)
+        rng = np.random.default_rng(1)
+        wall = np.column_stack([np.zeros(50), rng.uniform(5, 295, 50), rng.uniform(12, 20, 50)])
+        status = _status(part, wall, [1.0, 0.0, 0.0], radius, clearance=5.0)
+        assert np.all(status == TouchStatus.OTHER_FACE)
+
+    def test_under_a_thin_roof(self, tmp_path: Path) -> None:
+        """0.2 mm thick, 1 mm above the floor, on a part of 600 mm; ball and stem alike."""
+        from netgen.occ import Box
+
+        solid = Box((0, 0, 0), (600, 600, 5)) + Box((-5, 0, 0), (0, 600, 30))
+        part = _part(solid + Box((-5, 0, 9), (600, 600, 9.2)), tmp_path)
+        rng = np.random.default_rng(2)
+        floor = np.column_stack([rng.uniform(20, 590, (60, 2)), np.full(60, 5.0)])
+        assert np.all(_status(part, floor, UP, 3.0) == TouchStatus.OTHER_FACE)
+        # A ball of 1.5 mm has room under it; its stem of 1 mm goes through it.
+        free = _status(part, floor, UP, 0.75, clearance=0.5)
+        assert np.all(free == TouchStatus.CONVERGED)
+        stem = StylusOutline(UP[0], np.array([[0.0, 50.0]]), np.array([0.5]))
+        blocked = _status(part, floor, UP, 0.75, clearance=0.5, stylus=stem)
+        assert np.all(blocked == TouchStatus.STEM)
+
+    @pytest.mark.parametrize("clearance", [16.0, 20.0, 30.0])
+    def test_down_a_slot_that_is_hardly_wider(self, clearance: float, tmp_path: Path) -> None:
+        """2.004 mm for a ball of 2 mm: it may slide down along both walls, until the bridge."""
+        from netgen.occ import Box
+
+        block = Box((0, 0, 0), (40, 40, 40)) - Box((10, -1, 10), (12.004, 41, 41))
+        part = _part(block + Box((5, 10, 25), (20, 30, 30)), tmp_path)
+        y = np.linspace(12, 28, 9)
+        floor = np.column_stack([np.full(9, 11.002), y, np.full(9, 10.0)])
+        assert np.all(_status(part, floor, UP, 1.0, clearance=5.0) == TouchStatus.CONVERGED)
+        assert np.all(_status(part, floor, UP, 1.0, clearance=clearance) == TouchStatus.OTHER_FACE)
+
+    def test_clearance_cannot_be_negative(self) -> None:
+        ball, target = Sphere([0, 0, 0], 5.0), Targets([[0, 0, 5.0]], UP)
+        for clearance in (-1.0, math.nan):
+            with pytest.raises(PretravelError, match="clearance"):
+                touch(_tip(), ball, target, clearance=clearance)
+
+
+class TestEdges:
+    @pytest.mark.parametrize(("radius", "hole"), [(1000.0, 150.0), (100.0, 20.0)])
+    def test_of_a_cross_hole_in_a_pipe(self, radius: float, hole: float, tmp_path: Path) -> None:
+        """The hole's edge is y² + (z - h)² = hole² on the pipe, known in closed form: 1 µm inside
+        and outside are told apart (edges are followed to 0.1 µm)."""
+        from netgen.occ import Cylinder, Pnt, X, Z
+
+        height = 2.5 * hole
+        pipe = Cylinder(Pnt(0, 0, 0), Z, radius, 2.0 * height)
+        part = _part(pipe - Cylinder(Pnt(0, 0, height), X, hole, 2.0 * radius), tmp_path)
+        (face,) = (
+            f for f in part.faces
+            if f.kind == "cylinder" and abs(f.sharpest - 1.0 / radius) < 1e-9
+        )  # fmt: skip
+        around = np.linspace(0.0, 2.0 * math.pi, 2001)
+        for off, expected in ((1e-3, True), (-1e-3, False)):
+            y = (hole + off) * np.cos(around)
+            z = height + (hole + off) * np.sin(around)
+            points = np.column_stack([np.sqrt(radius**2 - y**2), y, z])
+            assert np.all(face.inside(face.nearest(points)) == expected)
+
+    def test_seams_and_poles_are_none(self, tmp_path: Path) -> None:
+        from netgen.occ import Axes, Axis, Cylinder, Pnt, Vec, WorkPlane, X, Z
+        from netgen.occ import Sphere as Ball
+
+        (ball,) = _part(Ball(Pnt(1, 2, 3), 5), tmp_path).faces
+        assert ball.trim is None
+        assert len(ball.edge_samples(0.1)) == 0
+        ring = WorkPlane(Axes((0, 0, 0), Vec(0, -1, 0), X)).MoveTo(10, 0).Circle(3).Face()
+        (torus,) = _part(ring.Revolve(Axis((0, 0, 0), Z), 360), tmp_path).faces
+        assert torus.trim is None
+        rod = _part(Cylinder(Pnt(0, 0, 0), Z, 5, 10), tmp_path)
+        (side,) = (f for f in rod.faces if f.kind == "cylinder")
+        points = side.derivatives(side.edge_samples(0.1))[0]
+        assert set(np.round(points[:, 2], 9)) == {0.0, 10.0}
+
+
+class TestFolded:
+    """Surfaces that run through themselves change sides: refused, not guessed."""
+
+    def test_inner_part_of_a_spindle_torus(self) -> None:
+        from pretravel.surface.brep import SurfaceRecord
+        from pretravel.surface.cad import _refuse_folded
+        from pretravel.surface.trim import Trim
+
+        record = SurfaceRecord("torus", Torus([0, 0, 0], 3.0, 5.0))
+        with pytest.raises(PretravelError, match="crosses its own axis"):
+            _refuse_folded(record, None)
+        outer = np.array([[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0], [0.0, -1.0]])
+        _refuse_folded(record, Trim([outer], (2 * math.pi, 2 * math.pi)))
+
+    def test_offset_beyond_the_centre_of_curvature(self) -> None:
+        from pretravel.surface.brep import SurfaceRecord
+        from pretravel.surface.cad import _refuse_folded
+        from pretravel.surface.swept import Offset
+
+        hollow = SurfaceRecord("offset of sphere", Offset(Reversed(Sphere([0, 0, 0], 5.0)), 6.0))
+        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
+            _refuse_folded(hollow, None)
+        _refuse_folded(SurfaceRecord("offset", Offset(Sphere([0, 0, 0], 5.0), 6.0)), None)
+
+
+class TestEachForItself:
+    def test_one_miss_changes_nothing_for_the_others(self, tmp_path: Path) -> None:
+        from netgen.occ import Axes, Axis, Vec, WorkPlane, X, Z
+
+        circle = WorkPlane(Axes((0, 0, 0), Vec(0, -1, 0), X)).MoveTo(20, 0).Circle(5).Face()
+        part = _part(circle.Revolve(Axis((0, 0, 0), Z), 360), tmp_path)
+        ring = Torus([0, 0, 0], 20.0, 5.0)
+        rng = np.random.default_rng(0)
+        local = ring.local(
+            np.column_stack([rng.uniform(0, 6.28, 400), rng.uniform(-0.1, 3.1, 400)])
+        )
+        alone = touch(_tip(), part, Targets(local.point, local.normal))
+        assert alone.converged.all()
+        with_miss = Targets(
+            np.concatenate([local.point, [[0.0, 0.0, 0.0]]]), np.concatenate([local.normal, UP])
+        )
+        both = touch(_tip(), part, with_miss)
+        assert both.status[-1] == TouchStatus.MISSED
+        assert np.array_equal(both.status[:-1], alone.status)
+        assert np.abs(both.travel[:-1] - alone.travel).max() < 1e-12
+
+
+class TestPoles:
+    def test_of_a_spline(self, tmp_path: Path) -> None:
+        """A ball as B-spline, as CAD writes ellipsoids: around its pole as anywhere."""
+        from netgen.occ import Axes, Ellipsoid, Z
+
+        part = _part(Ellipsoid(Axes((0, 0, 0), Z), 12.5, 12.5, 12.5), tmp_path)
+        assert part.faces[0].kind == "B-spline"
+        rng = np.random.default_rng(0)
+        polar = np.concatenate([[0.0], 10.0 ** rng.uniform(-9, -1, 100)])
+        n = from_angles(polar, rng.uniform(0, 2 * math.pi, 101))
+        spline = touch(_tip(), part, Targets(12.5 * n, n))
+        ball = touch(_tip(), Sphere([0, 0, 0], 12.5), Targets(12.5 * n, n))
+        assert spline.converged.all()
+        assert np.abs(spline.travel - ball.travel).max() < 1e-8
+        assert np.abs(spline.point - ball.point).max() < 1e-8
+
+    def test_of_a_revolved_dome(self, tmp_path: Path) -> None:
+        from netgen.occ import Axis, BezierCurve, Pnt, Z
+
+        profile = BezierCurve([Pnt(10, 0, 0), Pnt(10, 0, 6), Pnt(6, 0, 10), Pnt(0, 0, 10)])
+        part = _part(profile.Revolve(Axis((0, 0, 0), Z), 360), tmp_path)
+        rng = np.random.default_rng(1)
+        off = np.concatenate([[0.0], 10.0 ** rng.uniform(-7, 0, 60)])
+        angle = rng.uniform(0, 2 * math.pi, 61)
+        points = np.column_stack([off * np.cos(angle), off * np.sin(angle), np.full(61, 10.0)])
+        done = touch(_tip(), part, Targets(points, np.repeat(UP, 61, axis=0)))
+        assert done.converged.all()
+        assert done.residual.max() < 1e-9
+
+
+def test_friction_where_two_seats_open_together() -> None:
+    """In the probe's symmetry planes deflection has a cusp; the touch is there all the same."""
+    polar = np.radians(np.linspace(1.0, 89.0, 60))
+    for azimuth in (0.0, math.pi):
+        n = from_angles(polar, azimuth)
+        for friction in (0.1, 0.3, math.inf):
+            done = touch(_tip(), Sphere([0, 0, 0], 12.5), Targets(12.5 * n, n), friction=friction)
+            assert done.converged.all()
+
+
+def test_outside_a_map_a_touch_says_so() -> None:
+    probe = load_probe("omp40-2")
+    table = predicted_map(probe, predict(probe, fibonacci_cap(200, math.radians(60.0))))
+    n = from_angles(np.radians([10.0, 50.0, 85.0]), 0.3)
+    targets = Targets(12.5 * n, n)
+    ball = Sphere([0, 0, 0], 12.5)
+    some = simulate_some(table, ball, targets)
+    assert some.happened.status.tolist() == [0, 0, TouchStatus.OUTSIDE_MAP]
+    assert some.touches is not None
+    assert len(some.touches) == 2
+    everywhere = simulate_some(table, ball, targets, extrapolate=True)
+    assert everywhere.happened.converged.all()
+
+
+def test_numbers_of_other_scripts_are_no_face_numbers(tmp_path: Path) -> None:
+    from netgen.occ import Box
+
+    part = _part(Box((0, 0, 0), (1, 2, 3)), tmp_path)
+    with pytest.raises(PretravelError, match="no face named"):
+        part.select("²")
