@@ -99,6 +99,18 @@ class Domain:
                 result[:, axis] = np.clip(uv[:, axis], low, high)
         return result
 
+    def contains(self, uv: FloatArray) -> BoolArray:
+        """Which parameters lie within; periodic ones always do.
+
+        >>> Domain((0, 0), (4, 1), (4, np.inf)).contains(np.array([[5.0, 0.5], [1, 2]])).tolist()
+        [True, False]
+        """
+        low, high = np.asarray(self.lower), np.asarray(self.upper)
+        bounded = np.isfinite(low) & np.isfinite(high)
+        slack = 1e-12 * np.where(bounded, np.maximum(np.abs(low) + np.abs(high), 1.0), 1.0)
+        within = (uv >= low - slack) & (uv <= high + slack)
+        return np.asarray(np.all(within | np.isfinite(self.period), axis=1))
+
 
 class Surface(Protocol):
     """The outside of a part's surface. Parameters are rows (u, v).

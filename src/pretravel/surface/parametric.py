@@ -123,10 +123,7 @@ class Parametric(ABC):
         return uv + parameter_step(du, dv, displacement)
 
     def inside(self, uv: FloatArray) -> BoolArray:
-        low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
-        slack = 1e-12 * np.maximum(np.abs(low) + np.abs(high), 1.0)
-        within = (uv >= low - slack) & (uv <= high + slack)
-        return np.asarray(np.all(within | np.isfinite(self.domain.period), axis=1))
+        return self.domain.contains(uv)
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,10 +105,7 @@ class _Shape(ABC):
         return self._parameters(self._point(uv) + displacement @ np.asarray(self.axes).T)
 
     def inside(self, uv: FloatArray) -> BoolArray:
-        slack = 1e-12
-        low, high = np.asarray(self.domain.lower), np.asarray(self.domain.upper)
-        within = (uv >= low - slack) & (uv <= high + slack)
-        return np.asarray(np.all(within | np.isfinite(self.domain.period), axis=1))
+        return self.domain.contains(uv)
 
 
 @dataclass(frozen=True, eq=False)
