@@ -219,7 +219,7 @@ def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
                 face["name"],
                 face["type"],
                 f"{face['x_mm']:.2f}, {face['y_mm']:.2f}, {face['z_mm']:.2f}",
-                f"{face['nx']:+.2f}, {face['ny']:+.2f}, {face['nz']:+.2f}",
+                ", ".join(f"{round(face[f'n{axis}'], 2) + 0.0:+.2f}" for axis in "xyz"),
                 "" if math.isnan(radius) else f"{radius:.3g}",
             ]
         )

@@ -244,6 +244,53 @@ class TestByHand:
             part.select("7")
 
 
+class TestBrepText:
+    @pytest.mark.parametrize("handed", [1.0, -1.0])
+    @pytest.mark.parametrize(
+        ("kind", "sizes"), [(1, []), (2, [5]), (3, [5, 0.3]), (4, [5]), (5, [9, 2])]
+    )
+    def test_left_handed_frames_turn_the_parameters(
+        self, kind: int, sizes: list[float], handed: float
+    ) -> None:
+        """Which way du x dv points against the shape's own normal is what the reader says."""
+        from pretravel.surface import brep
+
+        numbers = [1, 2, 3, 0, 0, 1, 1, 0, 0, 0, handed, 0, *sizes]
+        record = brep._surface(brep._Tokens([str(kind), *map(str, numbers)]))
+        assert record.surface is not None
+        uv = np.array([[0.4, 0.5]])
+        point, du, dv = record.surface.derivatives(uv)
+        normal = record.surface.local(uv).normal
+        side = float(np.cross(du, dv)[0] @ normal[0])
+        assert np.sign(side) == record.along_parameters
+        # The file's own parametrisation: P(u, v) with y turned round.
+        if kind == 2:
+            own = [1 + 5 * math.cos(0.4), 2 + handed * 5 * math.sin(0.4), 3.5]
+            assert point[0] == pytest.approx(own)
+
+    def test_a_part_placed_as_its_mirror_image_is_refused(self, tmp_path: Path) -> None:
+        from netgen.occ import Box
+
+        from pretravel.surface.brep import parse_brep
+        from pretravel.surface.cad import _part
+
+        file = tmp_path / "box.brep"
+        Box((0, 0, 0), (1, 2, 3)).WriteBrep(str(file), withTriangles=False)
+        text = file.read_text(encoding="ascii")
+        head, tail = text.split("Locations 0")
+        for matrix, refused in (
+            ("-1 0 0 9 0 1 0 0 0 0 1 0", True),
+            ("0 -1 0 9 1 0 0 0 0 0 1 0", 0),
+        ):
+            moved = head + "Locations 1\n1 " + matrix + tail.rstrip()[: -len("+1 0")] + "+1 1"
+            if refused:
+                with pytest.raises(InputError, match="mirror image"):
+                    _part("box", parse_brep(moved), [""] * 6, file)
+            else:
+                part = _part("box", parse_brep(moved), [""] * 6, file)
+                assert part.box == pytest.approx(np.array([[7.0, 0, 0], [9, 1, 3]]))
+
+
 class TestRefusals:
     def test_no_file(self) -> None:
         with pytest.raises(InputError, match=r"nowhere\.step.*No such file"):

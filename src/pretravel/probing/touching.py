@@ -21,7 +21,7 @@ from pretravel.probing.tip import Tip, TipState
 from pretravel.surface.cad import Part
 from pretravel.surface.contact import Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import ContactSearch
+from pretravel.surface.search import ContactSearch, Found
 
 _SMALLEST_SLIP = 1e-5
 """Displacement before slip that a contact without any of its own is given. [mm]"""
@@ -200,38 +200,34 @@ def touch(
             slipping.softer = softer
             found.solve(first.local.point, start, approach, slipping.reach)
     last = found.state()
-    status = np.full(n, int(TouchStatus.CONVERGED))
     state, direction = slipping.at_rest(np.arange(n), last.local)
-    pushed = np.full(n, np.nan)
-    pushed[usable] = tip.state(first.local.normal[usable]).force
-    never = np.isinf(pushed)
+    status = np.full(n, int(TouchStatus.CONVERGED))
     failed = ~last.solved
     status[failed] = TouchStatus.NOT_CONVERGED
-    status[failed & (found.beyond_edge | first.beyond_edge)] = TouchStatus.EDGE
+    status[failed & (last.beyond_edge | first.beyond_edge)] = TouchStatus.EDGE
     status[first.solved & ~fits] = TouchStatus.DOES_NOT_FIT
-    status[never] = TouchStatus.NEVER_TRIGGERS
-    known_way = np.zeros(n, dtype=bool)
-    known_way[last.solved] = tip.supports(direction[last.solved])
-    status[last.solved & ~known_way] = TouchStatus.OUTSIDE_MAP
+    status[usable[np.isinf(tip.state(first.local.normal[usable]).force)]] = (
+        TouchStatus.NEVER_TRIGGERS
+    )
+    there = np.flatnonzero(last.solved)
+    status[there[~tip.supports(direction[there])]] = TouchStatus.OUTSIDE_MAP
     lost = np.flatnonzero(~first.solved)
     meets = sweeps_surface(surface, start[lost], approach[lost], tip.radius)
     status[lost] = np.where(meets, TouchStatus.EDGE, TouchStatus.MISSED)
     face = np.where(last.solved, last.face, -1)
-    done = np.flatnonzero(status == TouchStatus.CONVERGED)
-    if isinstance(surface, Part) and len(done):
-        centers = start[done] + first.length[done, None] * approach[done]
-        obstacle = first_obstacle(
-            surface, centers, approach[done], last.face[done], tip.radius, clearance
+    if isinstance(surface, Part):
+        _blocked(
+            surface,
+            tip.radius,
+            start,
+            approach,
+            first.length,
+            last,
+            status,
+            face,
+            clearance,
+            stylus,
         )
-        blocked = obstacle >= 0
-        status[done[blocked]] = TouchStatus.OTHER_FACE
-        face[done[blocked]] = obstacle[blocked]
-        if stylus is not None:
-            free = done[~blocked]
-            spindle = start[free] + last.length[free, None] * approach[free]
-            hit = stem_obstacle(surface, spindle, approach[free], stylus, clearance)
-            status[free[hit >= 0]] = TouchStatus.STEM
-            face[free[hit >= 0]] = hit[hit >= 0]
     bad = status != TouchStatus.CONVERGED
     trigger_residual = np.zeros(n)
     good = np.flatnonzero(~bad)
@@ -258,6 +254,34 @@ def touch(
         trigger_residual=known(trigger_residual),
         iterations=first.iterations + last.iterations,
     )
+
+
+def _blocked(
+    part: Part,
+    radius: float,
+    start: FloatArray,
+    approach: FloatArray,
+    first_travel: FloatArray,
+    last: Found,
+    status: IntArray,
+    face: IntArray,
+    clearance: float,
+    stylus: StylusOutline | None,
+) -> None:
+    """Mark the touches on whose way something else is, and what: in `status` and `face`."""
+    done = np.flatnonzero(status == TouchStatus.CONVERGED)
+    centers = start[done] + first_travel[done, None] * approach[done]
+    obstacle = first_obstacle(part, centers, approach[done], last.face[done], radius, clearance)
+    blocked = obstacle >= 0
+    status[done[blocked]] = TouchStatus.OTHER_FACE
+    face[done[blocked]] = obstacle[blocked]
+    if stylus is None:
+        return
+    free = done[~blocked]
+    spindle = start[free] + last.length[free, None] * approach[free]
+    hit = stem_obstacle(part, spindle, approach[free], stylus, clearance)
+    status[free[hit >= 0]] = TouchStatus.STEM
+    face[free[hit >= 0]] = hit[hit >= 0]
 
 
 def describe_failures(

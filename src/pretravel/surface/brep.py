@@ -32,6 +32,7 @@ from pretravel.surface.spline import SplineSurface
 from pretravel.surface.swept import Extrusion, Offset, Revolution
 
 _IDENTITY = np.eye(4)
+_PLANE = 1
 _SEAM = re.compile(r"^(\d+)(C\d|CN|G\d)$")
 
 
@@ -253,8 +254,8 @@ def _surface(tokens: _Tokens) -> SurfaceRecord:
         name, make, extra = _ELEMENTARY[kind]
         origin, z, x, y = (tokens.numbers(3) for _ in range(4))
         sizes = tokens.numbers(extra)
-        # A left-handed frame turns du x dv inwards.
-        handed = 1 if float(np.cross(x, y) @ z) > 0.0 else -1
+        # A left-handed frame turns du x dv inwards; a plane's normal is du x dv itself.
+        handed = 1 if kind == _PLANE or float(np.cross(x, y) @ z) > 0.0 else -1
         return _made(name, lambda: make(origin, np.stack([x, y, z]), *sizes), handed)
     if kind == 6:
         direction = tokens.numbers(3)
@@ -301,7 +302,7 @@ def _cone(origin: FloatArray, axes: FloatArray, radius: float, half_angle: float
 
 
 _ELEMENTARY: dict[int, tuple[str, Callable[..., Surface], int]] = {
-    1: ("plane", _plane, 0),
+    _PLANE: ("plane", _plane, 0),
     2: ("cylinder", lambda o, axes, r: Cylinder(o, float(r), axes), 1),
     3: ("cone", _cone, 2),
     4: ("sphere", lambda o, axes, r: Sphere(o, float(r), axes, latitude=True), 1),

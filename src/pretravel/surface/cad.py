@@ -501,7 +501,8 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
     turn = placement[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-6:
         raise PretravelError("it is placed in the part with a change of scale")
-    mirrored = float(np.linalg.det(turn)) < 0.0
+    if float(np.linalg.det(turn)) < 0.0:
+        raise PretravelError("it is placed in the part as its own mirror image")
     surface: Surface = record.surface
     if np.abs(placement - np.eye(4)).max() > 0.0:
         surface = Placed(surface, turn, placement[:3, 3])
@@ -513,7 +514,7 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
     if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
         raise PretravelError(f"{record.kind} without a boundary has no end")
     against = record.along_parameters < 0
-    flips = use.reverses ^ against ^ mirrored
+    flips = use.reverses ^ against
     return Face(number, name, record.kind, surface, trim, flips, tuple(borders))
 
 
