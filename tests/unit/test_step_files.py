@@ -268,6 +268,34 @@ class TestBrepText:
             own = [1 + 5 * math.cos(0.4), 2 + handed * 5 * math.sin(0.4), 3.5]
             assert point[0] == pytest.approx(own)
 
+    def test_placements_within_placements(self, tmp_path: Path) -> None:
+        """A box twice in a group, the group twice in another: turned, moved, moved again."""
+        from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
+
+        from pretravel.surface.brep import parse_brep
+        from pretravel.surface.cad import _part
+
+        def there(*moves: Any) -> Any:
+            whole = moves[0]
+            for move in moves[1:]:
+                whole = whole * move
+            return TopLoc_Location(whole)
+
+        box = Box((0, 0, 0), (10, 20, 30))
+        turn = gp_Trsf.Rotation(Axis((0, 0, 0), Z), 30)
+        group = Compound([box, box.Located(there(gp_Trsf.Translation(Vec(40, 0, 0)), turn))])
+        both = Compound([group, group.Located(there(gp_Trsf.Translation(Vec(0, 50, 0))))])
+        file = tmp_path / "groups.brep"
+        both.WriteBrep(str(file), withTriangles=False)
+        part = _part("groups", parse_brep(file.read_text(encoding="ascii")), [], file)
+        assert len(part.faces) == 24
+        ours = np.array([f.derivatives(f.samples(np.inf))[0].mean(axis=0) for f in part.faces])
+        theirs = np.array([[f.center.x, f.center.y, f.center.z] for f in both.faces])
+        assert np.abs(ours - theirs).max() < 0.2  # of samples, and of area
+        corner = np.array([[40.0, 0.0, 0.0]]) + np.array([[0.0, 50.0, 0.0]])
+        points = np.concatenate([f.derivatives(f.samples(np.inf))[0] for f in part.faces])
+        assert np.linalg.norm(points - corner, axis=1).min() < 1e-9
+
     def test_a_part_placed_as_its_mirror_image_is_refused(self, tmp_path: Path) -> None:
         from netgen.occ import Box
 
