@@ -1,1 +1,5 @@
-"""A described probe touches a surface: simulated touches."""
+"""A probe touches a surface.
+
+tip (the probe as the part sees it) → touching (at once) or slide (step by step), with obstacles
+in the way → simulation (what the machine reports).
+"""
