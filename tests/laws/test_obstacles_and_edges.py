@@ -143,6 +143,17 @@ class TestEdges:
         assert set(np.round(points[:, 2], 9)) == {0.0, 10.0}
 
 
+def test_a_region_is_the_same_a_period_further() -> None:
+    """A half cylinder around angle zero: asked for at 350° as at -10°."""
+    from pretravel.surface.trim import Trim
+
+    half = np.array([[-1.5, 0.0], [1.5, 0.0], [1.5, 4.0], [-1.5, 4.0], [-1.5, 0.0]])
+    region = Trim([half], (2.0 * math.pi, math.inf))
+    asked = np.array([[-0.2, 2.0], [2.0 * math.pi - 0.2, 2.0], [math.pi, 2.0], [0.0, 5.0]])
+    assert region.inside(asked).tolist() == [True, True, False, False]
+    assert region.inside(asked - [4.0 * math.pi, 0.0]).tolist() == [True, True, False, False]
+
+
 class TestFolded:
     """Surfaces that run through themselves change sides: refused, not guessed."""
 
