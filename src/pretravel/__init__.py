@@ -34,6 +34,8 @@ _PUBLIC = {
     "friction_cycle": "trigger.friction",
     "Targets": "probing.targets",
     "touch": "probing.touching",
+    "SurfaceTouches": "probing.touching",
+    "TouchStatus": "probing.touching",
     "predicted_tip": "probing.tip",
     "slide": "probing.slide",
     "read_step_part": "surface.cad",
@@ -80,7 +82,7 @@ if TYPE_CHECKING:
     from pretravel.probing.slide import slide
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import predicted_tip
-    from pretravel.probing.touching import touch
+    from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
     from pretravel.surface.cad import read_step_part
     from pretravel.surface.inspection import plan_inspection
     from pretravel.surface.parametric import FunctionSurface

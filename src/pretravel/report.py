@@ -48,11 +48,12 @@ def _labelled(label: str, text: str) -> list[str]:
 
 
 def _um(value: float, digits: int = 3) -> str:
-    return f"{value / MICROMETRE:.{digits}f} µm"
+    # Rounded first, so that nothing is called -0.00.
+    return f"{round(value / MICROMETRE, digits) + 0.0:.{digits}f} µm"
 
 
 def _range_um(values: FloatArray, digits: int = 2) -> str:
-    low, high = float(values.min()) / MICROMETRE, float(values.max()) / MICROMETRE
+    low, high = (round(float(v) / MICROMETRE, digits) + 0.0 for v in (values.min(), values.max()))
     return f"{low:.{digits}f} to {high:.{digits}f} µm"
 
 
@@ -182,20 +183,23 @@ def slide_report(history: SlideHistory, probe_name: str, where: str) -> str:
     -------
     str
     """
-    lines = [f"{probe_name} on {where}: {len(history)} steps"]
-    moved = np.linalg.norm(history.contact[-1] - history.contact[0])
-    turned = np.arccos(np.clip(history.normal[0] @ history.normal[-1], -1.0, 1.0))
-    lines.append(
-        f"  feed to {_um(history.feed[-1])}: deflection {_um(history.deflection[-1])}, the "
-        f"contact slides {_um(float(moved))}, the normal turns {turned / DEGREE:.3f}°"
-    )
+    golden = history.search == "golden"
+    last = int(np.argmax(history.feed))
+    moved = float(np.linalg.norm(history.contact[last] - history.start))
+    how = "trials of a golden section" if golden else "steps"
+    feed, deflection = _um(history.feed[last]), _um(history.deflection[last])
+    lines = [
+        f"{probe_name} on {where}: {len(history)} {how}",
+        f"  feed to {feed}: deflection {deflection}, the contact slides {_um(moved)}",
+    ]
     if not history.triggered.any():
-        lines.append("  no trigger within these steps; take more, or larger ones")
+        lines.append("  no trigger within these; take more, or larger ones")
         return "\n".join(lines)
     first = int(np.argmax(history.triggered))
-    lines.append(
-        f"  triggers in step {history.step[first]}, after {_um(history.trigger_feed)} of feed"
-    )
+    found = "found: the trigger" if golden else f"triggers in step {history.step[first]}"
+    lines.append(f"  {found}, after {_um(history.trigger_feed)} of feed")
+    if not golden and first == 0:
+        lines.append("  (the first step is beyond it: smaller ones show the way there)")
     return "\n".join(lines)
 
 
@@ -206,11 +210,11 @@ def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
     -------
     str
     """
-    rows = []
+    rows, refused = [], []
     for row in zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True):
         face = dict(zip(columns, row, strict=True))
         if face["problem"]:
-            rows.append([str(face["face"]), "cannot be used:", face["problem"], "", "", ""])
+            refused.append(f"face {face['face']} cannot be used: {face['problem']}")
             continue
         radius = face["smallest_radius_mm"]
         rows.append(
@@ -220,7 +224,9 @@ def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
                 face["type"],
                 f"{face['x_mm']:.2f}, {face['y_mm']:.2f}, {face['z_mm']:.2f}",
                 ", ".join(f"{round(face[f'n{axis}'], 2) + 0.0:+.2f}" for axis in "xyz"),
-                "" if math.isnan(radius) else f"{radius:.3g}",
+                "" if math.isnan(radius) else "apex" if radius < 1e-6 else f"{radius:.3g}",
+                f"{face['u_from']:.4g}, {face['u_to']:.4g}",
+                f"{face['v_from']:.4g}, {face['v_to']:.4g}",
             ]
         )
     box = part.box
@@ -228,10 +234,12 @@ def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
     low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in box)
     return "\n".join(
         [
-            f"{part.name}: {len(rows)} faces, {size} mm, from ({low}) to ({high})",
-            "  a point in the middle of each, the normal there, its smallest radius of curvature",
+            f"{part.name}: {len(rows) + len(refused)} faces, {size} mm, from ({low}) to ({high})",
+            "  of each: a point in its middle, the normal there, the smallest radius anywhere on",
+            "  it, and from where to where its parameters go",
             "",
-            table(["face", "name", "type", "point/mm", "normal", "radius/mm"], rows),
+            table(["face", "name", "type", "point/mm", "normal", "radius/mm", "u", "v"], rows),
+            *refused,
         ]
     )
 

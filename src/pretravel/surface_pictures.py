@@ -39,8 +39,9 @@ def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figu
     figure.suptitle(title or "A tip slides")
     draw_slide(figure.add_subplot(1, 2, 1, projection="3d"), history, surface)
     curve = figure.add_subplot(1, 2, 2)
-    feed = np.concatenate([[0.0], history.feed]) / MICROMETRE
-    deflection = np.concatenate([[0.0], history.deflection]) / MICROMETRE
+    order = np.argsort(history.feed)  # of a golden section search the trials go to and fro
+    feed = np.concatenate([[0.0], history.feed[order]]) / MICROMETRE
+    deflection = np.concatenate([[0.0], history.deflection[order]]) / MICROMETRE
     curve.plot(feed, deflection, "o-", ms=3.5, color=COLOURS[0], label="deflection")
     curve.plot(feed, feed, ":", color=COLOURS[5], label="feed itself")
     curve.set_xlabel("feed since first contact / µm")
@@ -52,8 +53,8 @@ def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figu
         curve.annotate(
             f" trigger\n {at:.2f} µm", (at, deflection.max()), va="top", color=COLOURS[3]
         )
-    known = np.isfinite(history.force)
-    if known.any():
+    known = order[np.isfinite(history.force[order])]
+    if len(known):
         force = curve.twinx()
         force.plot(
             np.concatenate([[0.0], history.feed[known]]) / MICROMETRE,
@@ -71,10 +72,13 @@ def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figu
 
 def draw_slide(axes: Any, history: SlideHistory, surface: Surface) -> None:
     """The contact's way on a patch of the surface, in µm from its beginning."""
-    start = history.contact[0]
+    from matplotlib.ticker import MaxNLocator
+
+    start = history.start
     way = (history.contact - start) / MICROMETRE
     reach = 0.8 * max(float(np.linalg.norm(way, axis=1).max()), 2.0)
-    middle = start + 0.5 * way[-1] * MICROMETRE
+    furthest = way[np.argmax(np.linalg.norm(way, axis=1))]
+    middle = start + 0.5 * furthest * MICROMETRE
     tangents = tangent_basis(history.normal[:1])[0]
     side = np.linspace(-reach, reach, 13) * MICROMETRE
     p, q = np.meshgrid(side, side)
@@ -93,6 +97,7 @@ def draw_slide(axes: Any, history: SlideHistory, surface: Surface) -> None:
     axes.set_xlabel("x / µm")
     axes.set_ylabel("y / µm")
     axes.set_zlabel("z / µm")
+    axes.zaxis.set_major_locator(MaxNLocator(4))
     axes.set_title("contact on the surface, from its first point", fontsize=9)
     axes.set_box_aspect(_spans(np.concatenate([patch, way])))
     axes.legend(fontsize=7, loc="upper left")
@@ -147,7 +152,8 @@ def plot_part(part: Part, title: str = "") -> Figure:
             middle = points[np.argmin(np.sum((points - points.mean(axis=0)) ** 2, axis=1))]
             axes.text(*middle, str(face.number), fontsize=8, weight="bold", zorder=10)
     _label(axes, part.box)
-    axes.set_title(f"{title or part.name}: {len(part.faces)} faces")
+    crowded = "" if len(part.faces) <= _MOST_LABELS else " (too many for their numbers)"
+    axes.set_title(f"{title or part.name}: {len(part.faces)} faces{crowded}")
     return figure
 
 

@@ -155,28 +155,66 @@ def test_a_region_is_the_same_a_period_further() -> None:
 
 
 class TestFolded:
-    """Surfaces that run through themselves change sides: refused, not guessed."""
+    """Surfaces that run through themselves change sides: told apart, or refused; not guessed."""
 
-    def test_inner_part_of_a_spindle_torus(self) -> None:
+    def test_a_spindle_torus(self) -> None:
         from pretravel.surface.brep import SurfaceRecord
-        from pretravel.surface.cad import _refuse_folded
+        from pretravel.surface.cad import _one_side
         from pretravel.surface.trim import Trim
 
         record = SurfaceRecord("torus", Torus([0, 0, 0], 3.0, 5.0))
-        with pytest.raises(PretravelError, match="crosses its own axis"):
-            _refuse_folded(record, None)
-        outer = np.array([[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0], [0.0, -1.0]])
-        _refuse_folded(record, Trim([outer], (2 * math.pi, 2 * math.pi)))
+
+        def region(low: float, high: float) -> Trim:
+            ring = np.array([[0, low], [2, low], [2, high], [0, high], [0, low]], dtype=float)
+            return Trim([ring], (2 * math.pi, 2 * math.pi))
+
+        for trim in (None, region(-1.0, 3.0)):
+            with pytest.raises(PretravelError, match="on both sides"):
+                _one_side(record, trim)
+        assert _one_side(record, region(-1.0, 1.0)) is record
+        barrel = _one_side(record, region(2.7, 3.6))
+        assert barrel.along_parameters == -1
+        assert isinstance(barrel.surface, Torus)
+        assert barrel.surface.inner
+
+    def test_a_barrel_from_a_file(self, tmp_path: Path) -> None:
+        """An arc of 40 mm, 5 mm from the axis at its highest: a torus whose middle lies on the
+        other side of the axis. Its normals point away from the axis."""
+        from netgen.occ import ArcOfCircle, Axis, Face, Pnt, Segment, Wire, Z
+
+        sag = 40.0 - math.sqrt(40.0**2 - 6.0**2)
+        low, high = Pnt(5.0 - sag, 0, -6), Pnt(5.0 - sag, 0, 6)
+        outline = [
+            ArcOfCircle(low, Pnt(5, 0, 0), high), Segment(high, Pnt(0, 0, 6)),
+            Segment(Pnt(0, 0, 6), Pnt(0, 0, -6)), Segment(Pnt(0, 0, -6), low),
+        ]  # fmt: skip
+        part = _part(Face(Wire(outline)).Revolve(Axis((0, 0, 0), Z), 360), tmp_path)
+        (barrel,) = (f for f in part.faces if f.kind in ("torus", "revolution"))
+        rng = np.random.default_rng(0)
+        angle, height = rng.uniform(0, 6.28, 50), rng.uniform(-4, 4, 50)
+        radius = np.sqrt(40.0**2 - height**2) - 35.0
+        points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+        uv = barrel.nearest(points)
+        local = barrel.local(uv)
+        assert np.all(barrel.inside(uv))
+        assert np.abs(local.point - points).max() < 1e-9
+        away = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+        assert np.sum(local.normal * away, axis=1).min() > 0.9
+        assert local.principal_curvatures[:, 0] == pytest.approx(1.0 / 40.0)
+        # A ball comes to rest on it.
+        up = local.normal[:, 2] >= -0.05
+        done = touch(_tip(), part, Targets(points[up], local.normal[up]))
+        assert done.converged.all()
 
     def test_offset_beyond_the_centre_of_curvature(self) -> None:
         from pretravel.surface.brep import SurfaceRecord
-        from pretravel.surface.cad import _refuse_folded
+        from pretravel.surface.cad import _one_side
         from pretravel.surface.swept import Offset
 
         hollow = SurfaceRecord("offset of sphere", Offset(Reversed(Sphere([0, 0, 0], 5.0)), 6.0))
         with pytest.raises(PretravelError, match="beyond its centre of curvature"):
-            _refuse_folded(hollow, None)
-        _refuse_folded(SurfaceRecord("offset", Offset(Sphere([0, 0, 0], 5.0), 6.0)), None)
+            _one_side(hollow, None)
+        _one_side(SurfaceRecord("offset", Offset(Sphere([0, 0, 0], 5.0), 6.0)), None)
 
 
 class TestEachForItself:

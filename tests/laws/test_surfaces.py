@@ -45,6 +45,7 @@ SURFACES: dict[str, tuple[Surface, tuple[float, float], tuple[float, float]]] = 
     "cylinder": (Cylinder(HERE, 5.0, AXES), (0.1, 6.1), (-3, 3)),
     "cone": (Cone(HERE, 5.0, 0.4, AXES), (0.1, 6.1), (-3, 3)),
     "torus": (Torus(HERE, 10.0, 3.0, AXES), (0.1, 6.1), (0.1, 6.1)),
+    "barrel": (Torus(HERE, 3.0, 5.0, AXES, inner=True), (0.1, 6.1), (2.5, 3.8)),
     "ellipsoid": (Ellipsoid(HERE, [10.0, 8.0, 6.0], AXES), (0.1, 6.1), (0.1, 3.0)),
     "hole": (Reversed(Cylinder(HERE, 5.0, AXES)), (0.1, 6.1), (-3, 3)),
     "convex": (Convex(), (-0.9, 0.9), (-0.9, 0.9)),
@@ -261,5 +262,9 @@ def test_a_function_that_is_none_is_refused() -> None:
         FunctionSurface(lambda u, v: (u, math.sin(v), v), (0, 1), (0, 1))
     with pytest.raises(PretravelError, match="not finite"):
         FunctionSurface(lambda u, v: (u, v, 1.0 / (u - 0.5)), (0, 1), (0, 1))
+    with pytest.raises(PretravelError, match="loses its derivative"):
+        FunctionSurface(lambda u, v: (u, v, -np.abs(u)), (-9, 9), (-9, 9))
+    with pytest.raises(PretravelError, match="returns 2"):
+        FunctionSurface(lambda u, v: (u, v), (-9, 9), (-9, 9))
     with pytest.raises(PretravelError, match="go upwards"):
         FunctionSurface(lambda u, v: (u, v, u), (1, 0), (0, 1))

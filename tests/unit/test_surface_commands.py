@@ -32,6 +32,8 @@ class TestSlide:
         assert triggered[-1] == 1
         first = triggered.index(1)
         assert f"triggers in step {first + 1}" in text
+        assert "at once, sideways only: 2.98" in text
+        assert "at once, all that gives: 3.4" in text
         # Force is known until the trigger; then a seat is open and the cell is empty.
         assert all(
             (row["force_N"] == "") == (t == 1) for row, t in zip(table, triggered, strict=True)
@@ -63,6 +65,21 @@ class TestSlide:
             (["--surface", "convex", "--at", "0,0", "--steps", "0"], "1 to 100000"),
             (["--surface", "convex", "--at", "0,0", "--process", "odd"], "curved, inclined"),
             (["--surface", "convex", "--at", "0,0", "--search", "golden"], "vertical and inclined"),
+            (["--surface", "convex", "--at", "0.5,0.5", "--process", "vertical"], "for walls"),
+            (
+                [
+                    "--surface",
+                    "plane:polar=40",
+                    "--at",
+                    "0,0",
+                    "--process",
+                    "inclined",
+                    "--kinematics",
+                    "full",
+                ],
+                "is for curved",
+            ),
+            (["--surface", "plane:polar=40", "--at", "0,0", "--process", "sideways"], "vertical"),
             (["--surface", "plane:polar=0", "--at", "0,0"], "--kinematics full"),
             (["--surface", "sphere:radius=5", "--at", "0,0"], "across the probe axis"),
         ],
@@ -74,8 +91,13 @@ class TestSlide:
 
     def test_golden_section(self) -> None:
         text = run("slide", "omp40-2", "--surface", "plane:polar=40", "--at", "0,0", "--process",
-                   "inclined", "--search", "golden", "--step", 0.1, "--steps", 80)  # fmt: skip
-        assert "triggers in step" in text
+                   "inclined", "--search", "golden", "--steps", 80)  # fmt: skip
+        assert "trials of a golden section" in text
+        at_once = text.split("sideways only: ")[1].split(" ")[0]
+        assert f"found: the trigger, after {at_once} µm" in text
+        # From first contact to the trigger the contact slides down 40°: feed / tan(40°).
+        slide = float(text.split("slides ")[1].split(" ")[0])
+        assert slide == pytest.approx(float(at_once) / math.tan(math.radians(40.0)), rel=1e-3)
 
 
 class TestFacesAndPlan:

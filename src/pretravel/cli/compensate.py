@@ -51,6 +51,7 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
+    from pretravel.errors import PretravelError
     from pretravel.formats.map_file import described_map, read_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches
@@ -63,6 +64,11 @@ def compensate(
     files = [] if nominal is None else source_file(nominal)
     check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
     part_in_machine = parse_placement(place, frame)
+    if Path(map_file).suffix.lower() not in (".nc", ".csv", ".json", ".toml", ""):
+        raise PretravelError(
+            f"--map {map_file}: neither a map (.nc, .csv) nor a probe (.toml, or a name of "
+            "pretravel probes)"
+        )
     measured = read_touches(touches)
     pretravel_map = (
         read_map(map_file, tip_diameter=tip_diameter)

@@ -78,5 +78,7 @@ def plan(
         save(plot_plan(chosen, shape, f"Targets on {surface}"), plot)
     steepest = math.degrees(math.acos(float(min(max(chosen.normal[:, 2].min(), -1.0), 1.0))))
     typer.echo(f"{len(chosen)} targets, normals up to {steepest:.1f}° from z")
+    if len(set(chosen.face.tolist())) > 1:
+        typer.echo("Which of them can be reached: pretravel simulate … --stem --leave-out")
     for reason, count in chosen.left_out.items():
         typer.echo(f"Warning: {count} points left out: {reason}", err=True)

@@ -23,9 +23,12 @@ def slide(
     ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Every step: .csv.")] = None,
     step: Annotated[
-        float,
-        typer.Option(help="Feed of a step, mm (vertical: deflection, mm; inclined: force, N)."),
-    ] = 0.001,
+        float | None,
+        typer.Option(
+            help="Feed of a step, mm (vertical: deflection, mm; inclined: force, N); if not given "
+            "0.001, inclined 0.1."
+        ),
+    ] = None,
     steps: Annotated[int, typer.Option(help="How many.")] = 20,
     process: Annotated[
         str, typer.Option(help="curved (any surface), vertical or inclined: the thesis's three.")
@@ -46,32 +49,33 @@ def slide(
 ) -> None:
     """Follow one touch step by step: how the tip slides from first contact to the trigger.
 
+    The CSV has, in mm, P where the tip centre were with the stylus straight, C where it is, T the
+    contact, and n the normal there; forces end at the trigger.
+
     Example: pretravel slide omp40-2 --surface convex --at 0.5,0.5 --steps 20 -o slide.csv
     """
-    from pretravel.errors import PretravelError
+    import numpy as np
+
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.slide_table import slide_table
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
     from pretravel.probing.slide import slide as step_by_step
-    from pretravel.probing.tip import predicted_tip
+    from pretravel.probing.targets import Targets
+    from pretravel.probing.tip import LateralTip, predicted_tip
+    from pretravel.probing.touching import touch
     from pretravel.report import slide_report
-    from pretravel.surface.cad import Part
-    from pretravel.surface.specification import parse_surface, source_file
+    from pretravel.surface.specification import face_of, source_file
+    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, *source_file(surface)])
     where = pair(at, "--at")
     description = load_probe(probe)
-    shape = parse_surface(surface)
-    if isinstance(shape, Part):
-        if len(shape.chosen) != 1:
-            raise PretravelError(
-                f"--surface {surface}: u,v belong to one face and this part has "
-                f"{len(shape.chosen)}; name one, {surface}#1 (pretravel faces {surface} lists them)"
-            )
-        shape = shape.faces[shape.chosen[0]]
+    shape = face_of(surface)
     with working("sliding"):
         tip = predicted_tip(description, model, workpiece=material(workpiece))
+        local = shape.local(np.array([where]))
+        target = Targets(local.point, local.normal)
         history = step_by_step(
             tip,
             shape,
@@ -91,3 +95,10 @@ def slide(
         title = f"{description.name} on {surface} at u, v = {at}"
         save(plot_slide(history, shape, title), plot)
     typer.echo(slide_report(history, description.name, f"{surface} at {at}"))
+    at_once = {
+        "sideways only": touch(LateralTip(tip), shape, target),
+        "all that gives": touch(tip, shape, target),
+    }
+    for name, found in at_once.items():
+        if found.converged[0]:
+            typer.echo(f"  at once, {name}: {found.pretravel[0] / MICROMETRE:.3f} µm")

@@ -215,6 +215,11 @@ def compensation_warnings(
                 f"{fastest:g}; the delay travel (feed × signal delay) changes with the feed. "
                 "Qualify at the feed you measure with"
             )
+    if touches.feeds is not None and not pretravel_map.states_uncertainty:
+        warnings.append(
+            f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map knows "
+            "no signal delay: feed × delay is still in the deviations"
+        )
     closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
     obliqueness = float(np.arccos(np.clip(closing.min(), -1.0, 1.0)))
     if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0:

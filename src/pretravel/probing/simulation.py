@@ -12,25 +12,37 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
 from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.probing.obstacles import stylus_outline
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import Tip, mapped_tip, predicted_tip
-from pretravel.probing.touching import SurfaceTouches, describe_failures, touch
+from pretravel.probing.tip import Tip, tip_of
+from pretravel.probing.touching import (
+    SurfaceTouches,
+    TouchStatus,
+    describe_failures,
+    touch,
+)
 from pretravel.surface.cad import Part
+from pretravel.surface.contact import ball_center
 from pretravel.surface.local_geometry import Surface
+from pretravel.surface.search import ContactSearch
+from pretravel.surface.specification import surface_of
 from pretravel.touches import Touches
 from pretravel.units import delay_travel
 
+_OFF = 1.0
+"""Targets further off their surface than this are asked about. [mm]"""
+
 
 def simulate(
-    probe: Probe | PretravelMap | Tip,
-    surface: Surface | Part,
+    probe: Probe | PretravelMap | Tip | str,
+    surface: Surface | Part | str,
     targets: Targets,
     *,
     model: str = "analytic",
-    workpiece: Material | None = None,
+    workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
     friction: float = 0.0,
     clearance: float = 2.0,
@@ -47,15 +59,15 @@ def simulate(
 
     Parameters
     ----------
-    probe : Probe, PretravelMap or Tip
-        A description, whose orientation turns machine into probe directions; or a map, of a
-        probe that was qualified.
-    surface : Surface or Part
-        Machine frame.
+    probe : Probe, PretravelMap, Tip or str
+        A description (or its name in the catalogue), whose orientation turns machine into
+        probe directions; or a map, of a probe that was qualified.
+    surface : Surface, Part or str
+        Machine frame; a specification as on the command line.
     targets : Targets
     model : str
         For a description; see `pretravel.trigger.predict.MODELS`.
-    workpiece : Material, optional
+    workpiece : Material or its name, optional
         Steel when not given.
     gravity : (3,) float, optional
         See `predict`.
@@ -131,12 +143,12 @@ class Simulated:
 
 
 def simulate_some(
-    probe: Probe | PretravelMap | Tip,
-    surface: Surface | Part,
+    probe: Probe | PretravelMap | Tip | str,
+    surface: Surface | Part | str,
     targets: Targets,
     *,
     model: str = "analytic",
-    workpiece: Material | None = None,
+    workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
     friction: float = 0.0,
     clearance: float = 2.0,
@@ -165,9 +177,12 @@ def simulate_some(
     Simulated
     """
     check_machine(feed, delay, noise)
+    surface = surface_of(surface)
     tip = tip_of(probe, model, workpiece=workpiece, gravity=gravity, extrapolate=extrapolate)
     to_part = np.eye(3) if placement is None else placement.rotation.T
     outline = None
+    if isinstance(probe, str):
+        probe = load_probe(probe)
     if stem:
         if not isinstance(probe, Probe):
             raise PretravelError("collisions of the stylus need a described probe, not a map")
@@ -186,7 +201,7 @@ def simulate_some(
     return Simulated(touches, happened, tip.radius)
 
 
-def refuse(happened: SurfaceTouches, targets: Targets, surface: Surface | Part) -> None:
+def refuse(happened: SurfaceTouches, targets: Targets, surface: Surface | Part | str) -> None:
     """Say which targets cannot be touched, and why.
 
     Raises
@@ -194,40 +209,38 @@ def refuse(happened: SurfaceTouches, targets: Targets, surface: Surface | Part) 
     PretravelError
         If there are any.
     """
+    surface = surface_of(surface)
     failures = describe_failures(happened, targets, surface)
     if failures:
         raise PretravelError(
             f"{int(np.sum(~happened.converged))} of {len(targets)} targets cannot be touched: "
             + "; ".join(failures)
-            + ". Check the targets' points, normals and approaches, and that the surface is where "
-            "you think"
+            + ". "
+            + _advice(happened, targets, surface)
         )
 
 
-def tip_of(
-    probe: Probe | PretravelMap | Tip,
-    model: str = "analytic",
-    *,
-    workpiece: Material | None = None,
-    gravity: npt.ArrayLike | None = None,
-    extrapolate: bool = False,
-) -> Tip:
-    """The tip of a description or a map; a tip is left as it is.
-
-    Parameters
-    ----------
-    probe, model, workpiece, gravity, extrapolate
-        As for `simulate_some`.
-
-    Returns
-    -------
-    Tip
-    """
-    if isinstance(probe, Probe):
-        return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
-    if isinstance(probe, PretravelMap):
-        return mapped_tip(probe, extrapolate=extrapolate)
-    return probe
+def _advice(happened: SurfaceTouches, targets: Targets, surface: Surface | Part) -> str:
+    """What to look at, for targets that cannot be touched."""
+    failed = np.flatnonzero(~happened.converged)
+    if np.all(happened.status[failed] == TouchStatus.NOT_CONVERGED):
+        return "The targets may be right; this is a limit of the solver: turn them by 0.001°"
+    search = ContactSearch(surface, len(targets))
+    search.solve(targets.points, targets.points, None, lambda _rows: ball_center(0.0))
+    found = search.state()
+    near = failed[found.solved[failed]]
+    inwards = np.sum(found.local.normal[near] * targets.normals[near], axis=1) < 0.0
+    if len(near) and np.mean(inwards) > 0.5:
+        return "Their normals point into the part; they must point out of it"
+    off = float(np.max(np.abs(found.length[near]), initial=0.0))
+    if off > _OFF:
+        return (
+            f"They lie up to {off:.3g} mm off the surface: are they in mm, in the part's frame, "
+            "and for this surface?"
+        )
+    return (
+        "Check the targets' points, normals and approaches, and that the surface is where you think"
+    )
 
 
 def check_machine(feed: float | None, delay: float, noise: float) -> None:
@@ -338,6 +351,11 @@ def target_warnings(targets: Targets, happened: SurfaceTouches) -> list[str]:
         warnings.append(
             f"{int(np.sum(off > 0.05))} of {len(targets)} targets are not where their approach "
             f"meets the surface, by up to {off.max():.3g} mm; what counts is where it does"
+            + (
+                ". Are they in mm, in the part's frame, and for this surface?"
+                if off.max() > _OFF
+                else ""
+            )
         )
     cosine = np.sum(happened.first_normal * targets.normals, axis=1)[rows]
     if np.any(cosine < math.cos(math.radians(1.0))):

@@ -13,9 +13,11 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.hertz import curved_part_factor
-from pretravel.probing.tip import LateralTip, PredictedTip
+from pretravel.probe.description import Probe
+from pretravel.probing.tip import LateralTip, PredictedTip, tip_of
 from pretravel.surface.contact import TANGENCY, Contact, ball_center, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.specification import face_of
 
 PROCESSES = ("curved", "inclined", "vertical")
 """Section 3.4, 3.3 and 3.2 of the thesis."""
@@ -24,6 +26,8 @@ KINEMATICS = ("lateral", "full")
 
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _SETTLED = 1e-12
+_WALL = 0.01
+"""Cosine between a wall's normal and the probe axis, at the most."""
 _LARGEST_FORCE = 5.0
 """Upper bound of the thesis's golden section search. [N]"""
 
@@ -56,6 +60,10 @@ class SlideHistory:
     trigger_feed : float
         Where between two steps the trigger falls, or the end of the search; not a number when it
         does not trigger. [mm]
+    start : (3,) float
+        First contact. [mm]
+    search : str
+        ``steps`` or ``golden``.
     """
 
     step: IntArray
@@ -69,6 +77,8 @@ class SlideHistory:
     reactions: FloatArray
     triggered: BoolArray
     trigger_feed: float
+    start: FloatArray
+    search: str = "steps"
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -81,11 +91,11 @@ class SlideHistory:
 
 
 def slide(
-    tip: PredictedTip,
-    surface: Surface,
+    tip: PredictedTip | Probe | str,
+    surface: Surface | str,
     at: tuple[float, float],
     *,
-    step: float = 0.001,
+    step: float | None = None,
     steps: int = 20,
     process: str = "curved",
     search: str = "steps",
@@ -95,14 +105,15 @@ def slide(
 
     Parameters
     ----------
-    tip : PredictedTip
-    surface : Surface
-        Machine frame.
+    tip : PredictedTip, Probe or str
+        A description (or its name in the catalogue) is taken with model ``analytic``.
+    surface : Surface or str
+        Machine frame; a face of a part, or a specification as on the command line.
     at : pair of float
         Parameters u, v of the first contact.
     step : float
-        Feed of each step for ``curved``, deflection for ``vertical`` [mm]; force for
-        ``inclined`` [N].
+        Feed of each step for ``curved``, deflection for ``vertical``, 1 µm if not given
+        [mm]; force for ``inclined``, 0.1 N if not given [N].
     steps : int
         How many; for a golden section search, how many trials at most.
     process : str
@@ -137,7 +148,13 @@ def slide(
     >>> history.deflection.round(6).tolist()
     [0.003605, 0.007209]
     """
+    if step is None:
+        step = 0.1 if process == "inclined" else 0.001
     _check(step, steps, process, search, kinematics)
+    described = tip_of(tip)
+    if not isinstance(described, PredictedTip):
+        raise PretravelError("a slide needs a described probe: a map does not know forces")
+    tip, surface = described, face_of(surface)
     uv = np.array([at], dtype=np.float64)
     if not surface.inside(uv)[0]:
         low, high = surface.domain.lower, surface.domain.upper
@@ -153,6 +170,13 @@ def slide(
         raise PretravelError(
             f"at u, v = {at[0]:g}, {at[1]:g} the surface lies across the probe axis: a stylus that "
             "gives only sideways cannot give there; --kinematics full lets it"
+        )
+    upright = abs(float(first.normal[0] @ lateral.axis))
+    if process == "vertical" and upright > _WALL:
+        polar = math.degrees(math.acos(upright))
+        raise PretravelError(
+            f"vertical is for walls; here the normal is {polar:.1f}° from the probe axis: take "
+            "inclined or curved"
         )
     if process != "curved":
         return _one_normal(tip, first, step, steps, process, search)
@@ -173,6 +197,11 @@ def _check(step: float, steps: int, process: str, search: str, kinematics: str) 
         raise PretravelError(f"the step is {step:g}; it must be above zero")
     if not 1 <= steps <= 100_000:
         raise PretravelError(f"{steps} steps; there can be 1 to 100000")
+    if kinematics == "full" and process != "curved":
+        raise PretravelError(
+            f"{process} is the thesis's, where the stylus gives across its axis only; --kinematics "
+            "full is for curved, which takes any surface"
+        )
     if search == "golden" and process == "curved":
         raise PretravelError(
             "golden section is for vertical and inclined surfaces; on curved ones the force "
@@ -367,7 +396,8 @@ def _one_normal(
     if math.isfinite(end) and search == "golden":
         # The search stops a little beyond the trigger: that little is its own error.
         limit *= end / goal
-    return _history(tip, rows, first, limit * slope if math.isfinite(end) else math.nan)
+    event = limit * slope if math.isfinite(end) else math.nan
+    return _history(tip, rows, first, event, search)
 
 
 def _golden_section(goal: float, highest: float, trials: int) -> tuple[FloatArray, float]:
@@ -421,7 +451,11 @@ class _Row:
 
 
 def _history(
-    tip: PredictedTip, rows: list[_Row], first: LocalGeometry, trigger_feed: float
+    tip: PredictedTip,
+    rows: list[_Row],
+    first: LocalGeometry,
+    trigger_feed: float,
+    search: str = "steps",
 ) -> SlideHistory:
     normal = np.concatenate([row.local.normal for row in rows])
     force = np.array([row.force for row in rows])
@@ -439,4 +473,6 @@ def _history(
         reactions=tip.response.reactions(direction @ tip.rotation, force),
         triggered=np.array([row.triggered for row in rows]),
         trigger_feed=trigger_feed,
+        start=first.point[0],
+        search=search,
     )

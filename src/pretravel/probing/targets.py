@@ -9,6 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
+from pretravel.surface.inspection import InspectionPlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,11 @@ class Targets:
             else checked_unit(self.approaches, "target approaches")
         )
         object.__setattr__(self, "approaches", frozen(approaches))
+
+    @classmethod
+    def of(cls, plan: InspectionPlan) -> Targets:
+        """The points of a plan, to be touched along their normals."""
+        return cls(plan.point, plan.normal, labels=plan.labels)
 
     def __len__(self) -> int:
         return len(self.points)

@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
+from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.model.hertz import contact_modulus
 from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, default_workpiece
-from pretravel.probe.materials import Material
+from pretravel.probe.materials import Material, material
 from pretravel.trigger.predict import Displacements
 from pretravel.trigger.response import ProbeResponse, ResponseBasis, probe_response
 
@@ -102,7 +104,7 @@ def predicted_tip(
     probe: Probe,
     model: str | Displacements = "analytic",
     *,
-    workpiece: Material | None = None,
+    workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> PredictedTip:
     """The tip of a described probe under a model.
@@ -121,7 +123,8 @@ def predicted_tip(
     >>> float(tip.state(np.array([[1.0, 0.0, 0.0]])).force[0].round(3))
     0.75
     """
-    part = workpiece or default_workpiece()
+    named = material(workpiece) if isinstance(workpiece, str) else workpiece
+    part = named or default_workpiece()
     ball = probe.tip.material
     # Johnson, equation 7.42b: slip over the whole contact begins at a displacement of
     # 3 mu N Lambda / (16 a), which with a² = R delta and N = 4 E* a³ / (3 R) is
@@ -130,7 +133,7 @@ def predicted_tip(
         2.0 - part.poissons_ratio
     ) / part.shear_modulus
     return PredictedTip(
-        response=probe_response(probe, model, workpiece=workpiece, gravity=gravity),
+        response=probe_response(probe, model, workpiece=part, gravity=gravity),
         rotation=probe_rotation(probe.orientation.axis, probe.orientation.rotation),
         radius=probe.tip.radius,
         shear_ratio=0.25 * contact_modulus(ball, part) * shear,
@@ -259,3 +262,47 @@ class LateralTip:
 
     def turned(self, rotation: FloatArray) -> LateralTip:
         return LateralTip(self.tip.turned(rotation))
+
+
+def tip_of(
+    probe: Probe | PretravelMap | Tip | str,
+    model: str = "analytic",
+    *,
+    workpiece: Material | str | None = None,
+    gravity: npt.ArrayLike | None = None,
+    extrapolate: bool = False,
+) -> Tip:
+    """The tip of a description, of one in the catalogue, or of a map; a tip is left as it is.
+
+    Parameters
+    ----------
+    probe : Probe, PretravelMap, Tip or str
+    model, workpiece, gravity
+        For a description: as for `predicted_tip`.
+    extrapolate : bool
+        For a map: also outside its directions.
+
+    Returns
+    -------
+    Tip
+
+    Raises
+    ------
+    PretravelError
+        Something else.
+
+    >>> tip_of("omp40-2").radius
+    3.0
+    """
+    if isinstance(probe, str):
+        probe = load_probe(probe)
+    if isinstance(probe, Probe):
+        return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
+    if isinstance(probe, PretravelMap):
+        return mapped_tip(probe, extrapolate=extrapolate)
+    if all(hasattr(probe, name) for name in ("state", "radius", "supports", "turned")):
+        return probe
+    raise PretravelError(
+        f"a probe is needed, not a {type(probe).__name__}: load_probe('omp40-2'), a map, or a tip "
+        "of them (predicted_tip)"
+    )

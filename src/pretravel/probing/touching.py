@@ -15,13 +15,16 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.model.hertz import curved_part_factor
+from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.description import Probe
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle, sweeps_surface
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import Tip, TipState
+from pretravel.probing.tip import Tip, TipState, tip_of
 from pretravel.surface.cad import Part
 from pretravel.surface.contact import Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 from pretravel.surface.search import ContactSearch, Found
+from pretravel.surface.specification import surface_of
 
 _SMALLEST_SLIP = 1e-5
 """Displacement before slip that a contact without any of its own is given. [mm]"""
@@ -123,8 +126,8 @@ class SurfaceTouches:
 
 
 def touch(
-    tip: Tip,
-    surface: Surface | Part,
+    tip: Tip | Probe | PretravelMap | str,
+    surface: Surface | Part | str,
     targets: Targets,
     *,
     friction: float = 0.0,
@@ -135,10 +138,12 @@ def touch(
 
     Parameters
     ----------
-    tip : Tip
-        Of a described or a measured probe.
-    surface : Surface or Part
-        Machine frame. Of a part the chosen faces are touched; all are in the way.
+    tip : Tip, Probe, PretravelMap or str
+        Of a described or a measured probe; a description (or its name in the catalogue) is taken
+        with model ``analytic``, see `pretravel.probing.tip.predicted_tip` for others.
+    surface : Surface, Part or str
+        Machine frame; a specification as on the command line. Of a part the chosen faces are
+        touched; all are in the way.
     targets : Targets
         The spindle moves along the approach through the tip centre's place above each.
     friction : float
@@ -156,7 +161,7 @@ def touch(
     -----
     Unknown are two surface parameters and the spindle's travel s; for given normal
     and slide the force at the trigger is a closed form:
-    S(u, v) + (r - approach) n = P(s) + deflection. With friction the force leaves the
+    S(u, v) + (r - compression) n = P(s) + deflection. With friction the force leaves the
     normal against the slide of the tip's centre since first contact, as Mindlin's law
     says: sticking at first, by the friction angle once it slips. The turn of the ball with the
     bent stem, and friction's moment about the ball's centre, are left out.
@@ -174,6 +179,7 @@ def touch(
     >>> at.status.tolist(), bool(at.pretravel[0] > 0.0)
     ([0], True)
     """
+    tip, surface = tip_of(tip), surface_of(surface)
     if not friction >= 0.0:
         raise PretravelError(f"friction is {friction:g}; it cannot be negative")
     if not (math.isfinite(clearance) and clearance >= 0.0):
@@ -200,7 +206,8 @@ def touch(
             slipping.softer = softer
             found.solve(first.local.point, start, approach, slipping.reach)
     last = found.state()
-    state, direction = slipping.at_rest(np.arange(n), last.local)
+    there = np.flatnonzero(last.solved)
+    state, direction = _at_contacts(slipping, there, last.local)
     status = np.full(n, int(TouchStatus.CONVERGED))
     failed = ~last.solved
     status[failed] = TouchStatus.NOT_CONVERGED
@@ -209,7 +216,6 @@ def touch(
     status[usable[np.isinf(tip.state(first.local.normal[usable]).force)]] = (
         TouchStatus.NEVER_TRIGGERS
     )
-    there = np.flatnonzero(last.solved)
     status[there[~tip.supports(direction[there])]] = TouchStatus.OUTSIDE_MAP
     lost = np.flatnonzero(~first.solved)
     meets = sweeps_surface(surface, start[lost], approach[lost], tip.radius)
@@ -254,6 +260,20 @@ def touch(
         trigger_residual=known(trigger_residual),
         iterations=first.iterations + last.iterations,
     )
+
+
+def _at_contacts(
+    slipping: _Slip, rows: IntArray, local: LocalGeometry
+) -> tuple[TipState, FloatArray]:
+    """Tip and direction of the force at the contacts that were found; not numbers elsewhere."""
+    n = len(local.point)
+    found, direction = slipping.at_rest(rows, local.take(rows))
+    state = TipState(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan))
+    state.force[rows], state.deflection[rows] = found.force, found.deflection
+    state.approach[rows] = found.approach
+    everywhere = np.full((n, 3), np.nan)
+    everywhere[rows] = direction
+    return state, everywhere
 
 
 def _blocked(

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -428,14 +428,33 @@ def read_step_part(path: str | Path) -> Part:
         )
         if kernel.returncode != 0:
             raise InputError(
-                f"the CAD kernel cannot read it: {_last_words(kernel)}. Is it complete, and does "
-                "it hold solids or surfaces with exact geometry (not only triangles, wires or "
-                "references to other files)? Export it anew as AP214 or AP242",
+                f"{_reason(path, kernel)}. Export it anew as AP214 or AP242, with exact geometry",
                 path=path,
             )
         brep = parse_brep((Path(folder) / "part.brep").read_text("ascii", errors="replace"))
         names = json.loads((Path(folder) / "names.json").read_text("utf-8"))
     return _part(path.name, brep, names, path)
+
+
+_SCANNED = 50_000_000
+"""Of a file that the kernel cannot read, so much is looked at for why. [bytes]"""
+
+
+def _reason(path: Path, kernel: subprocess.CompletedProcess[str]) -> str:
+    """Why a file cannot be read, from what it holds rather than from what the kernel says."""
+    with path.open("rb") as file:
+        text = file.read(_SCANNED).upper()
+    if re.search(rb"FILE_SCHEMA\s*\(\s*\(\s*'IFC", text):
+        return "is a building model (IFC), not a part"
+    if b"END-ISO-10303-21" not in text[-2000:] and len(text) < _SCANNED:
+        return f"is not complete: it does not end with END-ISO-10303-21 ({_last_words(kernel)})"
+    if not re.search(rb"ADVANCED_FACE|FACE_SURFACE", text):
+        if re.search(rb"TRIANGULATED|TESSELLATED", text):
+            return "holds triangles only, no exact geometry"
+        if b"DOCUMENT_FILE" in text:
+            return "holds references to other files only; the parts are in those"
+        return "holds no faces"
+    return f"the CAD kernel cannot read it: {_last_words(kernel)}"
 
 
 def _last_words(kernel: subprocess.CompletedProcess[str]) -> str:
@@ -503,28 +522,43 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
         raise PretravelError("it is placed in the part with a change of scale")
     if float(np.linalg.det(turn)) < 0.0:
         raise PretravelError("it is placed in the part as its own mirror image")
-    surface: Surface = record.surface
-    if np.abs(placement - np.eye(4)).max() > 0.0:
-        surface = Placed(surface, turn, placement[:3, 3])
     rings, borders = _rings(brep, shape, record.surface)
     trim = Trim(rings, record.surface.domain.period) if rings else None
     if trim is not None and not borders and trim.covers(record.surface.domain):
         trim = None  # a whole sphere, torus or the like: its rings are seams
-    _refuse_folded(record, trim)
+    record = _one_side(record, trim)
+    assert record.surface is not None  # refused above
+    surface: Surface = record.surface
+    if np.abs(placement - np.eye(4)).max() > 0.0:
+        surface = Placed(surface, turn, placement[:3, 3])
     if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
-        raise PretravelError(f"{record.kind} without a boundary has no end")
+        raise PretravelError(f"{record.kind} without edges, which has no end")
     against = record.along_parameters < 0
     flips = use.reverses ^ against
     return Face(number, name, record.kind, surface, trim, flips, tuple(borders))
 
 
-def _refuse_folded(record: SurfaceRecord, trim: Trim | None) -> None:
-    """Surfaces that run through themselves: there the outside changes sides."""
+def _one_side(record: SurfaceRecord, trim: Trim | None) -> SurfaceRecord:
+    """The surface on the side that the face has of it, where it runs through itself; there the
+    outside changes.
+
+    Raises
+    ------
+    PretravelError
+        A face that has both sides, an offset beyond its centre of curvature.
+    """
     surface = record.surface
     if isinstance(surface, Torus) and surface.radius < surface.tube_radius:
         v = np.linspace(0.0, 2.0 * np.pi, 721) if trim is None else trim.rings[0][:, 1]
-        if np.min(surface.radius + surface.tube_radius * np.cos(v)) < -1e-9:
-            raise PretravelError("torus whose tube crosses its own axis, within the axis")
+        from_axis = surface.radius + surface.tube_radius * np.cos(v)
+        slack = 1e-6 * surface.tube_radius
+        if from_axis.max() <= slack:
+            barrel = Torus(
+                surface.origin, surface.radius, surface.tube_radius, surface.axes, inner=True
+            )
+            return replace(record, surface=barrel, along_parameters=-record.along_parameters)
+        if from_axis.min() < -slack:
+            raise PretravelError("torus whose tube crosses its own axis, on both sides of it")
     if isinstance(surface, Offset):
         domain = surface.domain if trim is None else trim.domain(surface.domain)
         lattice = _lattice(np.array(domain.lower), np.array(domain.upper), np.array([15, 15]))
@@ -533,6 +567,7 @@ def _refuse_folded(record: SurfaceRecord, trim: Trim | None) -> None:
             raise PretravelError(
                 f"{record.kind} by {surface.distance:g} mm, beyond its centre of curvature"
             )
+    return record
 
 
 def _rings(

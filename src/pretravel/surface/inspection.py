@@ -16,7 +16,7 @@ from pretravel.surface.local_geometry import LocalGeometry, Surface
 _FINE = 200
 """Points along each parameter with which lengths are measured."""
 _MOST = 1_000_000
-_MOST_CANDIDATES = 150_000
+_MOST_CANDIDATES = 400_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ def _box(
             low[axis], high[axis] = wanted
         if not (np.isfinite(low[axis]) and np.isfinite(high[axis])):
             raise PretravelError(
-                f"this surface has no end along {name}: say from where to where, --{name} from:to"
+                f"this surface has no end along {name}: say from where to where, --{name} from,to"
             )
     return low, high
 
@@ -212,7 +212,12 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
 
 
 def _rows(
-    surface: Surface, low: FloatArray, high: FloatArray, spacing: float, margin: float
+    surface: Surface,
+    low: FloatArray,
+    high: FloatArray,
+    spacing: float,
+    margin: float,
+    most: int = _MOST,
 ) -> FloatArray:
     """Rows along u, evenly spaced along their length; rows no further apart than the spacing."""
     share = np.linspace(0.0, 1.0, _FINE)
@@ -221,8 +226,12 @@ def _rows(
     points = surface.derivatives(np.column_stack([uu.ravel(), vv.ravel()]))[0]
     points = points.reshape(_FINE, _FINE, 3)
     across = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0).max()
-    if across / spacing > _MOST or (across / spacing) ** 2 > 1e9:
-        raise PretravelError(f"a spacing of {spacing:g} mm is too fine for {across:.3g} mm")
+    along = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max()
+    if (across / spacing + 1.0) * (along / spacing + 1.0) > most:
+        raise PretravelError(
+            f"a spacing of {spacing:g} mm on {along:.3g} x {across:.3g} mm is more than {most} "
+            "points; choose a larger one"
+        )
     count = max(int(np.ceil(across / spacing)), 1)
     rows = []
     for height in low[1] + (np.arange(count) + 0.5) / count * (high[1] - low[1]):
@@ -253,12 +262,9 @@ def _by_curvature(
     size = float(np.linalg.norm(np.ptp(local.point, axis=0)))
     widest = 0.1 * size if widest is None else widest
     wanted = _distance(local, chord, widest)
-    uv = _rows(surface, low, high, max(0.25 * float(wanted.min()), size / 500.0), margin)
-    if len(uv) > _MOST_CANDIDATES:
-        raise PretravelError(
-            f"a chord height of {chord:g} mm needs points every {wanted.min():.3g} mm: too many on "
-            f"{size:.3g} mm; choose a larger one"
-        )
+    # Candidates four times as dense as the most curved place needs.
+    dense = max(0.25 * float(wanted.min()), size / 500.0)
+    uv = _rows(surface, low, high, dense, margin, _MOST_CANDIDATES)
     local = surface.local(uv)
     reach = _distance(local, chord, widest)
     tree = cKDTree(local.point)

@@ -159,19 +159,42 @@ class FunctionSurface(Parametric):
     def __post_init__(self) -> None:
         if not (self.u[0] < self.u[1] and self.v[0] < self.v[1]):
             raise PretravelError(f"ranges u {self.u} and v {self.v} must go upwards")
-        middle = np.array([[0.5 * sum(self.u), 0.5 * sum(self.v)]])
+        # Off the middle, where symmetry could hide something.
+        share = np.array([[0.5, 0.5], [0.31, 0.67], [0.78, 0.23]])
+        uv = np.array([self.u[0], self.v[0]]) + share * [self._span(0), self._span(1)]
         try:
-            values = self.second_order(middle)
+            with np.errstate(all="ignore"):
+                count = len(self.function(uv[:, 0], uv[:, 1]))
+            values = self.second_order(uv)
         except (TypeError, ValueError) as error:
             raise PretravelError(
                 "the surface's function must take arrays u, v (complex ones too) and return x, y, "
                 f"z: {error}"
             ) from error
+        if count != 3:
+            raise PretravelError(f"the surface's function must return x, y, z; it returns {count}")
         if not all(np.all(np.isfinite(value)) for value in values):
             raise PretravelError(
-                f"the surface's function is not finite at u = {middle[0, 0]:g}, "
-                f"v = {middle[0, 1]:g}"
+                "the surface's function is not finite, or has no derivatives, near "
+                f"u = {uv[0, 0]:g}, v = {uv[0, 1]:g}"
             )
+        for axis, by_complex in enumerate(values[1:3]):
+            step = 1e-6 * self._span(axis) * np.eye(2)[axis]
+            difference = (self._real(uv + step) - self._real(uv - step)) / (2.0 * step[axis])
+            scale = np.abs(by_complex).max() + np.abs(difference).max()
+            if np.abs(difference - by_complex).max() > 1e-5 * scale:
+                raise PretravelError(
+                    "the surface's function loses its derivative with complex arguments (abs, "
+                    "maximum, real, comparisons do that): write it with smooth functions, for "
+                    "example sqrt(u * u) for abs(u)"
+                )
+
+    def _span(self, axis: int) -> float:
+        low, high = (self.u, self.v)[axis]
+        return high - low
+
+    def _real(self, uv: FloatArray) -> FloatArray:
+        return np.asarray(self._complex(uv[:, 0] + 0j, uv[:, 1] + 0j).real)
 
     @property
     def domain(self) -> Domain:

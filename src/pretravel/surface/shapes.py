@@ -378,6 +378,8 @@ class Torus(_Shape):
         [mm]
     axes : (3, 3) float
         Rows x, y, z; z is the axis.
+    inner : bool
+        Of a tube that crosses its own axis the part beyond it: a barrel.
 
     >>> ring = Torus([0.0, 0.0, 0.0], 10.0, 2.0)
     >>> ring.local(np.array([[0.0, 0.0]])).principal_curvatures.round(6).tolist()
@@ -388,6 +390,7 @@ class Torus(_Shape):
     radius: float
     tube_radius: float
     axes: npt.ArrayLike = field(default_factory=lambda: np.eye(3), repr=False)
+    inner: bool = False
 
     def __post_init__(self) -> None:
         _positive("a torus's radius", self.radius)
@@ -425,8 +428,10 @@ class Torus(_Shape):
         return normal, outer(around) * hoop + outer(over) / self.tube_radius
 
     def _parameters(self, points: FloatArray) -> FloatArray:
-        u = np.mod(np.arctan2(points[:, 1], points[:, 0]), _TURN)
-        outwards = np.hypot(points[:, 0], points[:, 1]) - self.radius
+        # Beyond the axis a point is on the other side of where its angle says.
+        side = -1.0 if self.inner else 1.0
+        u = np.mod(np.arctan2(side * points[:, 1], side * points[:, 0]), _TURN)
+        outwards = side * np.hypot(points[:, 0], points[:, 1]) - self.radius
         return np.column_stack([u, np.mod(np.arctan2(points[:, 2], outwards), _TURN)])
 
 

@@ -77,6 +77,8 @@ _SHAPES: Mapping[str, tuple[Callable[[Values], Surface], Mapping[str, float]]] =
     ),
 }
 
+_MEMBERS = ("local", "nearest", "moved", "inside")
+
 SHAPES = tuple(_SHAPES)
 """Names of the shapes."""
 
@@ -150,6 +152,46 @@ def parse_surface(text: str) -> Surface | Part:
         raise PretravelError(f"surface '{text}': {error}") from None
 
 
+def surface_of(surface: Surface | Part | str) -> Surface | Part:
+    """A surface, or the one that a specification means.
+
+    Raises
+    ------
+    PretravelError
+        Something else.
+
+    >>> surface_of("sphere:radius=5").radius
+    5.0
+    """
+    if isinstance(surface, (str, Path)):
+        return parse_surface(str(surface))
+    if isinstance(surface, Part) or all(hasattr(surface, name) for name in _MEMBERS):
+        return surface
+    raise PretravelError(
+        f"a surface is needed, not a {type(surface).__name__}: parse_surface('part.step#1'), a "
+        "shape of pretravel.surface.shapes, or a FunctionSurface"
+    )
+
+
+def face_of(surface: Surface | Part | str) -> Surface:
+    """A single surface: the one chosen face of a part.
+
+    Raises
+    ------
+    PretravelError
+        A part of which more than one face is meant.
+    """
+    found = surface_of(surface)
+    if not isinstance(found, Part):
+        return found
+    if len(found.chosen) != 1:
+        raise PretravelError(
+            f"u, v belong to one face, and {found.name} has {len(found.chosen)}; name one, "
+            f"{found.name}#1 (pretravel faces {found.name} lists them)"
+        )
+    return found.faces[found.chosen[0]]
+
+
 def source_file(text: str) -> list[str]:
     """The file a specification reads, if it does.
 
@@ -191,6 +233,6 @@ def _python(path: Path, name: str) -> Surface:
             path=path,
         )
     surface = names[name]
-    if not all(hasattr(surface, member) for member in ("local", "nearest", "moved", "inside")):
+    if not all(hasattr(surface, member) for member in _MEMBERS):
         raise InputError(f"'{name}' is no surface but a {type(surface).__name__}", path=path)
     return surface  # type: ignore[no-any-return]

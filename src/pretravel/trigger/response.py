@@ -32,6 +32,7 @@ from pretravel.trigger.seats import hertz_indentations, seat_coefficient, seat_s
 
 _AGREEMENT = 1e-10
 """Response and model: the same to this. [mm]"""
+_MICRONEWTON = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ class ProbeResponse:
         """C - P under given forces, (n, 3). [mm]"""
         with np.errstate(invalid="ignore"):  # infinite forces: directions that never trigger
             pressed = np.maximum(self.reactions(directions, forces), 0.0)
-            sunk = np.cbrt(pressed**2) - np.cbrt(self.rest_reactions**2)
+            sunk = _hertz_power(pressed) - np.cbrt(self.rest_reactions**2)
             return np.asarray(
                 forces[:, None] * (directions @ self.compliance.T)
                 + self.seat_coefficient * (sunk @ self.seat_motion.T)
@@ -119,6 +120,17 @@ class ProbeResponse:
         along = np.sum(self.deflection(normals, force) * normals, axis=1)
         with np.errstate(invalid="ignore"):
             return np.asarray(along + self.tip_approach(force))
+
+
+def _hertz_power(reactions: FloatArray) -> FloatArray:
+    """N^(2/3), with a slope at zero: below a micronewton a parabola that joins it smoothly.
+
+    A seat that opens has a vertical tangent there, at which no Newton method arrives; what
+    is changed are 0.01 nm.
+    """
+    share = reactions / _MICRONEWTON
+    low = _MICRONEWTON ** (2.0 / 3.0) * share * (4.0 - share) / 3.0
+    return np.asarray(np.where(share < 1.0, low, np.cbrt(reactions**2)))
 
 
 @dataclass(frozen=True, eq=False)
