@@ -146,7 +146,7 @@ def slide(
     >>> from pretravel.surface.parametric import Convex
     >>> history = slide(predicted_tip(load_probe("omp40-2")), Convex(), (0.5, 0.5), steps=2)
     >>> history.deflection.round(6).tolist()
-    [0.003605, 0.007209]
+    [0.003608, 0.007214]
     """
     if step is None:
         step = 0.1 if process == "inclined" else 0.001
