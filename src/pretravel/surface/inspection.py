@@ -262,9 +262,14 @@ def _by_curvature(
     size = float(np.linalg.norm(np.ptp(local.point, axis=0)))
     widest = 0.1 * size if widest is None else widest
     wanted = _distance(local, chord, widest)
-    # Candidates four times as dense as the most curved place needs.
-    dense = max(0.25 * float(wanted.min()), size / 500.0)
-    uv = _rows(surface, low, high, dense, margin, _MOST_CANDIDATES)
+    # Candidates twice as dense as the most curved place needs.
+    dense = 0.5 * float(wanted.min())
+    try:
+        uv = _rows(surface, low, high, dense, margin, _MOST_CANDIDATES)
+    except PretravelError as error:
+        raise PretravelError(
+            f"a chord height of {chord:g} mm needs points every {wanted.min():.3g} mm; {error}"
+        ) from None
     local = surface.local(uv)
     reach = _distance(local, chord, widest)
     tree = cKDTree(local.point)
