@@ -50,8 +50,13 @@ def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figu
     if np.isfinite(history.trigger_feed):
         at = history.trigger_feed / MICROMETRE
         curve.axvline(at, color=COLOURS[3], lw=1.0)
+        late = at > 0.6 * feed.max()
         curve.annotate(
-            f" trigger\n {at:.2f} µm", (at, deflection.max()), va="top", color=COLOURS[3]
+            f" trigger \n {at:.2f} µm ",
+            (at, deflection.max()),
+            va="top",
+            ha="right" if late else "left",
+            color=COLOURS[3],
         )
     known = order[np.isfinite(history.force[order])]
     if len(known):
@@ -88,10 +93,13 @@ def draw_slide(axes: Any, history: SlideHistory, surface: Surface) -> None:
     axes.plot_surface(x, y, z, alpha=0.35, color=COLOURS[2], lw=0.2, edgecolor="#00000033")
     axes.plot(*way.T, "-", color=COLOURS[5], lw=0.8)
     late = history.triggered
-    axes.scatter(
-        *way[~late].T, s=14, color=COLOURS[0], depthshade=False, label="before the trigger"
-    )
-    axes.scatter(*way[late].T, s=14, color=COLOURS[3], depthshade=False, label="after it")
+    for which, colour, name in (
+        (~late, COLOURS[0], "before the trigger"),
+        (late, COLOURS[3], "after it"),
+    ):
+        if which.any():
+            axes.scatter(*way[which].T, s=14, color=colour, depthshade=False, label=name)
+    axes.scatter(0.0, 0.0, 0.0, s=30, marker="x", color="k", label="first contact")
     arrow = 0.5 * reach * history.normal[[0, -1]]
     axes.quiver(*way[[0, -1]].T, *arrow.T, color=COLOURS[1], lw=1.2)
     axes.set_xlabel("x / µm")
