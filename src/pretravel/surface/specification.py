@@ -79,9 +79,6 @@ _SHAPES: Mapping[str, tuple[Callable[[Values], Surface], Mapping[str, float]]] =
 
 _MEMBERS = ("local", "nearest", "moved", "inside")
 
-SHAPES = tuple(_SHAPES)
-"""Names of the shapes."""
-
 
 def parse_surface(text: str) -> Surface | Part:
     """A surface from its specification.
