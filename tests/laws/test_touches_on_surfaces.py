@@ -31,6 +31,7 @@ from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed,
 from pretravel.touches import Touches, moved
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map
+from pretravel.trigger.seats import seat_statics
 
 from ..conftest import EXAMPLES, coarse_reduced
 
@@ -398,6 +399,12 @@ class TestStepByStep:
             assert np.all(np.diff(h.force[before]) > 0.0)
             assert np.all(h.reactions[before].min(axis=1) > 0.0)
             assert np.all(np.isnan(h.force[~before]))
+            # Equilibrium, with the force along the normal of the step before.
+            start = surface.local(np.array([[0.3, 0.7]])).normal
+            along = np.concatenate([start, h.normal[:-1]])[before]
+            statics = seat_statics(load_probe("omp40-2-100mm"))
+            expected = statics.reactions(along, h.force[before])
+            assert np.abs(h.reactions[before] - expected).max() < 1e-12
             # Smallest reactions fall towards the trigger.
             assert h.reactions[before][-1].min() < 0.2 * h.reactions[before][0].min()
 

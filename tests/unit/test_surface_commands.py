@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pretravel.cli import main
+from pretravel.formats.map_file import read_map
 from pretravel.probing.targets import Targets
 from pretravel.probing.touching import touch
 from pretravel.surface.parametric import Convex
@@ -234,6 +238,44 @@ class TestThereAndBack:
         assert not out.exists()
         run(*arguments, "--leave-out")
         assert [row["label"] for row in rows(out)] == ["in"]
+
+
+def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from netgen.occ import Cylinder, Pnt, Z
+
+    from pretravel.errors import PretravelError
+    from pretravel.surface import brep
+
+    def broken(*_: object) -> None:
+        raise PretravelError("a cylinder like no other")
+
+    rod = tmp_path / "rod.step"
+    Cylinder(Pnt(0, 0, 0), Z, 20, 10).WriteStep(str(rod))
+    monkeypatch.setattr(brep, "_ELEMENTARY", {**brep._ELEMENTARY, 2: ("cylinder", broken, 1)})
+    targets = tmp_path / "t.csv"
+    targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,10,0,0,1\n")
+    monkeypatch.setattr(
+        sys, "argv",
+        ["pretravel", "simulate", "omp40-2", "--surface", f"{rod}#2", "--targets", str(targets),
+         "-o", str(tmp_path / "o.csv")],
+    )  # fmt: skip
+    with pytest.raises(SystemExit) as stop:
+        main.run()
+    assert stop.value.code in (0, None)
+    said = capsys.readouterr().err
+    assert "face 1 cannot be used (cylinder: a cylinder like no other)" in said
+    assert "not in the way" in said
+
+
+def test_predicted_tables_say_that_they_are_tables(tmp_path: Path) -> None:
+    for ending, kind in ((".json", "tabulated"), (".nc", "physical")):
+        run("predict", "omp40-2", "--polar", "0:90:30", "-o", tmp_path / f"m{ending}")
+        if ending == ".json":
+            assert json.loads((tmp_path / "m.json").read_text())["kind"] == kind
+        else:
+            assert read_map(tmp_path / "m.nc").kind == kind
 
 
 def test_the_example_part_measured(tmp_path: Path) -> None:

@@ -81,15 +81,12 @@ def predict(
         pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
         write_page(output, f"pretravel predict: {description.name}", [("Result", report)], pictures)
     elif output is not None:
-        write_map(
-            output,
-            response_map(
-                description,
-                probe_response(description, model, workpiece=part, gravity=weight),
-                trigger,
-            ),
-            table=table,
-        )
+        if output.suffix.lower() == ".nc":  # the others are tables
+            response = probe_response(description, model, workpiece=part, gravity=weight)
+            predicted = response_map(description, response, trigger)
+        else:
+            predicted = prediction.predicted_map(description, trigger)
+        write_map(output, predicted, table=table)
     if plot is not None:
         from pretravel.plotting import plot_prediction, save
 

@@ -72,6 +72,7 @@ def simulate(
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
     from pretravel.probing.touching import describe_failures
+    from pretravel.surface.cad import Part
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
     from pretravel.units import MICROMETRE
@@ -111,7 +112,12 @@ def simulate(
     touches = simulated.touches
     assert touches is not None  # none at all was refused above
     write_touches(output, moved(touches, part_in_machine) if frame == "machine" else touches)
+    unreadable = shape.unreadable if isinstance(shape, Part) else {}
     for warning in [
+        *(
+            f"face {number} cannot be used ({reason}): it is not in the way of anything"
+            for number, reason in unreadable.items()
+        ),
         *(f"left out: {sentence}" for sentence in failures),
         *simulation.target_warnings(wanted, simulated.happened),
     ]:

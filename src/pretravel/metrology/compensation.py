@@ -118,7 +118,7 @@ def apply(
     """
     approaches = touches.approach_directions
     if nominal is not None:
-        contact, deviation = _on_nominal(touches, pretravel_map, nominal, extrapolate)
+        contact, deviation = _on_nominal(touches, pretravel_map, nominal)
         normals = contact.normal
         positions = contact.point + deviation[:, None] * normals
     else:
@@ -146,7 +146,7 @@ def apply(
 
 
 def _on_nominal(
-    touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part, extrapolate: bool
+    touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
 ) -> tuple[LocalGeometry, FloatArray]:
     """Where each touch touches the nominal surface moved along its normal, and by how much."""
     radius = pretravel_map.tip_radius
@@ -158,7 +158,7 @@ def _on_nominal(
 
         def reach_of(rows: IntArray, curvatures: FloatArray = curvatures) -> Reach:
             def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
-                # Steps on the way to the contact may leave the map; the end is checked below.
+                # Steps on the way to the contact may leave the map; the end is checked by `apply`.
                 moved = pretravel_map.tip_displacement(
                     local.normal, curvatures[rows[own]], extrapolate=True
                 )
@@ -181,8 +181,6 @@ def _on_nominal(
             + f": {names}{'…' if len(lost) > 5 else ''}. Is the nominal where the part is, in the "
             "touches' frame and in mm?"
         )
-    if not extrapolate:
-        pretravel_map.pretravel(found.local.normal)
     return found.local, found.length
 
 

@@ -184,7 +184,7 @@ def touch(
         raise PretravelError(f"friction is {friction:g}; it cannot be negative")
     if not (math.isfinite(clearance) and clearance >= 0.0):
         raise PretravelError(f"the clearance is {clearance:g} mm; it cannot be negative")
-    if friction > 0.0 and tip.shear_ratio == 0.0 and not _knows_forces(tip):
+    if friction > 0.0 and not _knows_forces(tip):
         raise PretravelError("friction needs a described probe: a map does not know forces")
     approach = np.asarray(targets.approaches)
     start = targets.points + tip.radius * targets.normals

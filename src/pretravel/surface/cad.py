@@ -36,6 +36,8 @@ _OPEN = 1e-2
 """A boundary with a gap above this share of its size does not close."""
 _MOST_SAMPLES = 250_000
 """Of one face."""
+_MOST_ON_EDGE = 100_000
+"""Of one piece of an edge."""
 _MOST_POINTS = 2_000_000
 """Of all faces, about."""
 
@@ -222,7 +224,7 @@ class Face:
             line = np.concatenate([np.swapaxes(fine, 0, 1).reshape(-1, 2), ring[-1:]])
             steps = np.linalg.norm(np.diff(self.derivatives(line)[0], axis=0), axis=1)
             length = steps.reshape(-1, pieces).sum(axis=1)
-            counts = np.clip(np.ceil(length / spacing).astype(int), 1, 2000)
+            counts = np.clip(np.ceil(length / spacing).astype(int), 1, _MOST_ON_EDGE)
         start = np.repeat(np.arange(len(counts)), counts)
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = (np.arange(len(start)) - first[start]) / counts[start]

@@ -118,7 +118,7 @@ class ContactSearch:
         index, uv = self._nearest_samples(near[waiting], _NEIGHBOURS)
         for _ in range(_MOST_FACES - 1):
             known = np.concatenate(been, axis=1)
-            new = (index[:, :, None] != known[:, None, :]).all(axis=2) & (index >= 0)
+            new = (index[:, :, None] != known[:, None, :]).all(axis=2)
             pick = np.argmax(new, axis=1)
             there = new[np.arange(len(waiting)), pick] & ~self.solved[waiting]
             if not there.any():
@@ -171,7 +171,6 @@ class ContactSearch:
         if own:  # nearly there is a better start for the next search than where this one began
             near = inside & (contact.residual < _NEARLY)
             self.uv[rows[near]] = contact.uv[near]
-        if own:
             self.beyond_edge[rows] = solved & ~inside
         self.iterations[rows] += contact.iterations
         put = rows[good]
