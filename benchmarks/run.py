@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.map_bases import HarmonicBasis
 from pretravel.metrology.compensation import apply
 from pretravel.metrology.qualification import qualify
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
@@ -29,7 +30,7 @@ from pretravel.model.elasticity import finite_element_model
 from pretravel.model.geometry import probe_solids
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.model.mesh import mesh_solids
-from pretravel.pretravel_map import HarmonicBasis, PretravelMap
+from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material

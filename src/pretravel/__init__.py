@@ -44,7 +44,7 @@ _PUBLIC = {
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
-    "qualify": "metrology.qualification",
+    "qualify": "identification.qualification",
     "Qualification": "metrology.qualification",
     "apply": "metrology.compensation",
     "embed": "metrology.compensation",
@@ -69,8 +69,9 @@ if TYPE_CHECKING:
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches, write_touches
+    from pretravel.identification.qualification import qualify
     from pretravel.metrology.compensation import Points, apply, embed
-    from pretravel.metrology.qualification import Qualification, qualify
+    from pretravel.metrology.qualification import Qualification
     from pretravel.model.condensation import ReducedModel
     from pretravel.model.mesh import MeshSettings
     from pretravel.model.reduction_cache import reduced_model

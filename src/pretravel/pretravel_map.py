@@ -10,17 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.direction_support import MARGIN, DirectionSupport
-from pretravel.directions import azimuth_angle, checked_unit, describe
+from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.frames import Placement
-from pretravel.spherical_harmonics import real_spherical_harmonics
+from pretravel.map_bases import KnowsDisplacement, KnowsValue, MapBasis
 from pretravel.units import DEGREE
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
@@ -29,142 +28,6 @@ AXIAL_RATIO = 0.05
 """Compliance along the probe axis over that across it, where a map does not tell: stems of
 50 to 100 mm have 0.02 to 0.1. It moves the contact along the surface, and so comes into a point
 only by the surface's curvature: by less than 0.05 µm on radii above 5 mm."""
-
-
-class MapBasis(Protocol):
-    """Functions of direction that a map is a sum of."""
-
-    @property
-    def kind(self) -> str:
-        """The word of the command line: mean, sectors, harmonic, tabulated."""
-        ...
-
-    @property
-    def size(self) -> int:
-        """Number of functions."""
-        ...
-
-    def design(self, directions: FloatArray) -> FloatArray:
-        """Values of the functions at (n, 3) directions in the probe frame: (n, size)."""
-        ...
-
-
-@runtime_checkable
-class KnowsDisplacement(Protocol):
-    """A basis that tells where the tip goes, not only how far along the normal."""
-
-    def displacement(
-        self, directions: FloatArray, curvatures: FloatArray | None = None
-    ) -> FloatArray:
-        """Of the tip at the trigger, compression included, (n, 3), probe frame. [mm]
-
-        With principal curvatures (n, 2) of the part, its compression is that of the curved part.
-        """
-        ...
-
-
-@dataclass(frozen=True)
-class MeanBasis:
-    """One number for all directions: the mean effective radius of today's controls.
-
-    >>> MeanBasis().design(np.array([[0.0, 0.0, 1.0]])).tolist()
-    [[1.0]]
-    """
-
-    kind: str = "mean"
-    size: int = 1
-
-    def design(self, directions: FloatArray) -> FloatArray:
-        return np.ones((len(directions), 1))
-
-
-SECTOR_NAMES = ("X", "Y", "30", "60", "120", "150", "210", "240", "300", "330")
-"""Radii of the vector table of a control: one for both X directions, one for both Y,
-eight at the angles (in degrees) of their names."""
-
-_SECTOR_OF_TWELFTH = np.array([0, 2, 3, 1, 4, 5, 0, 6, 7, 1, 8, 9])
-
-
-@dataclass(frozen=True)
-class SectorBasis:
-    """The nearest of ten radii in the xy plane, as vector tables of controls have it.
-
-    Radii at 30, 60, 120, 150, 210, 240, 300 and 330 degrees, one shared by +X and
-    -X, one shared by +Y and -Y; the nearest in azimuth is taken, whatever the
-    polar angle. Halfway between two sectors both count half. For comparison:
-    it leaves up to 0.71 of a lobe's amplitude.
-
-    >>> basis = SectorBasis()
-    >>> SECTOR_NAMES[int(basis.design(np.array([[0.8, 0.6, 0.0]])).argmax())]
-    '30'
-    """
-
-    kind: str = "sectors"
-    size: int = len(SECTOR_NAMES)
-
-    def design(self, directions: FloatArray) -> FloatArray:
-        twelfths = azimuth_angle(directions) / (30.0 * DEGREE)
-        lower = np.floor(twelfths)
-        fraction = twelfths - lower
-        # The 1e-6 keeps a touch meant for 45° a tie however its decimals fall.
-        upper_share = np.where(np.abs(fraction - 0.5) < 1e-6, 0.5, (fraction > 0.5) * 1.0)
-        rows = np.arange(len(directions))
-        design = np.zeros((len(directions), self.size))
-        first = lower.astype(np.int64) % 12
-        np.add.at(design, (rows, _SECTOR_OF_TWELFTH[first]), 1.0 - upper_share)
-        np.add.at(design, (rows, _SECTOR_OF_TWELFTH[(first + 1) % 12]), upper_share)
-        # On the axis there is no azimuth: all ten alike.
-        on_axis = np.hypot(directions[:, 0], directions[:, 1]) < 0.5 * DEGREE
-        design[on_axis] = 1.0 / self.size
-        return design
-
-
-@dataclass(frozen=True, eq=False)
-class HarmonicBasis:
-    """Real spherical harmonics about the probe axis.
-
-    Parameters
-    ----------
-    terms : (k, 2) int
-        Degree and order of each function.
-
-    >>> HarmonicBasis(np.array([[0, 0], [3, 3]])).size
-    2
-    """
-
-    terms: IntArray
-    kind: str = "harmonic"
-
-    @property
-    def size(self) -> int:
-        return len(self.terms)
-
-    def design(self, directions: FloatArray) -> FloatArray:
-        return real_spherical_harmonics(directions, self.terms)
-
-
-@dataclass(frozen=True, eq=False)
-class TabulatedBasis:
-    """Linear interpolation between nodes on the sphere, as predicted maps have it.
-
-    Parameters
-    ----------
-    support : DirectionSupport
-        The nodes; one coefficient each.
-    """
-
-    support: DirectionSupport
-    kind: str = "tabulated"
-
-    @property
-    def size(self) -> int:
-        return len(self.support.nodes)
-
-    def design(self, directions: FloatArray) -> FloatArray:
-        nodes, weights, _ = self.support.interpolation(directions)
-        design = np.zeros((len(directions), self.size))
-        np.add.at(design, (np.arange(len(directions))[:, None], nodes), weights)
-        return design
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +56,12 @@ class PretravelMap:
     rotation : (3, 3) float
         Probe to machine frame; see `pretravel.frames`.
     feed : float, optional
-        Feed rate of the touches behind the map. [mm/min]
+        Feed rate of the touches behind the map, whose delay travel is in it; zero where
+        the signal delay was told apart. [mm/min]
+    delay : float, optional
+        Signal delay, where it was told apart: feed times this comes on top. [s]
+    u_delay : float
+        Its standard uncertainty. [s]
     provenance : mapping of str to str
         Where the map comes from, in words.
 
@@ -203,6 +71,7 @@ class PretravelMap:
         Sizes that do not fit, a covariance with negative variances.
 
     >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.map_bases import MeanBasis
     >>> pretravel_map = PretravelMap(
     ...     MeanBasis(), np.array([0.016]), np.array([1e-8]),
     ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
@@ -226,6 +95,8 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
     repeatability_dof: float = math.inf
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
     feed: float | None = None
+    delay: float | None = None
+    u_delay: float = 0.0
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -261,7 +132,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
 
     @property
     def kind(self) -> str:
-        """mean, sectors, harmonic or tabulated."""
+        """mean, sectors, wozniak, harmonic, physical or tabulated."""
         return self.basis.kind
 
     def seen_from(self, part: Placement) -> PretravelMap:
@@ -384,9 +255,8 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         rows = max(_CHUNK_VALUES // self.basis.size, 1)
         for start in range(0, len(directions), rows):
             part = slice(start, start + rows)
-            if isinstance(self.basis, TabulatedBasis) and not with_uncertainty:
-                nodes, weights, _ = self.basis.support.interpolation(directions[part])
-                value[part] = np.sum(self.coefficients[nodes] * weights, axis=1)
+            if isinstance(self.basis, KnowsValue) and not with_uncertainty:
+                value[part] = self.basis.value(directions[part], self.coefficients)
                 continue
             design = self.basis.design(directions[part])
             value[part] = design @ self.coefficients

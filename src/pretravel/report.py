@@ -11,7 +11,10 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.identification.physical import PhysicalMapFit
 from pretravel.metrology.compensation import Points
+from pretravel.metrology.delay import SignalDelay
+from pretravel.metrology.kind_choice import KindScore
 from pretravel.metrology.qualification import Qualification, over_support
 from pretravel.model.condensation import ReducedModel
 from pretravel.probe.seat_frame import SEAT_NAMES
@@ -20,6 +23,7 @@ from pretravel.surface.cad import Part
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
+from pretravel.trigger.six_seats import IDEAL, PARAMETERS
 from pretravel.units import DEGREE, MICROMETRE
 
 
@@ -276,11 +280,81 @@ def qualification_report(result: Qualification) -> str:
         f"  u of the map       {_range_um(u)} at the touches, up to {_um(between, 2)} between them",
         f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
         f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
+        *(_physical_lines(result.fit) if isinstance(result.fit, PhysicalMapFit) else []),
+        *(_delay_lines(result.delay) if result.delay is not None else []),
         *_labelled("gauge", pretravel_map.provenance["gauge"]),
     ]
     for outlier in result.outliers:
         lines += _labelled("OUTLIER", outlier.message)
     return "\n".join(lines)
+
+
+def _delay_lines(delay: SignalDelay) -> list[str]:
+    told = (
+        f"{delay.delay * 1e3:.3f} ms, u = {delay.u_delay * 1e3:.3f} ms, from feeds of "
+        f"{delay.slowest:g} to {delay.fastest:g} mm/min; the map is that of the probe at rest, "
+        "compensation takes feed times delay off first"
+    )
+    return _labelled("signal delay", told)
+
+
+def kinds_report(scores: Sequence[KindScore]) -> str:
+    """How the kinds of map predict touches that were left out of their fits.
+
+    Returns
+    -------
+    str
+    """
+    fitted = [score for score in scores if not score.problem]
+    rows = [
+        [
+            score.kind,
+            f"{score.rms / MICROMETRE:.2f}",
+            f"{score.u_rms / MICROMETRE:.2f}",
+            f"{score.honesty:.2f}",
+            f"{score.surprise:+.2f}",
+        ]
+        for score in fitted
+    ]
+    header = ["kind", "left-out rms/µm", "u/µm", "(error/u)²", "surprise"]
+    lines = [
+        f"Kind {fitted[0].kind} predicts directions left out of its fit best:",
+        table(header, rows),
+        "  rms: of left-out touches, repeatability included; (error/u)²: 1 where the stated",
+        "  uncertainty is right; surprise: mean of ln(u/µm) + (error/u)²/2, smallest is chosen",
+    ]
+    lines += [f"  {score.kind}: {score.problem}" for score in scores if score.problem]
+    return "\n".join(lines)
+
+
+def _physical_lines(fit: PhysicalMapFit) -> list[str]:
+    """The numbers of a fitted six-seat probe, in words."""
+    named = fit.basis.named
+    spread = np.sqrt(np.diag(fit.parameter_covariance))
+    index = {parameter.name: i for i, parameter in enumerate(PARAMETERS)}
+
+    def shown(name: str, factor: float, digits: int) -> str:
+        relative = PARAMETERS[index[name]].logarithmic
+        u = spread[index[name]] * (named[name] if relative else 1.0)
+        return f"{named[name] * factor:.{digits}f} ± {u * factor:.{digits}f}"
+
+    known = ", ".join(
+        f"{name.replace('_', ' ')} {100.0 * fit.learned[index[name]]:.0f} %"
+        for name in [parameter.name for parameter in IDEAL]
+    )
+    return [
+        (
+            f"  six-seat probe     lever / tripod radius {shown('lever_ratio', 1.0, 2)}, "
+            f"support angle {shown('support_angle', 1 / DEGREE, 1)}°"
+        ),
+        f"{'':21}first rod at azimuth {shown('rod_azimuth', 1 / DEGREE, 2)}° (or 120° further)",
+        (
+            f"{'':21}lateral deflection {shown('lateral_deflection', 1 / MICROMETRE, 2)} µm, "
+            f"seats sink in {shown('seat_indentation', 1 / MICROMETRE, 2)} µm at rest"
+        ),
+        *_labelled("learned", f"share of prior variance that the touches took away: {known}"),
+        f"  asymmetry          {fit.asymmetry_scale:g} of the usual, by likelihood",
+    ]
 
 
 def points_report(points: Points) -> str:

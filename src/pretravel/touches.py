@@ -11,6 +11,7 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
+from pretravel.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
 """An approach this close to tangential (cosine with -n) is refused: 87°."""
@@ -144,6 +145,68 @@ class Touches:
             source=self.source,
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
         )
+
+
+def at_rest(touches: Touches, delay: float) -> Touches:
+    """The same touches without the travel of the machine while the signal was on its way.
+
+    Parameters
+    ----------
+    touches : Touches
+        With their feeds.
+    delay : float
+        Signal delay. [s]
+
+    Returns
+    -------
+    Touches
+        Positions moved back along their approaches by feed times delay. A negative delay adds
+        that travel.
+
+    Raises
+    ------
+    PretravelError
+        Touches that do not tell their feed.
+
+    >>> touch = Touches([[0.0, 0.0, 2.98]], [[0.0, 0.0, 1.0]], feeds=[60.0])
+    >>> at_rest(touch, 0.010).positions.round(9).tolist()
+    [[0.0, 0.0, 2.99]]
+    """
+    if touches.feeds is None:
+        raise PretravelError(
+            "the signal delay adds travel in proportion to the feed, and the touches do not tell "
+            "theirs: add a column feed_mm_min, or give --feed"
+        )
+    travel = np.asarray(touches.feeds) / SECONDS_PER_MINUTE * delay
+    return replace(
+        touches, positions=touches.positions - travel[:, None] * touches.approach_directions
+    )
+
+
+def with_feed(touches: Touches, feed: float | None) -> Touches:
+    """The same touches, made at a feed that they do not tell themselves.
+
+    Parameters
+    ----------
+    touches : Touches
+    feed : float or None
+        None: as they are. [mm/min]
+
+    Raises
+    ------
+    PretravelError
+        Touches that tell their feeds already; a feed that is not positive.
+
+    >>> with_feed(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), 50.0).feeds.tolist()
+    [50.0]
+    """
+    if feed is None:
+        return touches
+    if touches.feeds is not None:
+        raise PretravelError("the touches tell their feeds themselves; leave --feed out")
+    if not 0.0 < feed < np.inf:
+        raise PretravelError(f"--feed {feed:g}: a feed is positive, in mm/min")
+    return replace(touches, feeds=np.full(len(touches), feed))
 
 
 def moved(touches: Touches, placement: Placement) -> Touches:

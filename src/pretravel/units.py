@@ -12,7 +12,9 @@ their column names; everything between speaks millimetres and radians.
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, overload
+
+from pretravel.arrays import FloatArray
 
 MICROMETRE: Final = 1e-3
 """One micrometre in mm."""
@@ -32,19 +34,23 @@ STANDARD_GRAVITY: Final = 9.80665
 SECONDS_PER_MINUTE: Final = 60.0
 
 
-def delay_travel(feed: float, delay: float) -> float:
+@overload
+def delay_travel(feed: float, delay: float) -> float: ...
+@overload
+def delay_travel(feed: FloatArray, delay: float) -> FloatArray: ...
+def delay_travel(feed: float | FloatArray, delay: float) -> float | FloatArray:
     """Travel of a moving machine while the trigger signal is on its way.
 
     Parameters
     ----------
-    feed : float
+    feed : float or (n,) float
         Feed rate. [mm/min]
     delay : float
         Signal delay. [s]
 
     Returns
     -------
-    float
+    float or (n,) float
         Delay travel. [mm]
 
     References

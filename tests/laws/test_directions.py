@@ -20,7 +20,7 @@ from pretravel.directions import (
 )
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.pretravel_map import SectorBasis, TabulatedBasis
+from pretravel.map_bases import SectorBasis, TabulatedBasis
 from pretravel.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 
 angles = st.floats(0.0, 2.0 * np.pi, exclude_max=True)

@@ -13,15 +13,10 @@ from pretravel.direction_support import DirectionSupport
 from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.frames import probe_rotation
+from pretravel.map_bases import HarmonicBasis, MeanBasis, SectorBasis, TabulatedBasis
 from pretravel.metrology.compensation import apply, embed
 from pretravel.metrology.qualification import qualify
-from pretravel.pretravel_map import (
-    HarmonicBasis,
-    MeanBasis,
-    PretravelMap,
-    SectorBasis,
-    TabulatedBasis,
-)
+from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.spherical_harmonics import degrees_and_orders
 from pretravel.touches import Touches

@@ -296,7 +296,8 @@ class TestMapFiles:
         rotation = probe_rotation(axis, 0.4)
         nodes = grid(np.radians(np.arange(5, 90, 5)), np.radians(np.arange(0, 360, 10)))
         from pretravel.direction_support import DirectionSupport
-        from pretravel.pretravel_map import PretravelMap, TabulatedBasis
+        from pretravel.map_bases import TabulatedBasis
+        from pretravel.pretravel_map import PretravelMap
 
         support = DirectionSupport(nodes)
         made = PretravelMap(

@@ -15,11 +15,12 @@ from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
+from pretravel.map_bases import HarmonicBasis, MeanBasis, SectorBasis
 from pretravel.metrology.compensation import apply, compensation_warnings
 from pretravel.metrology.fitting import fit_sphere
 from pretravel.metrology.map_fit import Kind
 from pretravel.metrology.qualification import qualify
-from pretravel.pretravel_map import HarmonicBasis, MeanBasis, PretravelMap, SectorBasis
+from pretravel.pretravel_map import PretravelMap
 from pretravel.spherical_harmonics import degrees_and_orders
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches

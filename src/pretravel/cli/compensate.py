@@ -42,6 +42,10 @@ def compensate(
     model: Annotated[
         str, typer.Option(help="With a probe as map: analytic, fem or shen.")
     ] = "analytic",
+    feed: Annotated[
+        float | None,
+        typer.Option(help="Feed of the touches, mm/min, where they have no column feed_mm_min."),
+    ] = None,
     place: Place = None,
     frame: Frame = "part",
     plot: Picture = None,
@@ -59,7 +63,7 @@ def compensate(
     from pretravel.metrology.compensation import apply, compensation_warnings, placed
     from pretravel.report import points_report
     from pretravel.surface.specification import parse_surface, source_file
-    from pretravel.touches import moved
+    from pretravel.touches import moved, with_feed
 
     files = [] if nominal is None else source_file(nominal)
     check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
@@ -69,7 +73,7 @@ def compensate(
             f"--map {map_file}: neither a map (.nc, .csv) nor a probe (.toml, or a name of "
             "pretravel probes)"
         )
-    measured = read_touches(touches)
+    measured = with_feed(read_touches(touches), feed)
     pretravel_map = (
         read_map(map_file, tip_diameter=tip_diameter)
         if Path(map_file).suffix.lower() in (".nc", ".csv", ".json")

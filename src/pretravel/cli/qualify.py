@@ -26,7 +26,12 @@ def qualify(
         typer.Option(help="Diameter of the tip, mm; without it the map is relative to its mean."),
     ] = None,
     kind: Annotated[
-        str, typer.Option(help="Kind of map: harmonic, mean (one radius) or sectors (a table).")
+        str,
+        typer.Option(
+            help="Kind of map: harmonic; physical (a six-seat probe, fitted); wozniak (one "
+            "constant); mean (one radius); sectors (a table); auto: the one that predicts "
+            "left-out touches best."
+        ),
     ] = "harmonic",
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
     u_diameter: Annotated[
@@ -39,6 +44,16 @@ def qualify(
             "harmonic); 'none': least-squares centre."
         ),
     ] = "1.0",
+    lobe_azimuth: Annotated[
+        float | None,
+        typer.Option(
+            help="Kind wozniak: azimuth of largest pretravel, opposite a rod, degrees; found from "
+            "8 directions or more."
+        ),
+    ] = None,
+    transducer: Annotated[
+        str, typer.Option(help="Kind wozniak: contact (lobes) or piezo (none).")
+    ] = "contact",
     axis: Annotated[
         str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
     ] = "0,0,1",
@@ -50,14 +65,16 @@ def qualify(
 ) -> None:
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
+    Touches at two or more feeds (column feed_mm_min) tell the signal delay apart.
+
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
     from pretravel.errors import PretravelError
     from pretravel.formats.map_file import write_map
     from pretravel.formats.touches_csv import read_touches
-    from pretravel.metrology import qualification
-    from pretravel.report import qualification_report
-    from pretravel.units import MICROMETRE
+    from pretravel.identification.qualification import choose, physical_warnings
+    from pretravel.report import kinds_report, qualification_report
+    from pretravel.units import DEGREE, MICROMETRE
 
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
     if not 0.0 <= u_diameter <= 1000.0:
@@ -72,34 +89,40 @@ def qualify(
             )
     measured = read_touches(touches)
     with working(f"qualifying on {len(measured)} touches"):
-        result = qualification.qualify(
+        choice = choose(
             measured,
             diameter,
-            kind=kind,  # type: ignore[arg-type]  # checked there, with a message
+            kind=kind,
+            lobe_azimuth=None if lobe_azimuth is None else lobe_azimuth * DEGREE,
+            transducer=transducer,
             ring=ring,
             tip_diameter=tip_diameter,
             u_diameter=u_diameter * MICROMETRE,
             axial_pretravel=axial,
             axis=unit_vector(axis, "--axis"),
         )
+    result = choice.qualification
     report = qualification_report(result)
+    if choice.scores:
+        report += "\n\n" + kinds_report(choice.scores)
+    warnings = [*physical_warnings(result), *result.warnings]
     if output is not None and output.suffix.lower() == ".html":
         from pretravel.page import write_page
         from pretravel.plotting import plot_qualification
 
-        sections = [("Result", report), *(("", f"Warning: {w}") for w in result.warnings)]
+        sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
         write_page(
             output,
             f"pretravel qualify: {touches.name}",
             sections,
-            {f"Map kind {kind}": plot_qualification(result)},
+            {f"Map kind {choice.kind}": plot_qualification(result)},
         )
     elif output is not None:
         write_map(output, result.pretravel_map)
     if plot is not None:
         from pretravel.plotting import plot_qualification, save
 
-        save(plot_qualification(result, f"{touches.name}, map kind {kind}"), plot)
+        save(plot_qualification(result, f"{touches.name}, map kind {choice.kind}"), plot)
     typer.echo(report)
-    for warning in result.warnings:
+    for warning in warnings:
         typer.echo(f"Warning: {warning}", err=True)

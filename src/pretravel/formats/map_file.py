@@ -13,20 +13,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.arrays import FloatArray
 from pretravel.direction_support import DirectionSupport
 from pretravel.directions import azimuth_angle, fibonacci_cap, from_angles, grid, polar_angle
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.formats.netcdf import write_dataset
 from pretravel.frames import probe_rotation
-from pretravel.pretravel_map import (
+from pretravel.map_bases import (
     HarmonicBasis,
     MapBasis,
     MeanBasis,
-    PretravelMap,
     SectorBasis,
     TabulatedBasis,
+    WozniakBasis,
 )
+from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.trigger.response import (
@@ -35,6 +37,7 @@ from pretravel.trigger.response import (
     probe_response,
     response_map,
 )
+from pretravel.trigger.six_seats import PARAMETERS, SixSeatBasis
 from pretravel.units import DEGREE, MICROMETRE
 from pretravel.whole_file import whole_file
 
@@ -145,6 +148,10 @@ def map_dataset(
     if isinstance(pretravel_map.basis, HarmonicBasis):
         data["degree"] = ("coefficient", pretravel_map.basis.terms[:, 0])
         data["order"] = ("coefficient", pretravel_map.basis.terms[:, 1])
+    if isinstance(pretravel_map.basis, SixSeatBasis):
+        names = [parameter.name for parameter in PARAMETERS]
+        data["six_seat_values"] = ("parameter", pretravel_map.basis.values)
+        data["parameter"] = ("parameter", names)
     if isinstance(pretravel_map.basis, ResponseBasis):
         data |= _response_variables(pretravel_map.basis.response)
     for name, values in (table or {}).items():
@@ -163,8 +170,14 @@ def map_dataset(
     }
     if isinstance(pretravel_map.basis, ResponseBasis):
         attributes["criterion"] = pretravel_map.basis.response.criterion
+    if isinstance(pretravel_map.basis, WozniakBasis):
+        attributes["lobe_azimuth_rad"] = pretravel_map.basis.lobe_azimuth
+        attributes["transducer"] = pretravel_map.basis.transducer
     if pretravel_map.feed is not None:
         attributes["feed_mm_min"] = pretravel_map.feed
+    if pretravel_map.delay is not None:
+        attributes["delay_s"] = pretravel_map.delay
+        attributes["u_delay_s"] = pretravel_map.u_delay
     return xr.Dataset(
         data,
         coords={
@@ -214,6 +227,7 @@ def _checksum(pretravel_map: PretravelMap) -> str:
         pretravel_map.rotation,
         np.array([pretravel_map.tip_radius, pretravel_map.u_tip_radius]),
         np.array([pretravel_map.repeatability, pretravel_map.repeatability_dof]),
+        *_told_apart(pretravel_map),
         *(
             [getattr(pretravel_map.basis.response, name) for name in _RESPONSE_ARRAYS]
             if isinstance(pretravel_map.basis, ResponseBasis)
@@ -222,6 +236,18 @@ def _checksum(pretravel_map: PretravelMap) -> str:
     ):
         digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
     return digest.hexdigest()
+
+
+def _told_apart(pretravel_map: PretravelMap) -> list[FloatArray]:
+    """Numbers that only some maps have."""
+    found = []
+    if pretravel_map.delay is not None:
+        found.append(np.array([pretravel_map.delay, pretravel_map.u_delay]))
+    if isinstance(pretravel_map.basis, SixSeatBasis):
+        found.append(pretravel_map.basis.values)
+    if isinstance(pretravel_map.basis, WozniakBasis):
+        found.append(np.array([pretravel_map.basis.lobe_azimuth]))
+    return found
 
 
 def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
@@ -248,13 +274,23 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         basis: MapBasis = HarmonicBasis(
             np.stack([dataset["degree"].values, dataset["order"].values], axis=1).astype(np.int64)
         )
+    elif kind == "physical" and "six_seat_values" in dataset:
+        if [str(name) for name in dataset["parameter"].values] != [p.name for p in PARAMETERS]:
+            raise PretravelError("this physical map has other numbers than this version knows")
+        basis = SixSeatBasis(
+            np.asarray(dataset["six_seat_values"].values), float(dataset.attrs["tip_radius_mm"])
+        )
     elif kind == "physical":
         basis = _response_basis(dataset)
+    elif kind == "wozniak":
+        basis = WozniakBasis(
+            float(dataset.attrs["lobe_azimuth_rad"]), str(dataset.attrs["transducer"])
+        )
     elif kind in bases:
         basis = bases[kind]
     else:
         raise PretravelError(f"maps of kind '{kind}' are not known to this version")
-    feed = dataset.attrs.get("feed_mm_min")
+    feed, delay = dataset.attrs.get("feed_mm_min"), dataset.attrs.get("delay_s")
     found = PretravelMap(
         basis=basis,
         coefficients=np.asarray(dataset["coefficients"].values),
@@ -266,6 +302,8 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         repeatability_dof=float(dataset.attrs["repeatability_dof"]),
         rotation=np.asarray(dataset["rotation"].values),
         feed=None if feed is None else float(feed),
+        delay=None if delay is None else float(delay),
+        u_delay=float(dataset.attrs.get("u_delay_s", 0.0)),
         provenance=json.loads(dataset.attrs["provenance"]),
     )
     if _checksum(found) != dataset.attrs.get("checksum"):
@@ -337,6 +375,9 @@ def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
         constants["repeatability_um"] = pretravel_map.repeatability / MICROMETRE
     if pretravel_map.feed is not None:
         constants["feed_mm_min"] = pretravel_map.feed
+    if pretravel_map.delay is not None:
+        constants["delay_ms"] = pretravel_map.delay * 1e3
+        constants["u_delay_ms"] = pretravel_map.u_delay * 1e3
     rotation = pretravel_map.rotation
     if not np.allclose(rotation, np.eye(3), atol=1e-12):
         axis = rotation[:, 2]
@@ -476,6 +517,7 @@ def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     radius = _constant(table, "tip_radius_mm")
     if radius is None and tip_diameter is None:
         raise InputError("this table has no column tip_radius_mm; give --tip-diameter", path=path)
+    delay_ms = _constant(table, "delay_ms")
     axis = [_constant(table, f"probe_axis_{name}") for name in "xyz"]
     turn = _constant(table, "probe_rotation_deg") or 0.0
     rotation = probe_rotation([v or 0.0 for v in axis], turn * DEGREE) if any(axis) else np.eye(3)
@@ -491,6 +533,8 @@ def _read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
         rotation=rotation,
         feed=_constant(table, "feed_mm_min"),
+        delay=None if delay_ms is None else delay_ms * 1e-3,
+        u_delay=(_constant(table, "u_delay_ms") or 0.0) * 1e-3,
         provenance={
             "source": f"{'qualified' if table.has('u_um') else 'predicted'}, table {path.name}"
         },

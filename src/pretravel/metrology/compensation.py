@@ -16,8 +16,8 @@ from pretravel.surface.cad import Part
 from pretravel.surface.contact import Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 from pretravel.surface.search import ContactSearch
-from pretravel.touches import Touches
-from pretravel.units import DEGREE
+from pretravel.touches import Touches, at_rest
+from pretravel.units import DEGREE, delay_travel
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches further off the normal than this are warned about. [rad]"""
@@ -76,7 +76,8 @@ def apply(
 
     Without a nominal surface the normals are the touches' own. The spindle travelled
     pretravel / |a·n| along the approach a since first contact; going back by that and by
-    the tip radius along n gives the point of first contact.
+    the tip radius along n gives the point of first contact. A map that knows the signal
+    delay is one of the probe at rest; feed times delay is taken off first.
 
     With a nominal surface the contact is found on it: where the deflected ball
     touches the surface that lies parallel to the nominal one. The map is asked for the normal
@@ -108,7 +109,7 @@ def apply(
     Rodrigues 2021, equation 3.36; with a nominal surface iterated to the true contact.
 
     >>> from pretravel.direction_support import DirectionSupport
-    >>> from pretravel.pretravel_map import MeanBasis
+    >>> from pretravel.map_bases import MeanBasis
     >>> up = [[0.0, 0.0, 1.0]]
     >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
@@ -116,6 +117,10 @@ def apply(
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
+    u_travel: FloatArray | float = 0.0
+    if pretravel_map.delay is not None:
+        touches = at_rest(touches, pretravel_map.delay)
+        u_travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
     approaches = touches.approach_directions
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)
@@ -132,7 +137,7 @@ def apply(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    along = pretravel_map.repeatability**2 + (u_map / closing) ** 2
+    along = pretravel_map.repeatability**2 + (u_map / closing) ** 2 + u_travel**2
     covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
     covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
     return Points(
@@ -190,7 +195,7 @@ def compensation_warnings(
     """What a user should know before believing the points, as sentences.
 
     >>> from pretravel.direction_support import DirectionSupport
-    >>> from pretravel.pretravel_map import MeanBasis
+    >>> from pretravel.map_bases import MeanBasis
     >>> up = [[0.0, 0.0, 1.0]]
     >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0)
@@ -204,7 +209,7 @@ def compensation_warnings(
             "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
             "(and a told repeatability) alone, not how far the described probe is from yours"
         )
-    made_at = pretravel_map.feed
+    made_at = pretravel_map.feed if pretravel_map.delay is None else None
     if made_at is not None and touches.feeds is not None:
         slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
         if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
@@ -220,12 +225,12 @@ def compensation_warnings(
         )
     closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
     obliqueness = float(np.arccos(np.clip(closing.min(), -1.0, 1.0)))
-    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0:
+    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
         warnings.append(
             f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
             "signal delay adds its travel along the approach, but a qualified map holds it as if "
             "it were pretravel; at 45° and 12 µm of delay travel that is 3.5 µm. Probe along the "
-            "normal"
+            "normal, or qualify at two feeds, which tells the delay apart"
         )
     if points.deviation is not None:
         middle = float(np.median(points.deviation))
@@ -293,7 +298,7 @@ def embed(
         Normals that the map does not support.
 
     >>> from pretravel.direction_support import DirectionSupport
-    >>> from pretravel.pretravel_map import MeanBasis
+    >>> from pretravel.map_bases import MeanBasis
     >>> up = [[0.0, 0.0, 1.0]]
     >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([0.0]),
     ...                     DirectionSupport(up), tip_radius=3.0)

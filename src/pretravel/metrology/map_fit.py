@@ -11,6 +11,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import polar_angle
 from pretravel.errors import PretravelError
+from pretravel.map_bases import SECTOR_NAMES, HarmonicBasis, MapBasis, MeanBasis, SectorBasis
 from pretravel.metrology.harmonic_regression import (
     HarmonicFit,
     fit_harmonics,
@@ -18,17 +19,10 @@ from pretravel.metrology.harmonic_regression import (
     sphere_terms,
 )
 from pretravel.metrology.observation import Observation
-from pretravel.pretravel_map import (
-    SECTOR_NAMES,
-    HarmonicBasis,
-    MapBasis,
-    MeanBasis,
-    SectorBasis,
-)
 from pretravel.units import DEGREE
 
-Kind = Literal["mean", "sectors", "harmonic"]
-KINDS: tuple[Kind, ...] = ("mean", "sectors", "harmonic")
+Kind = Literal["mean", "sectors", "wozniak", "harmonic"]
+KINDS: tuple[Kind, ...] = ("mean", "sectors", "wozniak", "harmonic")
 
 EQUATORIAL = 60.0 * DEGREE
 """Sector tables are made from touches with at least this polar angle. [rad]"""
@@ -48,16 +42,27 @@ class MapFit:
     residuals: FloatArray
     dof: float
     noise: float
+    gauge: str = "the reference's least-squares centre"
+    """What pretravel is relative to, in words."""
+    tip_radius: float | None = None
+    """Where the fit itself found one. [mm]"""
+    noise_is_repeatability: bool = False
+    """Whether nothing but scatter is left, so that `noise` tells repeatability with `dof`."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class HarmonicMapFit(MapFit):
     """The same with the regression's posterior, before what a shift explains went away."""
 
     basis: HarmonicBasis
     posterior: HarmonicFit
-    leverage: FloatArray
+    hat: FloatArray  # (n, n)
     shift_covariance_with_map: FloatArray  # (axes, k)
+
+    @property
+    def leverage(self) -> FloatArray:
+        """Fitted value per observed value of the same touch, (n,)."""
+        return np.asarray(np.diag(self.hat))
 
 
 def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None) -> HarmonicMapFit:
@@ -87,7 +92,7 @@ def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None)
         residuals=observation.values - design @ fit.coefficients,
         dof=float(len(observation.values) - np.trace(fit.hat)),
         noise=fit.noise,
-        leverage=np.diag(fit.hat),
+        hat=fit.hat,
         posterior=fit,
         shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
     )

@@ -38,6 +38,8 @@ class Observation:
     reference_radius: float
     tip_radius: float
     ring: bool
+    tip_known: bool = True
+    """Whether the tip radius was told; else it is what the touches themselves imply."""
 
     @property
     def axes(self) -> int:
@@ -157,6 +159,7 @@ def observe(
             fit.radius, 0.5 * diameter, tip_diameter, ring, source, _allowed_pretravel(touches)
         ),
         ring=ring,
+        tip_known=tip_diameter is not None,
     )
     _check_normals(touches, observation.directions @ rotation.T, what, source)
     return observation

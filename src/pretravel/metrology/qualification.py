@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from pretravel.direction_support import MARGIN, DirectionSupport
 from pretravel.directions import describe, fibonacci_cap, from_angles, polar_angle
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
+from pretravel.metrology.delay import SignalDelay, several_feeds, signal_delay, travel_per_second
 from pretravel.metrology.map_fit import (
     EQUATORIAL,
     KINDS,
@@ -24,8 +26,9 @@ from pretravel.metrology.map_fit import (
 )
 from pretravel.metrology.observation import Observation, observe, pure_error
 from pretravel.metrology.outliers import Outlier, direction_outliers, repeat_outliers
+from pretravel.metrology.wozniak import fit_wozniak
 from pretravel.pretravel_map import PretravelMap
-from pretravel.touches import Touches
+from pretravel.touches import Touches, at_rest
 from pretravel.units import DEGREE, MICROMETRE
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
@@ -34,6 +37,9 @@ AXIAL_PRETRAVEL = 1.0 * MICROMETRE
 Along its axis a probe is stiff: seats, stylus and tip contact of an OMP40-2 give 1.2 um."""
 MOST_PRETRAVEL = 0.1
 """A map that rises above this is warned about. [mm]"""
+FitMap = Callable[[Observation, float, float], MapFit]
+"""A kind of map that is fitted elsewhere: from the touches about a centre, the standard
+deviation among their repeats [mm] and its degrees of freedom (0: no repeats)."""
 IMPLAUSIBLE = 2.0 * MICROMETRE
 """A map that falls further below zero than this is warned about. [mm]"""
 
@@ -59,8 +65,8 @@ class Qualification:
     degrees_of_freedom : float
         Touches less (effective) parameters.
     repeatability : float
-        Standard deviation of a touch among repeats of its direction; without
-        repeats, of the residuals. [mm]
+        Standard deviation of a touch among repeats of its direction; of the residuals
+        without repeats, and where a physical model leaves nothing but scatter. [mm]
     repeatability_dof : float
     observed : (n,) float
         Pretravel of each touch about the fitted centre. [mm]
@@ -69,6 +75,10 @@ class Qualification:
     groups : (n,) int
         Which touches repeat each other's direction.
     outliers : tuple of Outlier
+    delay : SignalDelay or None
+        Where several feeds told it apart; `observed` and the map are then those at rest.
+    fit : MapFit
+        What the kind of map says of its fit beside the map.
     warnings : tuple of str
         What to know before believing the rest.
     """
@@ -86,6 +96,8 @@ class Qualification:
     contact_normals: FloatArray
     groups: IntArray
     outliers: tuple[Outlier, ...]
+    delay: SignalDelay | None
+    fit: MapFit
     warnings: tuple[str, ...]
 
 
@@ -93,13 +105,15 @@ def qualify(
     touches: Touches,
     diameter: float,
     *,
-    kind: Kind = "harmonic",
+    kind: Kind | FitMap = "harmonic",
     ring: bool = False,
     tip_diameter: float | None = None,
     u_diameter: float = 0.0,
     axial_pretravel: float | None = AXIAL_PRETRAVEL,
     axis: npt.ArrayLike = (0.0, 0.0, 1.0),
     search_outliers: bool = True,
+    lobe_azimuth: float | None = None,
+    transducer: str = "contact",
 ) -> Qualification:
     """Qualify a probe on a reference sphere or in a ring gauge.
 
@@ -114,14 +128,18 @@ def qualify(
     points, and to this reference, are right whatever it is, and stated uncertainties are
     of those.
 
+    Touches at several feeds tell the signal delay apart: delay travel grows with the feed,
+    pretravel does not. The map is then that of the probe at rest, and knows the delay.
+
     Parameters
     ----------
     touches : Touches
         Repeats of a direction are recognised by their normals.
     diameter : float
         Calibrated diameter of the sphere or ring. [mm]
-    kind : str
-        mean, sectors or harmonic.
+    kind : str or callable
+        mean, sectors, wozniak or harmonic; or a fit of your own. The physical kind is one
+        (`pretravel.identification.qualify` takes it by name).
     ring : bool
         The reference is a ring, touched inside; its axis is the probe's.
     tip_diameter : float, optional
@@ -140,6 +158,11 @@ def qualify(
     search_outliers : bool
         Compare each direction with the others. It costs the kinds mean and sectors a
         harmonic fit, which also tells noise from lobing where nothing is repeated.
+    lobe_azimuth : float, optional
+        Of kind wozniak, where the touches do not tell it: azimuth of largest pretravel,
+        opposite a rod. [rad]
+    transducer : str
+        Of kind wozniak: contact or piezo.
 
     Returns
     -------
@@ -162,10 +185,15 @@ def qualify(
     >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
     ([100.0, 0.0, 0.0], 2.99)
     """
-    if kind not in KINDS:
+    if not callable(kind) and kind not in KINDS:
         raise PretravelError(f"map kind '{kind}' is not known; there are {', '.join(KINDS)}")
     rotation = probe_rotation(axis)
     observation = observe(touches, diameter, ring, tip_diameter, rotation)
+    delay = None
+    if several_feeds(touches):
+        delay = _separated_delay(touches, observation, rotation)
+        touches = at_rest(touches, delay.delay)
+        observation = observe(touches, diameter, ring, tip_diameter, rotation)
     repeatability, repeatability_dof = pure_error(observation)
     outliers = repeat_outliers(touches, observation)
     told = axial_pretravel if kind == "harmonic" and tip_diameter is not None else None
@@ -177,37 +205,63 @@ def qualify(
         observation = replace(observation, center=_settle(first, observation, told).center)
         fit = lively = fit_harmonic(observation, first.posterior.amplitudes)
     else:
-        fit = fit_table(observation, kind)
+        if callable(kind):
+            fit = kind(observation, repeatability, repeatability_dof)
+        elif kind == "wozniak":
+            fit = fit_wozniak(observation, lobe_azimuth=lobe_azimuth, transducer=transducer)
+        else:
+            fit = fit_table(observation, kind)
         # What a table leaves is mostly the probe's lobing; noise and outliers show once
         # that is taken off.
         lively = fit_harmonic(observation) if search_outliers else None
     if search_outliers and lively is not None:
         named = [row for outlier in outliers for row in outlier.rows]
         outliers = outliers + direction_outliers(touches, observation, lively, named)
-    if repeatability_dof == 0.0:
+    if fit.noise_is_repeatability:
+        repeatability, repeatability_dof = fit.noise, fit.dof
+    elif repeatability_dof == 0.0:
         source = fit if lively is None else lively
         repeatability, repeatability_dof = source.noise, max(source.dof, 1.0)
     settled = _settle(fit, observation, told)
     coefficients, gauge = settled.coefficients.copy(), settled.gauge
-    offset = 0.0
-    if tip_diameter is None:
+    covariance = settled.covariance
+    # The coefficients that raise the whole map by what they are raised.
+    constant = np.zeros(fit.basis.size)
+    raising = {"sectors": slice(None), "wozniak": slice(2, 3), "physical": slice(1, 2)}
+    constant[raising.get(fit.basis.kind, slice(0, 1))] = 1.0
+    offset, tip_radius = 0.0, observation.tip_radius
+    if fit.tip_radius is not None:
+        offset = fit.tip_radius - tip_radius
+        tip_radius = fit.tip_radius
+    elif tip_diameter is None:
         offset = fit.mean
-        constant = slice(None) if kind == "sectors" else slice(0, 1)
-        coefficients[constant] -= offset
+        coefficients = coefficients - offset * constant
+        tip_radius -= offset
         gauge += " and to its mean, since no tip diameter was given"
+    feed = None if touches.feeds is None else float(np.mean(touches.feeds))
+    if delay is not None:
+        feed = 0.0
+        variance = (float(np.mean(travel_per_second(touches))) * delay.u_delay) ** 2
+        covariance = (
+            covariance + variance * constant
+            if covariance.ndim == 1
+            else covariance + variance * np.outer(constant, constant)
+        )
     axes = rotation[:, : observation.axes]
     count = int(observation.groups.max()) + 1
     pretravel_map = PretravelMap(
         basis=fit.basis,
         coefficients=coefficients,
-        covariance=settled.covariance,
+        covariance=covariance,
         support=DirectionSupport(observation.group_directions),
-        tip_radius=observation.tip_radius - offset,
+        tip_radius=tip_radius,
         u_tip_radius=0.5 * u_diameter,
         repeatability=repeatability,
         repeatability_dof=repeatability_dof,
         rotation=rotation,
-        feed=None if touches.feeds is None else float(np.mean(touches.feeds)),
+        feed=feed,
+        delay=None if delay is None else delay.delay,
+        u_delay=0.0 if delay is None else delay.u_delay,
         provenance={
             "source": f"qualified on a {'ring' if ring else 'sphere'} of {diameter:.9g} mm",
             "touches": f"{len(touches)} in {count} directions"
@@ -226,15 +280,34 @@ def qualify(
         degrees_of_freedom=fit.dof,
         repeatability=repeatability,
         repeatability_dof=repeatability_dof,
-        observed=frozen(observation.values + observation.free_design[:, 1:] @ moved - offset),
+        observed=frozen(
+            observation.values
+            + observation.free_design[:, 1:] @ moved
+            + (offset if fit.tip_radius is not None else -offset)
+        ),
         contact_normals=frozen(observation.directions @ rotation.T),
         groups=observation.groups,
         outliers=tuple(outliers),
-        warnings=tuple(
-            _feed_warnings(touches)
-            + _warnings(pretravel_map, observation, tip_diameter is not None)
-        ),
+        delay=delay,
+        fit=fit,
+        warnings=tuple(_warnings(pretravel_map, observation, tip_diameter is not None)),
     )
+
+
+def _separated_delay(
+    touches: Touches, observation: Observation, rotation: FloatArray
+) -> SignalDelay:
+    """The signal delay; each round with what the last one found taken off."""
+    total = 0.0
+    resting, seen = touches, observation
+    for _ in range(6):
+        found = signal_delay(resting, fit_harmonic(seen), *pure_error(seen))
+        total += found.delay
+        if abs(found.delay) < 0.01 * found.u_delay:
+            break
+        resting = at_rest(touches, total)
+        seen = replace(observation, positions=resting.positions @ rotation)
+    return replace(found, delay=total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +330,7 @@ def _settle(fit: MapFit, observation: Observation, axial_pretravel: float | None
         center_covariance=fit.shift_covariance,
         coefficients=fit.coefficients,
         covariance=fit.covariance,
-        gauge="the reference's least-squares centre",
+        gauge=fit.gauge,
     )
     if axial_pretravel is None or observation.ring or not isinstance(fit, HarmonicMapFit):
         return least_squares
@@ -323,17 +396,6 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
     directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
     normals = directions @ pretravel_map.rotation.T
     return directions, *pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
-
-
-def _feed_warnings(touches: Touches) -> list[str]:
-    if touches.feeds is None or np.ptp(touches.feeds) <= 0.01 * touches.feeds.max():
-        return []
-    slowest, fastest = touches.feeds.min(), touches.feeds.max()
-    warning = (
-        f"the touches were made at {slowest:g} to {fastest:g} mm/min: delay travel changes with "
-        "the feed and is now spread over the map; qualify at one feed"
-    )
-    return [warning]
 
 
 def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: bool) -> list[str]:

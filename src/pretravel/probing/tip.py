@@ -154,7 +154,7 @@ class MeasuredTip:
         Also outside the map's directions.
 
     >>> from pretravel.direction_support import DirectionSupport
-    >>> from pretravel.pretravel_map import MeanBasis
+    >>> from pretravel.map_bases import MeanBasis
     >>> mean = PretravelMap(MeanBasis(), np.array([0.01]), np.array([0.0]),
     ...                     DirectionSupport(np.eye(3)[2:]), tip_radius=3.0)
     >>> MeasuredTip(mean).state(np.eye(3)[2:]).deflection.tolist()

@@ -14,7 +14,8 @@ from pretravel.direction_support import DirectionSupport
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.pretravel_map import PretravelMap, TabulatedBasis
+from pretravel.map_bases import TabulatedBasis
+from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES

@@ -1,0 +1,243 @@
+"""The six-seat probe in a few numbers, for fitting: ratios and travels, no drawing.
+
+Touches on a sphere see only displacements. Forces come in units of the preload,
+lengths in units of the tripod's radius, and what is left are seven numbers of an ideal
+probe and eleven small ones that make it asymmetric (Estler).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.errors import PretravelError
+from pretravel.trigger.response import ProbeResponse, ResponseBasis
+from pretravel.units import DEGREE, MICROMETRE
+
+
+class Parameter(NamedTuple):
+    """One number of the six-seat probe, and what is held likely of it beforehand."""
+
+    name: str
+    unit: str
+    typical: float
+    spread: float
+    """Standard deviation; of the logarithm where `logarithmic`."""
+    logarithmic: bool = False
+
+    def physical(self, value: float) -> float:
+        """The number itself, from the one that is fitted."""
+        return math.exp(value) if self.logarithmic else value
+
+    @property
+    def prior(self) -> float:
+        return math.log(self.typical) if self.logarithmic else self.typical
+
+
+_UNKNOWN = 100.0
+
+IDEAL: tuple[Parameter, ...] = (
+    Parameter("lever_ratio", "1", 5.0, 0.7, True),
+    Parameter("support_angle", "rad", 35.0 * DEGREE, 12.0 * DEGREE),
+    Parameter("rod_azimuth", "rad", 0.0, _UNKNOWN),
+    Parameter("lateral_deflection", "mm", 10.0 * MICROMETRE, 2.0, True),
+    Parameter("seat_indentation", "mm", 0.25 * MICROMETRE, 0.7, True),
+    Parameter("axial_ratio", "1", 0.03, 0.7, True),
+    Parameter("tip_approach", "mm", 0.2 * MICROMETRE, 0.5, True),
+)
+"""Of the ideal probe: lever over tripod radius; the seats' angle from the horizontal; azimuth
+of the first rod; linear deflection of the tip under a lateral force of preload / lever_ratio;
+Hertz's indentation of a seat at rest; compliance along the axis over that across it; Hertz's
+approach of tip and flat part under preload / lever_ratio."""
+
+ASYMMETRIES: tuple[Parameter, ...] = (
+    Parameter("spring_x", "tripod radius", 0.0, 0.02),
+    Parameter("spring_y", "tripod radius", 0.0, 0.02),
+    *(Parameter(f"rod_azimuth_{i}", "rad", 0.0, 0.01) for i in (1, 2)),
+    *(Parameter(f"rod_radius_{i}", "tripod radius", 0.0, 0.01) for i in (1, 2)),
+    *(Parameter(f"support_angle_{i}", "rad", 0.0, 0.01) for i in (1, 2, 3, 4, 5)),
+)
+"""Spring beside the axis; rods out of 120° and of one radius; seats of unlike angle. Two (five)
+numbers for three rods (six seats), as contrasts: their mean is the ideal probe's own."""
+
+PARAMETERS = IDEAL + ASYMMETRIES
+
+
+def _contrasts(count: int) -> FloatArray:
+    """Orthonormal contrasts of some numbers, (count - 1, count): rows add up to zero."""
+    from scipy.linalg import helmert
+
+    return np.asarray(helmert(count))
+
+
+_OF_RODS, _OF_SEATS = _contrasts(3), _contrasts(6)
+_SIDE = np.array([-1.0, 1.0] * 3)[:, None]  # as in `seat_frame`
+
+
+def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
+    """The response of the probe with these numbers.
+
+    Parameters
+    ----------
+    values : (18,) float
+        In the order of `PARAMETERS`, logarithms where these say so.
+    tip_radius : float
+        [mm]
+
+    Returns
+    -------
+    ProbeResponse
+        Forces in units of the preload, not in N.
+
+    Raises
+    ------
+    PretravelError
+        Seats that do not hold the tripod.
+
+    Notes
+    -----
+    Statics as in `pretravel.trigger.seats`, with the tripod's radius as unit of length.
+
+    >>> ideal = np.array([parameter.prior for parameter in PARAMETERS])
+    >>> response = six_seat_response(ideal, 3.0)
+    >>> response.force(np.array([[0.0, 0.0, 1.0]]))[0].round(9).tolist()  # lifts at the preload
+    [1.0]
+    """
+    named = {p.name: p.physical(float(v)) for p, v in zip(PARAMETERS, values, strict=True)}
+    lever = named["lever_ratio"]
+    turned = _OF_RODS.T @ np.array([named["rod_azimuth_1"], named["rod_azimuth_2"]])
+    azimuths = np.repeat(named["rod_azimuth"] + turned + np.arange(3) * 2.0 * np.pi / 3.0, 2)
+    radii = 1.0 + _OF_RODS.T @ np.array([named["rod_radius_1"], named["rod_radius_2"]])
+    tilted = _OF_SEATS.T @ np.array([named[f"support_angle_{i}"] for i in range(1, 6)])
+    angle = (named["support_angle"] + tilted)[:, None]
+    radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
+    tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
+    normals = _SIDE * np.cos(angle) * tangential + np.sin(angle) * np.array([0.0, 0.0, 1.0])
+    points = np.repeat(radii, 2)[:, None] * radial
+    wrenches = np.concatenate([normals, np.cross(points, normals)], axis=1).T
+    tip = np.array([0.0, 0.0, -lever])
+    spring = np.array([0.0, 0.0, -1.0, -named["spring_y"], named["spring_x"], 0.0])
+    tip_wrenches = np.concatenate([np.eye(3), np.cross(tip, np.eye(3)).T])
+    # One factorisation: reactions to the spring, to forces on the tip; and, transposed, the
+    # rigid motion that follows the seats' indentations.
+    inverse = np.linalg.inv(wrenches)
+    rest = -inverse @ spring
+    if rest.min() <= 0.0:
+        raise PretravelError("these seats do not hold the tripod: one would have to pull")
+    lateral = named["lateral_deflection"] * lever
+    at_rest = 1.0 / (6.0 * math.sin(named["support_angle"]))
+    return ProbeResponse(
+        reaction_change=-inverse @ tip_wrenches,
+        rest_reactions=rest,
+        criterion="first_contact",
+        threshold=0.0,
+        compliance=lateral * np.diag([1.0, 1.0, named["axial_ratio"]]),
+        seat_motion=-(inverse @ tip_wrenches).T,
+        seat_coefficient=named["seat_indentation"] / at_rest ** (2.0 / 3.0),
+        tip_coefficient=named["tip_approach"] * lever ** (2.0 / 3.0),
+        tip_radius=tip_radius,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SixSeatBasis:
+    """A map from a fitted six-seat probe: its value, and how that changes with what was fitted.
+
+    Functions: the pretravel itself, a constant, the three components of the direction (a
+    shift of the reference), and the derivatives with respect to each of `PARAMETERS`. Maps
+    have the coefficients (1, 0, 0, ...); the others carry the covariance.
+
+    Parameters
+    ----------
+    values : (18,) float
+        In the order of `PARAMETERS`.
+    tip_radius : float
+        [mm]
+
+    >>> basis = SixSeatBasis(np.array([parameter.prior for parameter in PARAMETERS]), 3.0)
+    >>> basis.design(np.array([[1.0, 0.0, 0.0]])).shape
+    (1, 23)
+    """
+
+    values: FloatArray
+    tip_radius: float
+    kind: str = "physical"
+    size: int = 5 + len(PARAMETERS)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen(self.values))
+
+    @cached_property
+    def response(self) -> ProbeResponse:
+        return six_seat_response(self.values, self.tip_radius)
+
+    @property
+    def named(self) -> Mapping[str, float]:
+        """The numbers themselves, by name."""
+        return {p.name: p.physical(float(v)) for p, v in zip(PARAMETERS, self.values, strict=True)}
+
+    def value(self, directions: FloatArray, coefficients: FloatArray) -> FloatArray:
+        linear = coefficients[1] + directions @ coefficients[2:5]
+        own = coefficients[0] * self.response.pretravel(directions) + linear
+        if np.any(coefficients[5:]):
+            own = own + self.slopes(directions) @ coefficients[5:]
+        return np.asarray(own)
+
+    def design(self, directions: FloatArray) -> FloatArray:
+        return np.column_stack(
+            [
+                self.response.pretravel(directions),
+                np.ones(len(directions)),
+                directions,
+                self.slopes(directions),
+            ]
+        )
+
+    def slopes(self, directions: FloatArray, curvatures: FloatArray | None = None) -> FloatArray:
+        """Derivatives of pretravel by each number, (n, 18), central differences. [mm]"""
+        return six_seat_slopes(self.values, self.tip_radius, directions, curvatures)
+
+    def displacement(
+        self, directions: FloatArray, curvatures: FloatArray | None = None
+    ) -> FloatArray:
+        return ResponseBasis(self.response).displacement(directions, curvatures)
+
+
+_STEP = 1e-5  # of numbers of order one: rounding and curvature both below 1e-8 of the slope
+
+
+def six_seat_slopes(
+    values: FloatArray,
+    tip_radius: float,
+    directions: FloatArray,
+    curvatures: FloatArray | None = None,
+) -> FloatArray:
+    """Derivatives of pretravel by each of `PARAMETERS`, (n, 18), central differences. [mm]"""
+    columns = []
+    for index in range(len(values)):
+        step = np.zeros(len(values))
+        step[index] = _STEP
+        ends = [
+            along_normal(
+                six_seat_response(values + sign * step, tip_radius), directions, curvatures
+            )
+            for sign in (1.0, -1.0)
+        ]
+        columns.append((ends[0] - ends[1]) / (2.0 * _STEP))
+    return np.stack(columns, axis=1)
+
+
+def along_normal(
+    response: ProbeResponse, directions: FloatArray, curvatures: FloatArray | None = None
+) -> FloatArray:
+    """Pretravel on a flat or, with curvatures (n, 2), on a curved part, (n,). [mm]"""
+    if curvatures is None:
+        return response.pretravel(directions)
+    moved = ResponseBasis(response).displacement(directions, curvatures)
+    return np.asarray(np.sum(moved * directions, axis=1))
