@@ -335,3 +335,40 @@ def _step(table: Mapping[str, Any], own: Mapping[str, Material], folder: Path) -
         tip=names("tip"),
         materials={solid: material(str(name), own) for solid, name in materials.items()},
     )
+
+
+def rewritten(text: str, changes: Mapping[str, tuple[float, str]]) -> str:
+    """A description's text with other numbers; everything else, comments too, stays.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    changes : mapping of place to number and source
+        Places are ``table.key``, ``table.key[i]`` for one number of a list, and
+        ``stylus.key`` for the longest segment. Sources go into the table [sources].
+
+    Returns
+    -------
+    str
+
+    >>> "preload_N = 6.5" in rewritten(description_text("omp40-2"), {"spring.preload_N": (6.5, "")})
+    True
+    """
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    sources = document.setdefault("sources", tomlkit.table())
+    for place, (value, source) in changes.items():
+        table_name, key = place.split(".")
+        entry: Any = document.setdefault(table_name, tomlkit.table())
+        if table_name == "stylus":
+            entry = max(entry, key=lambda segment: float(segment["length_mm"]))
+        name, _, index = key.partition("[")
+        if index:
+            entry[name][int(index.rstrip("]"))] = value
+        else:
+            entry[name] = value
+        if source:
+            sources[f"{table_name}.{name}"] = source
+    return tomlkit.dumps(document)

@@ -1,0 +1,458 @@
+"""A probe's performance from its touches on the rig, direction by direction and overall."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.errors import PretravelError
+from pretravel.metrology.rig import RigTouch
+from pretravel.metrology.uncertainty import COVERAGE, Budget, Component
+
+_TRIALS = 20_000
+_NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
+REFERENCE_TEMPERATURE = 20.0
+"""Of dimensions (ISO 1). [°C]"""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A standard deviation with its coverage interval, from repeats.
+
+    Attributes
+    ----------
+    value, low, high : float
+        [mm]
+    dof : float
+    """
+
+    value: float
+    low: float
+    high: float
+    dof: float
+
+
+@dataclass(frozen=True)
+class DirectionPerformance:
+    """The touches of one direction.
+
+    Attributes
+    ----------
+    name : str
+    azimuth : float
+        Of the direction, from the traces' names; nan where they do not tell. [rad]
+    count : int
+    pretravel, u_pretravel : float
+        Mean, and standard uncertainty of that mean from the repeats. [mm]
+    repeatability : Spread
+        Of pretravel.
+    pretravel_range : float
+        Largest less smallest pretravel. [mm]
+    trigger_range : float
+        Largest less smallest r1, as the paper has it: good where all touches start at the same
+        place. [mm]
+    hysteresis, u_hysteresis : float
+        Mean and its standard uncertainty. [mm]
+    """
+
+    name: str
+    azimuth: float
+    count: int
+    pretravel: float
+    u_pretravel: float
+    repeatability: Spread
+    pretravel_range: float
+    trigger_range: float
+    hysteresis: float
+    u_hysteresis: float
+
+
+@dataclass(frozen=True, eq=False)
+class RigCalibration:
+    """What a probe's calibration on the rig states.
+
+    Attributes
+    ----------
+    touches : tuple of RigTouch
+    directions : tuple of DirectionPerformance
+        In order of azimuth.
+    repeatability : Spread
+        Unidirectional, pooled over the directions.
+    pretravel, u_pretravel : float
+        Mean over the directions, and its standard uncertainty. [mm]
+    anisotropy : float
+        Largest less smallest mean pretravel. [mm]
+    anisotropy_interval : (2,) float
+        Coverage interval; see the notes. [mm]
+    hysteresis, largest_hysteresis : float
+        Mean over all touches; the largest in size, with its sign. [mm]
+    left_out : tuple of str
+        Traces that tell no pretravel.
+    starts_differ : bool
+        Whether the touches of a direction start at different places, so that r1 alone does not
+        tell repeatability.
+    probability : float
+        Of the intervals.
+    """
+
+    touches: tuple[RigTouch, ...]
+    directions: tuple[DirectionPerformance, ...]
+    repeatability: Spread
+    pretravel: float
+    u_pretravel: float
+    anisotropy: float
+    anisotropy_interval: FloatArray
+    hysteresis: float
+    largest_hysteresis: float
+    left_out: tuple[str, ...]
+    starts_differ: bool
+    probability: float
+
+
+def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Spread:
+    """From a sum of squared residuals: the standard deviation and its chi-square interval.
+
+    >>> spread = spread_from(16.0, 16)
+    >>> spread.value, round(spread.low, 3), round(spread.high, 3)
+    (1.0, 0.745, 1.522)
+    """
+    from scipy.stats import chi2
+
+    if dof <= 0.0:
+        return Spread(math.nan, math.nan, math.nan, 0.0)
+    half = 0.5 * probability
+    high, low = (float(chi2.ppf(0.5 - half, dof)), float(chi2.ppf(0.5 + half, dof)))
+    return Spread(
+        math.sqrt(squares / dof), math.sqrt(squares / low), math.sqrt(squares / high), dof
+    )
+
+
+def azimuth_of(trace: str) -> float:
+    """The azimuth in a trace's name, as in ``rig_030_2``; nan without one. [rad]
+
+    >>> round(azimuth_of("rig_030_2"), 4)
+    0.5236
+    """
+    found = _NAME.search(trace)
+    return math.radians(float(found.group(1))) if found else math.nan
+
+
+def _direction_name(trace: str) -> str:
+    return re.sub(r"_\d+$", "", trace)
+
+
+def calibrate_rig(
+    touches: Sequence[RigTouch], *, probability: float = COVERAGE, seed: int = 1
+) -> RigCalibration:
+    """Performance parameters of a probe.
+
+    Parameters
+    ----------
+    touches : sequence of RigTouch
+        Repeats of a direction differ in the last number of their traces' names.
+    probability : float
+        Of coverage intervals.
+    seed : int
+        Of the trials behind the anisotropy's interval.
+
+    Returns
+    -------
+    RigCalibration
+
+    Raises
+    ------
+    PretravelError
+        No touch that tells a pretravel.
+
+    Notes
+    -----
+    Largest less smallest mean is biased upwards by scatter: the interval is that of the
+    range of the true means given the measured ones, by trials with the pooled repeatability
+    and its own uncertainty.
+
+    References
+    ----------
+    Ren 2020, equations 2 to 4 and Figure 8.
+    """
+    told = [touch for touch in touches if math.isfinite(touch.pretravel)]
+    if not told:
+        raise PretravelError(
+            "no trace tells a pretravel: "
+            + "; ".join(f"{t.trace}: {', '.join(t.notes) or 'no events'}" for t in touches)
+        )
+    groups: dict[str, list[RigTouch]] = {}
+    for touch in told:
+        groups.setdefault(_direction_name(touch.trace), []).append(touch)
+    directions = [_direction(name, group, probability) for name, group in groups.items()]
+    directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
+    squares = math.fsum(
+        (touch.pretravel - d.pretravel) ** 2 for d in directions for touch in groups[d.name]
+    )
+    dof = float(len(told) - len(directions))
+    repeatability = spread_from(squares, dof, probability)
+    means = np.array([d.pretravel for d in directions])
+    counts = np.array([d.count for d in directions], dtype=np.float64)
+    interval = np.full(2, math.nan)
+    u_mean = math.nan
+    if dof > 0.0:
+        generator = np.random.default_rng(seed)
+        # One common scale (its uncertainty), independent directions.
+        scale = repeatability.value * np.sqrt(dof / generator.chisquare(dof, (_TRIALS, 1)))
+        trials = means + scale * generator.standard_normal((_TRIALS, len(means))) / np.sqrt(counts)
+        ranges = np.sort(np.ptp(trials, axis=1))
+        # Trials scatter the measured means once more: mirrored about the measured range, the
+        # interval is that of the true one.
+        low, high = np.quantile(ranges, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability])
+        measured = float(np.ptp(means))
+        interval = np.array([max(2.0 * measured - high, 0.0), max(2.0 * measured - low, 0.0)])
+        u_mean = repeatability.value * math.sqrt(float(np.sum(1.0 / counts))) / len(counts)
+    shifts = np.array([t.hysteresis for t in told if math.isfinite(t.hysteresis)])
+    return RigCalibration(
+        touches=tuple(touches),
+        directions=tuple(directions),
+        repeatability=repeatability,
+        pretravel=float(means.mean()),
+        u_pretravel=u_mean,
+        anisotropy=float(np.ptp(means)),
+        anisotropy_interval=frozen(interval),
+        hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
+        largest_hysteresis=float(shifts[np.argmax(np.abs(shifts))]) if len(shifts) else math.nan,
+        left_out=tuple(t.trace for t in touches if not math.isfinite(t.pretravel)),
+        starts_differ=any(
+            d.count > 1 and d.trigger_range > 3.0 * max(d.pretravel_range, 1e-5) for d in directions
+        ),
+        probability=probability,
+    )
+
+
+def _direction(name: str, touches: Sequence[RigTouch], probability: float) -> DirectionPerformance:
+    pretravel = np.array([t.pretravel for t in touches])
+    triggers = np.array([t.r1 for t in touches])
+    shifts = np.array([t.hysteresis for t in touches])
+    shifts = shifts[np.isfinite(shifts)]
+    count = len(touches)
+    spread = spread_from(float(np.sum((pretravel - pretravel.mean()) ** 2)), count - 1, probability)
+    return DirectionPerformance(
+        name=name,
+        azimuth=azimuth_of(touches[0].trace),
+        count=count,
+        pretravel=float(pretravel.mean()),
+        u_pretravel=spread.value / math.sqrt(count),
+        repeatability=spread,
+        pretravel_range=float(np.ptp(pretravel)),
+        trigger_range=float(np.ptp(triggers)),
+        hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
+        u_hysteresis=float(shifts.std(ddof=1)) / math.sqrt(len(shifts))
+        if len(shifts) > 1
+        else math.nan,
+    )
+
+
+@dataclass(frozen=True)
+class LengthComponent:
+    """A source of uncertainty with a part that grows with the length measured.
+
+    Attributes
+    ----------
+    source : str
+    evaluation : str
+        A or B.
+    constant : float
+        [mm]
+    per_length : float
+        Without unit: mm per mm.
+    dof : float
+    """
+
+    source: str
+    evaluation: str
+    constant: float = 0.0
+    per_length: float = 0.0
+    dof: float = math.inf
+
+
+REN_BUDGET: tuple[LengthComponent, ...] = (
+    LengthComponent("probing", "A", 0.034e-3),
+    LengthComponent("calibration of probe", "B", 0.030e-3),
+    LengthComponent("standard sphere", "B", 0.030e-3),
+    LengthComponent("grating scale displacement", "B", 0.020e-3),
+    LengthComponent("repeatability at zero position", "A", 0.055e-3),
+    LengthComponent("repeatability at trigger position", "A", 0.060e-3),
+    LengthComponent("temperature measurement (5 mK)", "B", 0.0, 0.058e-6),
+    LengthComponent("temperature distribution (10 mK)", "A", 0.0, 0.115e-6),
+    LengthComponent("thermal expansion coefficient (1.0e-6/K)", "B", 0.0, 0.010e-6),
+    LengthComponent("cosine error of gauge (0.1 mm / 100 mm)", "B", 0.0, 0.001e-6),
+)
+"""Ren 2020, Table 2."""
+
+
+def length_budget(components: Sequence[LengthComponent], length: float) -> Budget:
+    """The budget of one length.
+
+    Parameters
+    ----------
+    components : sequence of LengthComponent
+    length : float
+        [mm]
+
+    Returns
+    -------
+    Budget
+        In mm. Two parts of one source add up before they are squared.
+
+    References
+    ----------
+    Ren 2020, Table 2 and equation 18.
+
+    >>> budget = length_budget(REN_BUDGET, 0.0)
+    >>> round(2.0 * budget.combined * 1e3, 4)  # U with k = 2, in µm
+    0.1999
+    """
+    if length < 0.0:
+        raise PretravelError(f"a length of {length:g} mm: give it as a positive number")
+    return Budget(
+        tuple(
+            Component(c.source, c.evaluation, c.constant + c.per_length * length, dof=c.dof)
+            for c in components
+        )
+    )
+
+
+def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, float]:
+    """The two numbers of u(L)² = constant² + (slope L)².
+
+    Returns
+    -------
+    constant : float
+        [mm]
+    slope : float
+        [mm/mm]
+
+    Raises
+    ------
+    PretravelError
+        A source with both parts, for which this form does not hold.
+
+    >>> [f"{1e3 * number:.3g}" for number in constant_and_slope(REN_BUDGET)]  # µm, µm/mm
+    ['0.0999', '0.000129']
+    """
+    if any(c.constant and c.per_length for c in components):
+        raise PretravelError("a source has a constant part and one per length; use length_budget")
+    return (
+        math.sqrt(math.fsum(c.constant**2 for c in components)),
+        math.sqrt(math.fsum(c.per_length**2 for c in components)),
+    )
+
+
+def calibration_budget(
+    calibration: RigCalibration, components: Sequence[LengthComponent] = REN_BUDGET
+) -> tuple[LengthComponent, ...]:
+    """The rig's budget with this calibration's own repeatability in the place of the told one.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    components : sequence of LengthComponent
+        Sources called "repeatability at ..." are replaced; all others are the rig's.
+
+    Returns
+    -------
+    tuple of LengthComponent
+        Of the mean pretravel of one direction.
+    """
+    kept = [c for c in components if not c.source.startswith("repeatability at")]
+    spread = calibration.repeatability
+    if not math.isfinite(spread.value):
+        return tuple(components)
+    count = float(np.mean([d.count for d in calibration.directions]))
+    readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.pretravel)]
+    reading = float(np.mean(readings))
+    return (
+        *kept,
+        LengthComponent(
+            "repeatability of pretravel, mean of a direction",
+            "A",
+            spread.value / math.sqrt(count),
+            dof=spread.dof,
+        ),
+        LengthComponent(
+            "edges between samples, mean of a direction", "B", reading / math.sqrt(count)
+        ),
+    )
+
+
+def at_reference_temperature(
+    length: npt.ArrayLike, temperature: float, expansion: float
+) -> FloatArray:
+    """A length of the ruler as it would be read at 20 °C.
+
+    Parameters
+    ----------
+    length : (n,) float
+        As read. [mm]
+    temperature : float
+        Of the ruler. [°C]
+    expansion : float
+        The ruler's coefficient of thermal expansion. [1/K]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+
+    Notes
+    -----
+    The paper takes alpha ΔT L0 off; a ruler that has grown shows too few divisions, so
+    the length measured is L0 (1 + alpha ΔT). Off by 2 alpha ΔT L0: 0.1 nm on 5 um
+    at 1 K, so nothing here depends on it, but long rulers would.
+
+    References
+    ----------
+    Ren 2020, equation 16, its sign corrected.
+
+    >>> float(at_reference_temperature(100.0, 21.0, 8e-6).round(6))
+    100.0008
+    """
+    warmer = temperature - REFERENCE_TEMPERATURE
+    return np.asarray(np.asarray(length, dtype=np.float64) * (1.0 + expansion * warmer))
+
+
+def compensated_diameter(
+    measured: npt.ArrayLike, first_pretravel: float, second_pretravel: float, taken_off: float
+) -> FloatArray:
+    """An outer diameter from two opposite touches, with each direction's own pretravel.
+
+    Parameters
+    ----------
+    measured : (n,) float
+        As the machine gives it, with one effective radius for all directions. [mm]
+    first_pretravel, second_pretravel : float
+        In the two directions. [mm]
+    taken_off : float
+        Mean pretravel that the machine's effective radius holds already. [mm]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+
+    References
+    ----------
+    Ren 2020, Table 1, does this with an amount that its equations do not give
+    (docs/validation.md).
+
+    >>> float(compensated_diameter(29.9852, 0.0035, 0.0032, 0.0030).round(4))
+    29.9859
+    """
+    return np.asarray(
+        np.asarray(measured, dtype=np.float64)
+        + first_pretravel
+        + second_pretravel
+        - 2.0 * taken_off
+    )
