@@ -72,7 +72,8 @@ def _legend_below(axes: Axes, columns: int) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
 
 
-def _polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
+def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
+    """Axes around the circle, one of a grid of such."""
     from matplotlib.projections.polar import PolarAxes
 
     axes = figure.add_subplot(rows, columns, index, projection="polar")
@@ -172,8 +173,8 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     at_pole = np.flatnonzero(polar == 0.0)[:1]
     for i, values in enumerate((trigger.force, trigger.pretravel / MICROMETRE)):
         titles[i] += "".join(f" (at the pole {values[row]:.2f})" for row in at_pole)
-    force = _polar_axes(figure, 1, 3, 1, titles[0])
-    travel = _polar_axes(figure, 1, 3, 2, titles[1])
+    force = polar_axes(figure, 1, 3, 1, titles[0])
+    travel = polar_axes(figure, 1, 3, 2, titles[1])
     for colour, level in zip(COLOURS, shown, strict=False):
         rows = np.flatnonzero(polar == level)
         rows = rows[np.argsort(azimuth[rows])]
@@ -284,9 +285,9 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
     pretravel_map = qualification.pretravel_map
     figure = new_figure(13.0, 4.8)
     figure.suptitle(title or f"Qualification, map kind {pretravel_map.kind}")
-    above = _polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle")
+    above = polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle")
     draw_map(above, pretravel_map)
-    diagram = _polar_axes(figure, 1, 3, 2, "pretravel / µm, ± 2 u of the map")
+    diagram = polar_axes(figure, 1, 3, 2, "pretravel / µm, ± 2 u of the map")
     directions = qualification.contact_normals @ pretravel_map.rotation
     polar = polar_angle(directions) / DEGREE
     observed = qualification.observed / MICROMETRE
@@ -386,7 +387,7 @@ def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figur
         None,
         "travel since first contact / µm",
     )
-    diagram = _polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
+    diagram = polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
     points = diagram.scatter(
         azimuth_angle(touches.normals),
         travel / MICROMETRE,
@@ -420,7 +421,7 @@ def plot_ring_kinds(
     """
     figure = new_figure(11.0, 4.8)
     figure.suptitle(title)
-    diagram = _polar_axes(figure, 1, 2, 1, "pretravel / µm")
+    diagram = polar_axes(figure, 1, 2, 1, "pretravel / µm")
     order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
     diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
     left = figure.add_subplot(1, 2, 2)

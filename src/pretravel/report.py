@@ -45,7 +45,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     )
 
 
-def _labelled(label: str, text: str) -> list[str]:
+def labelled(label: str, text: str) -> list[str]:
     """Lines of a label and a long text beside it."""
     lines = textwrap.wrap(text, width=78)
     return [f"  {label if i == 0 else '':17s}  {line}" for i, line in enumerate(lines)]
@@ -118,8 +118,8 @@ def fem_report(reduced: ReducedModel, field: TriggerField, probe_name: str) -> s
         [
             f"{probe_name}, finite elements",
             f"  unknowns           {reduced.summary['unknowns']}, {reduced.summary['elements']}",
-            *_labelled("quality", reduced.summary["quality"]),
-            *_labelled("sizes", refined[0]),
+            *labelled("quality", reduced.summary["quality"]),
+            *labelled("sizes", refined[0]),
             *(f"{'':21}{note}" for note in refined[1:]),
             f"  touched at         polar {polar:.6g}°, azimuth {azimuth:.6g}°",
             f"  trigger force      {trigger.force[0]:.4f} N",
@@ -282,10 +282,10 @@ def qualification_report(result: Qualification) -> str:
         f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
         *(_physical_lines(result.fit) if isinstance(result.fit, PhysicalMapFit) else []),
         *(_delay_lines(result.delay) if result.delay is not None else []),
-        *_labelled("gauge", pretravel_map.provenance["gauge"]),
+        *labelled("gauge", pretravel_map.provenance["gauge"]),
     ]
     for outlier in result.outliers:
-        lines += _labelled("OUTLIER", outlier.message)
+        lines += labelled("OUTLIER", outlier.message)
     return "\n".join(lines)
 
 
@@ -295,7 +295,7 @@ def _delay_lines(delay: SignalDelay) -> list[str]:
         f"{delay.slowest:g} to {delay.fastest:g} mm/min; the map is that of the probe at rest, "
         "compensation takes feed times delay off first"
     )
-    return _labelled("signal delay", told)
+    return labelled("signal delay", told)
 
 
 def kinds_report(scores: Sequence[KindScore]) -> str:
@@ -352,7 +352,7 @@ def _physical_lines(fit: PhysicalMapFit) -> list[str]:
             f"{'':21}lateral deflection {shown('lateral_deflection', 1 / MICROMETRE, 2)} µm, "
             f"seats sink in {shown('seat_indentation', 1 / MICROMETRE, 2)} µm at rest"
         ),
-        *_labelled("learned", f"share of prior variance that the touches took away: {known}"),
+        *labelled("learned", f"share of prior variance that the touches took away: {known}"),
         f"  asymmetry          {fit.asymmetry_scale:g} of the usual, by likelihood",
     ]
 

@@ -10,15 +10,20 @@ import typer
 
 from pretravel import __version__
 from pretravel.cli import (
+    check,
     compensate,
     demo,
     faces,
     fem,
     hysteresis,
+    identify,
+    laboratory,
     plan,
     predict,
     probes,
     qualify,
+    rig,
+    separate,
     simulate,
     slide,
 )
@@ -60,6 +65,13 @@ for command in (
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,
+    identify.identify,
+    rig.rig,
+    laboratory.laboratory,
+    separate.separate,
+    separate.separation_plan,
+    check.check,
+    check.pattern,
     demo.demo,
 ):
     example = (command.__doc__ or "").rpartition("Example: ")[2].strip()

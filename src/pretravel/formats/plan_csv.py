@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.arrays import FloatArray
+from pretravel.frames import probe_rotation
 from pretravel.surface.cad import Part
 from pretravel.surface.inspection import InspectionPlan
 
@@ -66,3 +68,45 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
         rows.append(blank | {"face": number, "problem": reason})
     rows.sort(key=lambda row: int(str(row["face"])))
     return {name: [row[name] for row in rows] for name in names}
+
+
+def pattern_table(
+    directions: FloatArray,
+    center: npt.ArrayLike,
+    radius: float,
+    retreat: float,
+    *,
+    axis: npt.ArrayLike = (0.0, 0.0, 1.0),
+    turn: float = 0.0,
+    repeats: int = 1,
+) -> dict[str, npt.ArrayLike]:
+    """Targets on a sphere as `read_targets` reads them, with where each touch starts.
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+        Probe frame.
+    center : (3,) float
+        [mm]
+    radius, retreat : float
+        Of the sphere; from it to the tip centre at the start. [mm]
+    axis : (3,) float
+        Probe axis in the machine.
+    turn : float
+        About it. [rad]
+    repeats : int
+
+    Returns
+    -------
+    mapping of str to values
+        label, x_mm…, nx…, start_x_mm….
+    """
+    normals = np.repeat(directions @ probe_rotation(axis, turn).T, repeats, axis=0)
+    points = np.asarray(center, dtype=np.float64) + radius * normals
+    starts = points + retreat * normals
+    labels = [f"{i + 1}.{k + 1}" if repeats > 1 else str(i + 1)
+              for i in range(len(directions)) for k in range(repeats)]  # fmt: skip
+    columns: dict[str, npt.ArrayLike] = {"label": labels}
+    columns |= {f"{a}_mm": points[:, i] for i, a in enumerate("xyz")}
+    columns |= {f"n{a}": normals[:, i] + 0.0 for i, a in enumerate("xyz")}
+    return columns | {f"start_{a}_mm": starts[:, i] for i, a in enumerate("xyz")}

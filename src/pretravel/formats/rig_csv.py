@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,8 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.metrology.rig import RigTouch, RigTrace
+from pretravel.metrology.rig_calibration import LengthComponent, RigCalibration, Spread
+from pretravel.metrology.uncertainty import Budget
 from pretravel.units import MICROMETRE
 
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
@@ -98,3 +101,103 @@ def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
         "feed_mm_min": [touch.feed if math.isfinite(touch.feed) else math.nan for touch in touches],
         "note": ["; ".join(touch.notes) for touch in touches],
     }
+
+
+def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
+    """A calibration as a document: overall, by direction, by touch, and its budget.
+
+    Returns
+    -------
+    dict
+        Lengths in µm but for r0 to r3; None where something is not told.
+    """
+
+    def um(value: float) -> float | None:
+        return value / MICROMETRE if math.isfinite(value) else None
+
+    def spread(value: Spread) -> dict[str, float | None]:
+        return {"value": um(value.value), "low": um(value.low), "high": um(value.high)}
+
+    columns = {name: np.asarray(values).tolist() for name, values in
+               rig_table(calibration.touches).items()}  # fmt: skip
+    touches = [
+        {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in zip(columns, row, strict=True)
+        }
+        for row in zip(*columns.values(), strict=True)
+    ]
+    return {
+        "pretravel_um": um(calibration.pretravel),
+        "u_pretravel_um": um(calibration.u_pretravel),
+        "anisotropy_um": um(calibration.anisotropy),
+        "anisotropy_interval_um": [um(float(end)) for end in calibration.anisotropy_interval],
+        "repeatability_um": spread(calibration.repeatability),
+        "hysteresis_um": um(calibration.hysteresis),
+        "largest_hysteresis_um": um(calibration.largest_hysteresis),
+        "coverage_probability": calibration.probability,
+        "expanded_uncertainty_um": um(budget.expanded()),
+        "coverage_factor": budget.coverage_factor(),
+        "directions": [
+            {
+                "name": d.name,
+                "azimuth_deg": math.degrees(d.azimuth) if math.isfinite(d.azimuth) else None,
+                "count": d.count,
+                "pretravel_um": um(d.pretravel),
+                "u_pretravel_um": um(d.u_pretravel),
+                "repeatability_um": spread(d.repeatability),
+                "pretravel_range_um": um(d.pretravel_range),
+                "trigger_range_um": um(d.trigger_range),
+                "hysteresis_um": um(d.hysteresis),
+                "u_hysteresis_um": um(d.u_hysteresis),
+            }
+            for d in calibration.directions
+        ],
+        "budget": [
+            {
+                "source": row["source"],
+                "type": row["evaluation"],
+                "contribution_um": um(float(row["contribution"])),
+                "share": row["share"],
+            }
+            for row in budget.rows()
+        ],
+        "touches": touches,
+    }
+
+
+def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
+    """A rig's budget: source, type (A or B), uncertainty_um, per_metre_um; empty cells are zero.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    tuple of LengthComponent
+
+    Raises
+    ------
+    InputError
+        Columns that are missing, values that are not numbers, types that are not A or B.
+    """
+    table = read_csv_table(path)
+    table.require("source", "type", "uncertainty_um", "per_metre_um", what="a budget")
+    found = []
+    for row, line in enumerate(table.lines):
+        kind = table.columns["type"][row].strip().upper()
+        if kind not in ("A", "B"):
+            raise InputError(f"type is '{kind}'; it is A or B", path=path, line=line)
+        values = [
+            0.0 if not table.columns[name][row].strip() else table.number(row, name)
+            for name in ("uncertainty_um", "per_metre_um")
+        ]
+        if min(values) < 0.0:
+            raise InputError("an uncertainty is not negative", path=path, line=line)
+        found.append(
+            LengthComponent(
+                table.columns["source"][row], kind, values[0] * MICROMETRE, values[1] * 1e-6
+            )
+        )
+    return tuple(found)

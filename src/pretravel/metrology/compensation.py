@@ -150,6 +150,47 @@ def apply(
     )
 
 
+def point_sources(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> dict[str, FloatArray]:
+    """Where the points' errors along their normals come from, and how they hang together.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        The same touches, compensated with the map.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    dict of str to (n,) variances or (n, n) covariance
+        repeatability (each point its own), map, tip radius and, where the map knows it, signal
+        delay (common to all). Their sum has `Points.standard_uncertainty` squared on its
+        diagonal. [mm²]
+
+    >>> from pretravel.direction_support import DirectionSupport
+    >>> from pretravel.map_bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> sorted(point_sources(touches, apply(touches, mean), mean))
+    ['map', 'repeatability', 'tip radius']
+    """
+    closing = -np.sum(touches.approach_directions * points.normals, axis=1)
+    sources = {
+        # Along the approach; its share along the normal.
+        "repeatability": (pretravel_map.repeatability * closing) ** 2,
+        "map": pretravel_map.value_covariance(points.normals),
+        "tip radius": np.full((len(points), len(points)), pretravel_map.u_tip_radius**2),
+    }
+    if pretravel_map.delay is not None:
+        travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay) * closing
+        sources["signal delay"] = np.outer(travel, travel)
+    return sources
+
+
 def _on_nominal(
     touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
 ) -> tuple[LocalGeometry, FloatArray]:

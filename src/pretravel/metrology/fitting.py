@@ -358,7 +358,7 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
     >>> angles = np.linspace(0.0, 5.5, 12)
     >>> points = np.stack([2 * np.cos(angles), 2 * np.sin(angles), 3 * np.cos(5 * angles)], axis=1)
     >>> fit = fit_cylinder(points)
-    >>> fit.axis.round(9).tolist(), round(fit.radius, 9)
+    >>> abs(fit.axis.round(9)).tolist(), round(fit.radius, 9)
     ([0.0, 0.0, 1.0], 2.0)
     """
     p = _checked(points, 5, "cylinder")
@@ -393,7 +393,7 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
     return CylinderFit(
         point=frozen(middle + scale * foot),
         axis=frozen(along),
-        radius=radius * scale,
+        radius=float(radius * scale),
         cofactor=frozen(spread @ np.linalg.inv(jacobian.T @ jacobian) @ spread.T),
         residuals=frozen(residuals * scale),
         dof=len(p) - 5,

@@ -17,8 +17,6 @@ from pretravel.metrology.uncertainty import COVERAGE, Budget, Component
 
 _TRIALS = 20_000
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
-REFERENCE_TEMPERATURE = 20.0
-"""Of dimensions (ISO 1). [°C]"""
 
 
 @dataclass(frozen=True)
@@ -312,7 +310,7 @@ def length_budget(components: Sequence[LengthComponent], length: float) -> Budge
 
     >>> budget = length_budget(REN_BUDGET, 0.0)
     >>> round(2.0 * budget.combined * 1e3, 4)  # U with k = 2, in µm
-    0.1999
+    0.1998
     """
     if length < 0.0:
         raise PretravelError(f"a length of {length:g} mm: give it as a positive number")
@@ -385,42 +383,6 @@ def calibration_budget(
             "edges between samples, mean of a direction", "B", reading / math.sqrt(count)
         ),
     )
-
-
-def at_reference_temperature(
-    length: npt.ArrayLike, temperature: float, expansion: float
-) -> FloatArray:
-    """A length of the ruler as it would be read at 20 °C.
-
-    Parameters
-    ----------
-    length : (n,) float
-        As read. [mm]
-    temperature : float
-        Of the ruler. [°C]
-    expansion : float
-        The ruler's coefficient of thermal expansion. [1/K]
-
-    Returns
-    -------
-    (n,) float
-        [mm]
-
-    Notes
-    -----
-    The paper takes alpha ΔT L0 off; a ruler that has grown shows too few divisions, so
-    the length measured is L0 (1 + alpha ΔT). Off by 2 alpha ΔT L0: 0.1 nm on 5 um
-    at 1 K, so nothing here depends on it, but long rulers would.
-
-    References
-    ----------
-    Ren 2020, equation 16, its sign corrected.
-
-    >>> float(at_reference_temperature(100.0, 21.0, 8e-6).round(6))
-    100.0008
-    """
-    warmer = temperature - REFERENCE_TEMPERATURE
-    return np.asarray(np.asarray(length, dtype=np.float64) * (1.0 + expansion * warmer))
 
 
 def compensated_diameter(

@@ -1,0 +1,238 @@
+"""A calibration certificate as a page to print, with the data that a laboratory must state."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pretravel.errors import InputError
+from pretravel.laboratory_report import budget_table, rig_report
+from pretravel.metrology.rig_calibration import (
+    LengthComponent,
+    RigCalibration,
+    calibration_budget,
+    constant_and_slope,
+    length_budget,
+)
+from pretravel.units import MICROMETRE
+from pretravel.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIELDS: Mapping[str, Mapping[str, str]] = {
+    "laboratory": {
+        "name": "Name and address of the laboratory",
+        "place": "Place of calibration, if another",
+        "accreditation": "Accreditation, with its number",
+    },
+    "certificate": {
+        "number": "Unique number of this certificate",
+        "date_of_issue": "Date of issue",
+        "authorised_by": "Name and function of the person who authorises it",
+    },
+    "customer": {"name": "Name and address of the customer"},
+    "item": {
+        "description": "What was calibrated: probe, stylus, tip",
+        "manufacturer": "Manufacturer and type",
+        "serial_number": "Serial number",
+        "condition": "Condition on receipt, adjustments",
+        "received": "Date of receipt",
+        "calibrated": "Date of calibration",
+    },
+    "method": {
+        "procedure": "Procedure and its edition",
+        "feed": "Feed and direction of touches, number of repeats",
+        "deviations": "Deviations from the procedure",
+    },
+    "conditions": {
+        "temperature": "Temperature in °C, with its uncertainty",
+        "humidity": "Relative humidity",
+    },
+    "traceability": {"statement": "Standards used, and how they are traceable to the SI"},
+    "decision": {"rule": "Conformity: specification and decision rule, if one was agreed"},
+}
+"""What ISO/IEC 17025:2017, 7.8.2 and 7.8.4 want on a certificate (recalled, not checked
+against the text)."""
+
+_STYLE = """
+@page { size: A4; margin: 18mm 16mm 20mm 16mm; }
+body { font: 10.5pt/1.45 system-ui, sans-serif; color: #222; max-width: 178mm; margin: 0 auto;
+  padding: 0 4mm; }
+h1 { color: #1b4965; font-size: 19pt; margin: 6mm 0 2mm; }
+h2 { color: #1b4965; font-size: 12.5pt; margin: 6mm 0 1.5mm; border-bottom: .3mm solid #bcd; }
+table.data { border-collapse: collapse; width: 100%; }
+table.data th { text-align: left; width: 42%; font-weight: 500; color: #444; }
+table.data th, table.data td { padding: .8mm 2mm .8mm 0; vertical-align: top;
+  border-bottom: .1mm solid #ddd; }
+pre { font-size: 8.4pt; line-height: 1.35; background: #f6f6f4; padding: 2.5mm; overflow-x: auto; }
+img { max-width: 100%; }
+.open { color: #9b2226; }
+section, figure { break-inside: avoid; }
+@media print { pre { background: none; padding: 0; white-space: pre-wrap; } }
+"""
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What a laboratory says about itself, the item and the conditions.
+
+    Attributes
+    ----------
+    entries : mapping of table to mapping of key to text
+        As in `FIELDS`; what is missing is shown as open.
+    """
+
+    entries: Mapping[str, Mapping[str, str]]
+
+    def stated(self, table: str, key: str) -> str:
+        """The text, or nothing."""
+        return self.entries.get(table, {}).get(key, "")
+
+
+def laboratory_template() -> str:
+    """A TOML file to fill in.
+
+    >>> laboratory_template().splitlines()[0]
+    '[laboratory]'
+    """
+    blocks = []
+    for table, keys in FIELDS.items():
+        lines = [f'{key} = ""'.ljust(28) + f"# {meaning}" for key, meaning in keys.items()]
+        blocks.append("\n".join([f"[{table}]", *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def read_laboratory(path: str | Path) -> Laboratory:
+    """A filled-in template.
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, tables or keys that a certificate does not have.
+    """
+    place = Path(path)
+    if not place.is_file():
+        raise InputError("there is no such file; pretravel laboratory prints one", path=path)
+    try:
+        tables: dict[str, Any] = tomllib.loads(place.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"not valid TOML: {error}", path=path) from None
+    entries: dict[str, dict[str, str]] = {}
+    for table, keys in tables.items():
+        if table not in FIELDS or not isinstance(keys, dict):
+            raise InputError(
+                f"[{table}] is not part of a certificate; there are {', '.join(FIELDS)}", path=path
+            )
+        for key, value in keys.items():
+            if key not in FIELDS[table]:
+                known = ", ".join(FIELDS[table])
+                raise InputError(f"[{table}] has no {key}; it has {known}", path=path)
+            entries.setdefault(table, {})[key] = str(value)
+    return Laboratory(entries)
+
+
+def write_certificate(
+    path: str | Path,
+    calibration: RigCalibration,
+    budget: Sequence[LengthComponent],
+    laboratory: Laboratory,
+    figures: Mapping[str, Figure],
+    *,
+    notes: Sequence[str] = (),
+) -> None:
+    """Write a certificate as HTML that prints on A4 (print it to PDF from any browser).
+
+    Parameters
+    ----------
+    path : str or Path
+    calibration : RigCalibration
+    budget : sequence of LengthComponent
+        Of the rig; this calibration's own repeatability takes the place of the told one.
+    laboratory : Laboratory
+    figures : mapping of caption to matplotlib.figure.Figure
+    notes : strings
+        What was odd in the traces.
+    """
+    own = calibration_budget(calibration, budget)
+    constant, slope = constant_and_slope(own)
+    at_mean = length_budget(own, abs(calibration.pretravel))
+    formula = (
+        f"U(L) = {at_mean.coverage_factor():.2f} · √({constant / MICROMETRE:.4f}² + "
+        f"({slope * 1e6:.3f} L)²) µm, L in m"
+    )
+    expanded = at_mean.expanded()
+    directions = [
+        f"<tr><td>{html.escape(d.name)}</td><td>{d.count}</td>"
+        f"<td>{d.pretravel / MICROMETRE:.3f}</td><td>{expanded / MICROMETRE:.3f}</td>"
+        f"<td>{d.repeatability.value / MICROMETRE:.3f}</td>"
+        f"<td>{d.hysteresis / MICROMETRE:.3f}</td></tr>"
+        for d in calibration.directions
+    ]
+    blocks = [_data(laboratory)]
+    blocks.append(
+        "<section><h2>Results by direction</h2><table class='data'><tr><td>direction</td>"
+        "<td>touches</td><td>pretravel (µm)</td><td>U (µm)</td><td>standard deviation (µm)</td>"
+        f"<td>hysteresis (µm)</td></tr>{''.join(directions)}</table></section>"
+    )
+    blocks.append(_text("Performance", rig_report(calibration)))
+    blocks.append(
+        _text(
+            "Uncertainty of the mean pretravel of a direction",
+            f"{formula}\nat L = {calibration.pretravel / MICROMETRE:.3f} µm:\n\n"
+            + budget_table(at_mean)
+            + "\n\nU is the expanded uncertainty: standard uncertainty times the coverage factor k "
+            "that gives\na coverage probability of about 95 % (GUM, JCGM 100:2008).",
+        )
+    )
+    for caption, figure in figures.items():
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+        data = base64.b64encode(picture.getvalue()).decode()
+        words = html.escape(caption)
+        blocks.append(
+            f"<figure><img src='data:image/png;base64,{data}' alt='{words}'>"
+            f"<figcaption>{words}</figcaption></figure>"
+        )
+    if notes:
+        blocks.append(_text("Notes on single touches", "\n".join(notes)))
+    blocks.append(
+        "<section><h2>Statements</h2><p>The results relate only to the item calibrated, in the "
+        "condition and at the place and time stated. This certificate may not be reproduced other "
+        "than in full without the written approval of the laboratory.</p>"
+        "<p>Signature: ______________________________</p></section>"
+    )
+    number = laboratory.stated("certificate", "number")
+    title = "Calibration certificate" + (f" {number}" if number else "")
+    page = "\n".join(
+        [
+            '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
+            f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>",
+            f"<h1>{html.escape(title)}</h1>",
+            "<p>Touch-trigger probe, calibrated on a rig after the Abbé principle</p>",
+            *blocks,
+            "</body></html>\n",
+        ]
+    )
+    with whole_file(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def _data(laboratory: Laboratory) -> str:
+    rows = []
+    for table, keys in FIELDS.items():
+        for key, meaning in keys.items():
+            text = laboratory.stated(table, key)
+            cell = html.escape(text) if text else "<span class='open'>not stated</span>"
+            rows.append(f"<tr><th>{html.escape(meaning)}</th><td>{cell}</td></tr>")
+    return f"<section><h2>Data</h2><table class='data'>{''.join(rows)}</table></section>"
+
+
+def _text(heading: str, text: str) -> str:
+    return f"<section><h2>{html.escape(heading)}</h2><pre>{html.escape(text)}</pre></section>"

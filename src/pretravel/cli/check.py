@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, check_files, unit_vector, vector
+from pretravel.cli.options import Picture
+
+
+def check(
+    standard: Annotated[str, typer.Argument(help="iso10360-5 or iso230-10.")],
+    touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz of a sphere.")],
+    diameter: Annotated[float, typer.Option(help="Calibrated diameter of the sphere, mm.")],
+    tip_diameter: Annotated[
+        float | None,
+        typer.Option(help="Of the tip as the machine uses it (effective), mm; for the size error."),
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="Compensate with this map instead.")
+    ] = None,
+    form_limit: Annotated[
+        float | None, typer.Option(help="Maximum permissible form error, µm.")
+    ] = None,
+    size_limit: Annotated[
+        float | None, typer.Option(help="Maximum permissible size error, µm.")
+    ] = None,
+    repeat_limit: Annotated[
+        float | None, typer.Option(help="Maximum permissible range of repeats, µm (iso230-10).")
+    ] = None,
+    u_diameter: Annotated[
+        float, typer.Option("--u-diameter", help="Standard uncertainty of the diameter, µm.")
+    ] = 0.0,
+    sphere_form: Annotated[float, typer.Option(help="Form error of the sphere, µm.")] = 0.0,
+    axis: Annotated[
+        str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
+    ] = "0,0,1",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
+    ] = None,
+    plot: Picture = None,
+) -> None:
+    """A standard's figures for probing, from touches on a reference sphere.
+
+    Definitions are recalled, not checked against the standards' texts.
+
+    Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
+    """
+    import json
+
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.map_file import read_map
+    from pretravel.formats.touches_csv import read_touches
+    from pretravel.laboratory_pictures import plot_check
+    from pretravel.laboratory_report import standard_report
+    from pretravel.metrology.standards import CHECKS, check_iso230_10, check_iso10360_5
+    from pretravel.units import MICROMETRE
+    from pretravel.whole_file import whole_file
+
+    if standard not in CHECKS:
+        raise PretravelError(f"standard '{standard}' is not known; there are {', '.join(CHECKS)}")
+    check_files(
+        [(output, (".csv", ".json", ".html")), (plot, PICTURES)],
+        [touches, *([map_file] if map_file else [])],
+    )
+    measured = read_touches(touches)
+    pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
+    limits = {
+        name: limit * MICROMETRE
+        for name, limit in (
+            ("form", form_limit),
+            ("form2d", form_limit),
+            ("form3d", form_limit),
+            ("size", size_limit),
+            ("repeatability", repeat_limit),
+        )
+        if limit is not None
+    }
+    along = unit_vector(axis, "--axis")
+    form = sphere_form * MICROMETRE
+    result = (
+        check_iso10360_5(
+            measured,
+            diameter,
+            tip_diameter=tip_diameter,
+            pretravel_map=pretravel_map,
+            axis=along,
+            u_diameter=u_diameter * MICROMETRE,
+            sphere_form=form,
+            limits=limits,
+        )
+        if standard == "iso10360-5"
+        else check_iso230_10(
+            measured,
+            diameter,
+            tip_diameter=tip_diameter,
+            pretravel_map=pretravel_map,
+            axis=along,
+            sphere_form=form,
+            limits=limits,
+        )
+    )
+    report = standard_report(result)
+    rows = [
+        {
+            "figure": figure.name,
+            "value_um": figure.value / MICROMETRE,
+            "u_test_um": figure.u_test / MICROMETRE,
+            "limit_um": None if figure.limit is None else figure.limit / MICROMETRE,
+            "verdict": figure.verdict,
+            "definition": figure.status,
+        }
+        for figure in result.figures
+    ]
+    if output is not None and output.suffix.lower() == ".csv":
+        columns = {
+            name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]
+        }
+        write_csv_table(output, columns)  # type: ignore[arg-type]
+    elif output is not None and output.suffix.lower() == ".json":
+        document = {"standard": result.standard, "figures": rows, "notes": list(result.notes)}
+        with whole_file(output) as temporary:
+            temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    elif output is not None:
+        from pretravel.page import write_page
+
+        title = f"pretravel check {standard}: {touches.name}"
+        write_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
+    if plot is not None:
+        from pretravel.plotting import save
+
+        save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
+    typer.echo(report)
+
+
+def pattern(
+    standard: Annotated[
+        str, typer.Argument(help="iso10360-5 (25 on a sphere), iso230-10 (36 on the equator).")
+    ],
+    diameter: Annotated[float, typer.Option(help="Of the sphere, mm.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Targets: .csv.")],
+    center: Annotated[
+        str, typer.Option(help="Centre of the sphere x,y,z in the machine, mm.")
+    ] = "0,0,0",
+    tip_diameter: Annotated[
+        float, typer.Option(help="Of the tip, mm, for where touches start.")
+    ] = 6.0,
+    clearance: Annotated[
+        float, typer.Option(help="From where a touch starts to the sphere, mm.")
+    ] = 5.0,
+    repeats: Annotated[int, typer.Option(help="Of each direction, in a row.")] = 1,
+    turn: Annotated[float, typer.Option(help="The pattern's turn about the axis, degrees.")] = 0.0,
+    axis: Annotated[
+        str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
+    ] = "0,0,1",
+) -> None:
+    """Write a standard's touches as targets: for simulate, or for a machine's program.
+
+    start_x_mm… are the tip centre's places from which each touch starts along -n.
+
+    Example: pretravel pattern iso10360-5 --diameter 25 -o targets.csv
+    """
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.plan_csv import pattern_table
+    from pretravel.metrology.standards import PATTERNS
+    from pretravel.units import DEGREE
+
+    check_files([(output, (".csv",))])
+    if standard not in PATTERNS:
+        raise PretravelError(f"standard '{standard}' is not known; there are {', '.join(PATTERNS)}")
+    for name, value in (("--diameter", diameter), ("--tip-diameter", tip_diameter)):
+        if not 0.0 < value < 1000.0:
+            raise PretravelError(f"{name} {value:g}: it must be positive, in mm")
+    if clearance < 0.0 or not 1 <= repeats <= 1000:
+        raise PretravelError("--clearance is not negative, --repeats lies between 1 and 1000")
+    columns = pattern_table(
+        PATTERNS[standard](),
+        vector(center, "--center"),
+        0.5 * diameter,
+        0.5 * tip_diameter + clearance,
+        axis=unit_vector(axis, "--axis"),
+        turn=turn * DEGREE,
+        repeats=repeats,
+    )
+    write_csv_table(output, columns)
+    count = len(columns["label"])  # type: ignore[arg-type]
+    typer.echo(f"{count} targets on a sphere of {diameter:g} mm (pattern recalled, not verified)")

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.options import Picture
+
+
+def rig(
+    traces: Annotated[
+        list[Path],
+        typer.Argument(help="CSV: time_s,ruler_mm,laser_mm,contact,trigger; rig_AZIMUTH_REPEAT."),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Touches .csv, everything .json, or a calibration certificate to print, .html.",
+        ),
+    ] = None,
+    lab: Annotated[
+        Path | None,
+        typer.Option(help="What the certificate states of laboratory and item: .toml."),
+    ] = None,
+    budget: Annotated[
+        Path | None,
+        typer.Option(
+            help="Budget of the rig: source,type,uncertainty_um,per_metre_um; else that of Ren "
+            "2020, Table 2."
+        ),
+    ] = None,
+    temperature: Annotated[float, typer.Option(help="Of the ruler, °C.")] = 20.0,
+    expansion: Annotated[float, typer.Option(help="The ruler's thermal expansion, 1e-6/K.")] = 8.0,
+    plot: Picture = None,
+) -> None:
+    """Calibration-rig traces: contact, trigger, pretravel, hysteresis, and what a probe is worth.
+
+    Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
+    """
+    import json
+
+    import numpy as np
+
+    from pretravel.certificate import Laboratory, read_laboratory, write_certificate
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
+    from pretravel.laboratory_pictures import plot_rig, plot_trace
+    from pretravel.laboratory_report import budget_table, rig_report
+    from pretravel.metrology.rig import rig_touch, warmed
+    from pretravel.metrology.rig_calibration import (
+        REN_BUDGET,
+        calibrate_rig,
+        calibration_budget,
+        length_budget,
+    )
+    from pretravel.whole_file import whole_file
+
+    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [*traces])
+    if not -50.0 < temperature < 100.0 or not 0.0 <= expansion < 100.0:
+        raise PretravelError(
+            f"--temperature {temperature:g} °C, --expansion {expansion:g}: the ruler's temperature "
+            "in °C and its expansion in 1e-6 per kelvin"
+        )
+    names = [path.stem for path in traces]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise PretravelError(f"trace {twice[0]} is given twice; each file is one touch")
+    told = Laboratory({}) if lab is None else read_laboratory(lab)
+    components = REN_BUDGET if budget is None else read_budget(budget)
+    with working(f"reading {len(traces)} traces"):
+        read = [warmed(read_rig_trace(path), temperature, expansion * 1e-6) for path in traces]
+        touches = [rig_touch(trace) for trace in read]
+    if output is not None and output.suffix.lower() == ".csv":
+        # Before anything is concluded from them: single traces are a result of their own.
+        write_csv_table(output, rig_table(touches))
+    calibration = calibrate_rig(touches)
+    own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
+    notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
+    if output is not None and output.suffix.lower() == ".json":
+        with whole_file(output) as temporary:
+            temporary.write_text(json.dumps(rig_json(calibration, own), indent=1), encoding="utf-8")
+    elif output is not None and output.suffix.lower() == ".html":
+        middle = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
+        figures = {
+            "Pretravel, its repeatability and hysteresis over the directions": plot_rig(
+                calibration
+            ),
+            f"One touch: {touches[middle].trace}": plot_trace(read[middle], touches[middle]),
+        }
+        write_certificate(output, calibration, components, told, figures, notes=notes)
+    if plot is not None:
+        from pretravel.plotting import save
+
+        picture = (
+            plot_rig(calibration, f"{len(touches)} touches on the rig")
+            if len(touches) > 1
+            else plot_trace(read[0], touches[0])
+        )
+        save(picture, plot)
+    typer.echo(rig_report(calibration))
+    typer.echo("\nUncertainty of the mean pretravel of a direction:\n" + budget_table(own))
+    for note in notes:
+        typer.echo(f"Warning: {note}", err=True)
+    if calibration.starts_differ:
+        typer.echo(
+            "Note: touches of one direction start at different places, so repeatability is that of "
+            "r1 - r0, not of r1 alone."
+        )
+    if output is not None and output.suffix.lower() == ".html" and lab is None:
+        typer.echo("Warning: the certificate states no laboratory; give --lab lab.toml", err=True)

@@ -1,0 +1,132 @@
+"""Multi-step readings read from CSV, and separations written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.metrology.separation import Readings, Separation
+from pretravel.metrology.separation_plan import SeparationPlan
+from pretravel.units import MICROMETRE
+
+_LARGEST = 10_000.0  # µm
+
+
+def read_readings(path: str | Path) -> Readings:
+    """Readings with the columns machine_index, probe_index, error_um.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Readings
+
+    Raises
+    ------
+    InputError
+        Not such a file; indices that are not whole numbers.
+    """
+    table = read_csv_table(path)
+    table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
+    errors = table.numbers("error_um")[:, 0]
+    if np.max(np.abs(errors)) > _LARGEST:
+        row = int(np.argmax(np.abs(errors)))
+        raise InputError(
+            f"error_um is {errors[row]:g}; is it in µm?", path=path, line=table.lines[row]
+        )
+    try:
+        return Readings(
+            machine=_indices(table, "machine_index"),
+            probe=_indices(table, "probe_index"),
+            errors=errors * MICROMETRE,
+        )
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
+def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
+    values = table.numbers(name)[:, 0]
+    odd = np.flatnonzero(values != np.round(values))
+    if len(odd):
+        row = int(odd[0])
+        raise InputError(
+            f"{name} is {values[row]:g}; an index is a whole number",
+            path=table.path,
+            line=table.lines[row],
+        )
+    return np.asarray(values, dtype=np.int64)
+
+
+def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
+    """The columns of the contract, machine directions first.
+
+    Returns
+    -------
+    mapping of str to values
+        kind, index, systematic_um, u_systematic_um, variance_um2, u_variance_um2.
+    """
+    square = MICROMETRE**2
+    machines, probes = len(result.machines), len(result.probes)
+    return {
+        "kind": ["machine"] * machines + ["probe"] * probes,
+        "index": np.concatenate([result.machines, result.probes]),
+        "systematic_um": np.concatenate([result.machine_error, result.probe_error]) / MICROMETRE,
+        "u_systematic_um": np.concatenate([result.u_machine_error, result.u_probe_error])
+        / MICROMETRE,
+        "variance_um2": np.concatenate([result.machine_variance, result.probe_variance]) / square,
+        "u_variance_um2": np.concatenate([result.u_machine_variance, result.u_probe_variance])
+        / square,
+    }
+
+
+def separation_json(result: Separation) -> dict[str, Any]:
+    """A separation as a document, with the variance of every pair.
+
+    Returns
+    -------
+    dict
+        pair_variance_um2 has a row for each machine direction.
+    """
+    columns = {
+        name: np.asarray(values).tolist() for name, values in separation_table(result).items()
+    }
+    pairs = result.machine_variance[:, None] + result.probe_variance[None, :]
+    return {
+        "method": result.method,
+        "degrees_of_freedom": result.dof,
+        "notes": list(result.notes),
+        "directions": [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
+        "pair_variance_um2": (pairs / MICROMETRE**2).tolist(),
+    }
+
+
+def separation_plan_table(plan: SeparationPlan) -> dict[str, npt.ArrayLike]:
+    """One row for each reading to be made, in order; errors are to be filled in.
+
+    Returns
+    -------
+    mapping of str to values
+        orientation_deg (of the probe), machine_azimuth_deg, machine_index, probe_index,
+        error_um (empty).
+    """
+    machine, probe = plan.pairs()
+    step = 360.0 / plan.directions
+    per_orientation = plan.directions * plan.repeats
+    return {
+        "orientation_deg": np.repeat(np.array(plan.steps) * step, per_orientation),
+        "machine_azimuth_deg": (machine - 1) * step,
+        "machine_index": machine,
+        "probe_index": probe,
+        "error_um": [""] * len(machine),
+    }
