@@ -16,9 +16,9 @@ from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.map_file import write_map
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.qualification import ALL_KINDS, qualify
 from pretravel.metrology.compensation import apply
-from pretravel.metrology.map_fit import KINDS, Kind
-from pretravel.metrology.qualification import Qualification, qualify
+from pretravel.metrology.qualification import Qualification
 from pretravel.page import write_page
 from pretravel.report import points_report, qualification_report, table
 from pretravel.touches import Touches
@@ -37,16 +37,16 @@ All numbers are root mean squares in µm; a single touch repeats to {noise}.
 Fitted: what is left, on the sphere, of the touches that made the map.
 Left out: what is predicted wrongly, on the sphere, in directions that the map was not shown (a
 fifth of them at a time). A sector table needs all its directions, so none can be left out.
-On the part: difference to the harmonic map at the part's 140 points, a shift of the whole part
-taken off; it shows what the other kinds would cost there. The harmonic map's own error is not in
+On the part: difference to the physical map at the part's 140 points, a shift of the whole part
+taken off; it shows what the other kinds would cost there. The physical map's own error is not in
 it: that is u_um in points.csv. The part's true form is not known here; its deviation from the
 nominal is deviation_um. "Not compensated" takes off the tip radius alone, so the mean pretravel is
 in its 16 µm."""
 _READ_RING = """\
 Real data: 72 directions, each read once off a published picture, to ±0.5 µm, the ring's centring
 still in it. Fitted: every second direction, then the others; left out: the directions not shown.
-The centring is fitted along. Neighbouring directions differ by about as much as the harmonic map
-leaves."""
+The centring is fitted along. Neighbouring directions differ by about as much as the best kinds
+leave."""
 
 _CAPTIONS = {
     "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with "
@@ -55,7 +55,15 @@ _CAPTIONS = {
     "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind "
     "of map leaves when it is fitted to all directions.",
 }
-KIND_NAMES = {"mean": "mean radius", "sectors": "sector table", "harmonic": "harmonic map"}
+KIND_NAMES = {
+    "mean": "mean radius",
+    "sectors": "sector table",
+    "wozniak": "Woźniak's constant",
+    "harmonic": "harmonic map",
+    "physical": "six-seat probe",
+}
+BEST = "physical"
+"""The kind of map that the demonstration compensates the part with."""
 
 
 def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
@@ -85,7 +93,7 @@ def left_out_errors(
     touches: Touches,
     shown: Sequence[BoolArray],
     diameter: float,
-    kind: Kind,
+    kind: str,
     *,
     ring: bool = False,
 ) -> FloatArray:
@@ -160,12 +168,14 @@ def demonstrate(data: Path, output: Path) -> str:
     except OSError as error:
         raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
 
-    best = qualify(sphere, SPHERE_DIAMETER, tip_diameter=TIP_DIAMETER)
+    best = qualify(sphere, SPHERE_DIAMETER, tip_diameter=TIP_DIAMETER, kind=BEST)
     points = apply(part, best.pretravel_map)
     write_map(output / "map.nc", best.pretravel_map)
     write_points(output / "points.csv", points)
     pictures = {
-        "qualification.png": plotting.plot_qualification(best, "Reference sphere, harmonic map"),
+        "qualification.png": plotting.plot_qualification(
+            best, "Reference sphere, six-seat probe fitted"
+        ),
         "points.png": plotting.plot_points(points, "The part, compensated"),
         "kp3_ring.png": _ring_picture(ring),
     }
@@ -208,13 +218,13 @@ def _without_shift(values: FloatArray, normals: FloatArray) -> FloatArray:
 def _sphere_and_part(sphere: Touches, part: Touches, best: Qualification) -> str:
     made = {
         kind: best
-        if kind == "harmonic"
+        if kind == BEST
         else qualify(sphere, SPHERE_DIAMETER, kind=kind, tip_diameter=TIP_DIAMETER)
-        for kind in KINDS
+        for kind in ALL_KINDS
     }
-    groups = made["harmonic"].groups
+    groups = best.groups
     shown = [groups % 5 != fold for fold in range(5)]
-    reference = made["harmonic"].pretravel_map.pretravel(part.normals)
+    reference = best.pretravel_map.pretravel(part.normals)
     observed = made["mean"].observed
     rows = [["not compensated", _rms(observed), "", _rms(_without_shift(reference, part.normals))]]
     for kind, result in made.items():
@@ -242,7 +252,7 @@ def _read_ring(path: Path) -> Touches:
 def _ring_table(ring: Touches) -> str:
     even = np.arange(len(ring)) % 2 == 0
     rows = []
-    for kind in KINDS:
+    for kind in ALL_KINDS:
         fitted = [
             qualify(
                 ring.take(half), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
@@ -257,9 +267,9 @@ def _ring_table(ring: Touches) -> str:
 def _ring_picture(ring: Touches) -> Figure:
     made = {
         kind: qualify(ring, RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER)
-        for kind in KINDS
+        for kind in ALL_KINDS
     }
-    first = made["harmonic"]
+    first = made["mean"]
     return plotting.plot_ring_kinds(
         azimuth_angle(-first.contact_normals),
         made["mean"].observed,

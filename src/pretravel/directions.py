@@ -187,6 +187,16 @@ def sphere_pattern_25() -> FloatArray:
     )
 
 
+def five_point_pattern() -> FloatArray:
+    """Four directions on the equator, at azimuth 0, 90, 180 and 270°, and the pole, (5, 3).
+
+    >>> five_point_pattern().round(9)[1].tolist()
+    [0.0, 1.0, 0.0]
+    """
+    right = 90.0 * DEGREE
+    return from_angles([right] * 4 + [0.0], [0.0, right, 2.0 * right, 3.0 * right, 0.0])
+
+
 def fibonacci_cap(count: int, largest_polar: float = math.pi / 2) -> FloatArray:
     """Directions spread evenly over a cap around +z, by the golden angle.
 

@@ -98,7 +98,7 @@ class TestPredict:
         ("arguments", "words"),
         [
             (["omp41"], "neither a probe of the catalogue"),
-            (["omp40-2", "--model", "magic"], "there are analytic, fem, shen"),
+            (["omp40-2", "--model", "magic"], "there are analytic, fem, ren, shen, wozniak"),
             (["omp40-2", "--azimuth", "0:10"], "--azimuth 0:10"),
             (["omp40-2", "--azimuth", "0:10:0"], "step above 0"),
             (["omp40-2", "--polar", "178"], "never triggers"),

@@ -21,7 +21,8 @@ def predict(
     model: Annotated[
         str,
         typer.Option(
-            help="analytic: stylus as a beam, seats; fem: finite elements; shen: one cantilever."
+            help="analytic: stylus as a beam, seats; fem: finite elements; shen: one cantilever; "
+            "ren: the Abbé paper's closed form; wozniak: one constant, from five touches."
         ),
     ] = "analytic",
     azimuth: Annotated[
@@ -55,7 +56,7 @@ def predict(
     from pretravel.probe.materials import material
     from pretravel.report import prediction_report
     from pretravel.trigger import predict as prediction
-    from pretravel.trigger.response import probe_response, response_map
+    from pretravel.trigger.response import OF_RESPONSE_FORM, probe_response, response_map
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
     description = load_probe(probe)
@@ -81,7 +82,7 @@ def predict(
         pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
         write_page(output, f"pretravel predict: {description.name}", [("Result", report)], pictures)
     elif output is not None:
-        if output.suffix.lower() == ".nc":  # the others are tables
+        if output.suffix.lower() == ".nc" and model in OF_RESPONSE_FORM:  # else a table
             response = probe_response(description, model, workpiece=part, gravity=weight)
             predicted = response_map(description, response, trigger)
         else:

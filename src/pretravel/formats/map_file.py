@@ -30,8 +30,9 @@ from pretravel.map_bases import (
 )
 from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import Trigger, predict
+from pretravel.trigger.predict import Trigger, predict, predicted_map
 from pretravel.trigger.response import (
+    OF_RESPONSE_FORM,
     ProbeResponse,
     ResponseBasis,
     probe_response,
@@ -469,7 +470,10 @@ def described_map(
     """
     description = load_probe(probe)
     trigger = predict(description, fibonacci_cap(400), model)
-    found = response_map(description, probe_response(description, model), trigger)
+    if model in OF_RESPONSE_FORM:
+        found = response_map(description, probe_response(description, model), trigger)
+    else:
+        found = predicted_map(description, trigger)
     return found if tip_diameter is None else replace(found, tip_radius=0.5 * tip_diameter)
 
 

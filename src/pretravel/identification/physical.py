@@ -11,6 +11,7 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.metrology.map_fit import MapFit
 from pretravel.metrology.observation import Observation
+from pretravel.model.hertz import curved_part_factor
 from pretravel.trigger.six_seats import (
     IDEAL,
     PARAMETERS,
@@ -81,9 +82,8 @@ class _Problem:
         radius = observation.reference_radius
         # A ring is concave; on its axis it is straight.
         bends = (-1.0 / radius, 0.0) if observation.ring else (1.0 / radius, 1.0 / radius)
-        self.curvatures = np.tile(bends, (len(observation.groups), 1))
-        if observation.ring and observation.tip_radius >= radius:
-            self.curvatures = np.zeros_like(self.curvatures)
+        factor = float(curved_part_factor(observation.tip_radius, np.array([bends]))[0])
+        self.compression = factor if math.isfinite(factor) else 1.0
 
     def moved(self, x: FloatArray) -> Observation:
         center = self.observation.center.copy()
@@ -97,7 +97,7 @@ class _Problem:
         """Observed less modelled pretravel, (n,). [mm]"""
         seen, values = self.moved(x), x[self.extra :]
         response = six_seat_response(values, self.observation.tip_radius)
-        modelled = along_normal(response, seen.directions, self.curvatures)
+        modelled = along_normal(response, seen.directions, self.compression)
         return np.asarray(seen.values + self.level(x) - modelled)
 
     def residuals(self, x: FloatArray) -> FloatArray:
@@ -111,7 +111,7 @@ class _Problem:
     def jacobian(self, x: FloatArray) -> FloatArray:
         seen, values = self.moved(x), x[self.extra :]
         slopes = six_seat_slopes(
-            values, self.observation.tip_radius, seen.directions, self.curvatures
+            values, self.observation.tip_radius, seen.directions, self.compression
         )
         # Moving the centre by s adds n·s to what is observed (in a ring as on a sphere).
         shift = seen.directions[:, : self.axes]
@@ -141,6 +141,8 @@ def _solve(problem: _Problem, start: FloatArray, evaluations: int) -> tuple[Floa
         bounds=problem.bounds(),
         x_scale=scale,
         max_nfev=evaluations,
+        ftol=1e-7,
+        xtol=1e-6,
     )
     return np.asarray(found.x), float(found.cost)
 

@@ -235,21 +235,23 @@ def identify(
             return np.full(len(value), 1e6)
         return np.asarray(np.linalg.solve(root, misses))
 
-    turns = np.radians([0.0, 30.0, 60.0, 90.0]) if "rotation" in free else np.zeros(1)
-    best = None
-    for turn in turns:
-        first = start.copy()
-        if "rotation" in free:
-            first[list(free).index("rotation")] += turn
-        found = least_squares(
-            whitened,
-            np.concatenate([first, np.zeros(3)]),
-            x_scale=np.concatenate([np.full(len(first), 0.1), np.full(3, 1e-3)]),
-        )
-        if best is None or found.cost < best.cost:
-            best = found
-    assert best is not None  # there are turns
     k = len(numbers)
+    starts = [np.concatenate([start, np.zeros(3)])]
+    if "rotation" in free:
+        # Lobes have kinks, and every wrong turn near one is a trap: look all around first.
+        column = list(free).index("rotation")
+        tried = []
+        for turn in np.radians(np.arange(0.0, 120.0, 5.0)):
+            first = np.concatenate([start, np.zeros(3)])
+            first[column] = turn
+            tried.append((float(np.sum(whitened(first) ** 2)), first))
+        tried.sort(key=lambda found: found[0])
+        starts = [first for _, first in tried[:3]]
+    scale_of = np.concatenate([np.full(k, 0.1), np.full(3, 1e-3)])
+    best = min(
+        (least_squares(whitened, first, x_scale=scale_of) for first in starts),
+        key=lambda found: float(found.cost),
+    )
     try:
         fitted = described(best.x[:k])
     except DescriptionError as error:

@@ -209,6 +209,9 @@ def qualify(
             fit = kind(observation, repeatability, repeatability_dof)
         elif kind == "wozniak":
             fit = fit_wozniak(observation, lobe_azimuth=lobe_azimuth, transducer=transducer)
+            # Its centre lies micrometres from the least-squares one; once more about it.
+            observation = replace(observation, center=_settle(fit, observation, None).center)
+            fit = fit_wozniak(observation, lobe_azimuth=lobe_azimuth, transducer=transducer)
         else:
             fit = fit_table(observation, kind)
         # What a table leaves is mostly the probe's lobing; noise and outliers show once

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
+from pretravel.directions import five_point_pattern
 from pretravel.errors import PretravelError
 from pretravel.map_bases import TRANSDUCERS, WozniakBasis
 from pretravel.metrology.map_fit import MapFit
@@ -17,16 +17,6 @@ from pretravel.units import DEGREE
 
 FEWEST_TO_FIND_LOBES = 8
 """Directions below which the lobes' azimuth must be told."""
-
-
-def five_point_pattern() -> FloatArray:
-    """Four directions on the equator, at azimuth 0, 90, 180 and 270°, and the pole, (5, 3).
-
-    >>> five_point_pattern().round(9)[1].tolist()
-    [0.0, 1.0, 0.0]
-    """
-    right = 90.0 * DEGREE
-    return from_angles([right] * 4 + [0.0], [0.0, right, 2.0 * right, 3.0 * right, 0.0])
 
 
 def wozniak_constant(

@@ -19,7 +19,7 @@ from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.trigger import analytic, shen
+from pretravel.trigger import analytic, ren, shen, wozniak
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.seats import SeatStatics, seat_statics
 
@@ -56,7 +56,9 @@ def _finite_elements(
 MODELS: Mapping[str, Displacements] = {
     "analytic": analytic.displacements,
     "fem": _finite_elements,
+    "ren": ren.displacements,
     "shen": shen.displacements,
+    "wozniak": wozniak.displacements,
 }
 """Models by name. All have the same statics; they differ in what gives."""
 
@@ -144,7 +146,7 @@ def predict(
     directions : (n, 3) float
         Outward surface normals, probe frame, unit vectors.
     model : str or callable
-        ``analytic``, ``fem``, ``shen``; or a function like them.
+        ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or a function like them.
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional

@@ -30,6 +30,8 @@ from pretravel.trigger.predict import (
 )
 from pretravel.trigger.seats import hertz_indentations, seat_coefficient, seat_statics
 
+OF_RESPONSE_FORM = ("analytic", "fem", "shen")
+"""Models that a response holds wholly; the closed forms of papers are not of that form."""
 _AGREEMENT = 1e-10
 """Response and model: the same to this. [mm]"""
 _MICRONEWTON = 1e-6

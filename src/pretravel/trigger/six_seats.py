@@ -199,9 +199,9 @@ class SixSeatBasis:
             ]
         )
 
-    def slopes(self, directions: FloatArray, curvatures: FloatArray | None = None) -> FloatArray:
+    def slopes(self, directions: FloatArray) -> FloatArray:
         """Derivatives of pretravel by each number, (n, 18), central differences. [mm]"""
-        return six_seat_slopes(self.values, self.tip_radius, directions, curvatures)
+        return six_seat_slopes(self.values, self.tip_radius, directions)
 
     def displacement(
         self, directions: FloatArray, curvatures: FloatArray | None = None
@@ -213,31 +213,28 @@ _STEP = 1e-5  # of numbers of order one: rounding and curvature both below 1e-8 
 
 
 def six_seat_slopes(
-    values: FloatArray,
-    tip_radius: float,
-    directions: FloatArray,
-    curvatures: FloatArray | None = None,
+    values: FloatArray, tip_radius: float, directions: FloatArray, compression: float = 1.0
 ) -> FloatArray:
-    """Derivatives of pretravel by each of `PARAMETERS`, (n, 18), central differences. [mm]"""
+    """Derivatives of `along_normal` by each of `PARAMETERS`, (n, 18), central differences. [mm]"""
     columns = []
     for index in range(len(values)):
         step = np.zeros(len(values))
         step[index] = _STEP
-        ends = [
+        ahead, behind = (
             along_normal(
-                six_seat_response(values + sign * step, tip_radius), directions, curvatures
+                six_seat_response(values + sign * step, tip_radius), directions, compression
             )
             for sign in (1.0, -1.0)
-        ]
-        columns.append((ends[0] - ends[1]) / (2.0 * _STEP))
+        )
+        columns.append((ahead - behind) / (2.0 * _STEP))
     return np.stack(columns, axis=1)
 
 
 def along_normal(
-    response: ProbeResponse, directions: FloatArray, curvatures: FloatArray | None = None
+    response: ProbeResponse, directions: FloatArray, compression: float = 1.0
 ) -> FloatArray:
-    """Pretravel on a flat or, with curvatures (n, 2), on a curved part, (n,). [mm]"""
-    if curvatures is None:
-        return response.pretravel(directions)
-    moved = ResponseBasis(response).displacement(directions, curvatures)
-    return np.asarray(np.sum(moved * directions, axis=1))
+    """Pretravel where tip and part give so many times as much as on a flat part, (n,). [mm]"""
+    force, _ = response.force(directions)
+    along = np.sum(response.deflection(directions, force) * directions, axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(along + compression * response.tip_approach(force))

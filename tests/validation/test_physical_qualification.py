@@ -1,0 +1,274 @@
+"""The physical kind: a six-seat probe fitted to touches, judged on what it was not fitted to.
+
+Fitted: seven numbers of the ideal probe, eleven of its asymmetry (with priors), the centre.
+Left out: the part's directions; in the ring, every other direction; in Shen and Springer's
+benchmark, everything away from the equator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.directions import from_angles, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.formats.csv_table import read_csv_table
+from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.physical import PhysicalMapFit
+from pretravel.identification.qualification import ALL_KINDS, choose, physical_warnings, qualify
+from pretravel.metrology.compensation import apply
+from pretravel.metrology.qualification import Qualification
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Probe
+from pretravel.touches import Touches
+from pretravel.trigger.response import ProbeResponse, probe_response
+from pretravel.trigger.seats import seat_statics
+from tests.conftest import EXAMPLES
+
+NOISE = 0.3e-3
+PART = read_touches(EXAMPLES / "part_touches.csv").normals
+PATTERN = np.repeat(sphere_pattern_25(), 3, axis=0)
+
+
+def _made_up(rng: np.random.Generator, asymmetry: float) -> ProbeResponse:
+    """A probe of the catalogue with other preload, seats, stiffness, orientation; its rods
+    off by 0.6° times the asymmetry, its spring off the axis by 2 % of the tripod's radius."""
+    probe = load_probe(rng.choice(["omp40-2-100mm", "omp40-2", "omp40-2-100mm-carbide"]))
+    azimuths = np.radians([0.0, 120.0, 240.0]) + rng.uniform(0.0, 2.0 * np.pi)
+    azimuths += asymmetry * rng.normal(0.0, np.radians(0.6), 3)
+    probe = replace(
+        probe,
+        preload=probe.preload * rng.uniform(0.5, 1.5),
+        tripod=replace(
+            probe.tripod,
+            rod_azimuths=tuple(azimuths),
+            radius=probe.tripod.radius * rng.uniform(0.7, 1.2),
+        ),
+        seats=replace(
+            probe.seats,
+            support_angle=np.radians(rng.uniform(20.0, 50.0)),
+            ball_radius=probe.seats.ball_radius * rng.uniform(0.4, 1.0),
+        ),
+    )
+    return _off_axis(probe, asymmetry * rng.normal(0.0, 0.02, 2) * probe.tripod.radius)
+
+
+def _off_axis(probe: Probe, offset: np.ndarray) -> ProbeResponse:
+    response = probe_response(probe)
+    moment = np.array([0, 0, 0, -probe.preload * offset[1], probe.preload * offset[0], 0])
+    change = np.linalg.solve(seat_statics(probe).wrenches, moment)
+    return replace(response, rest_reactions=response.rest_reactions - change)
+
+
+def _touched(
+    response: ProbeResponse, n: np.ndarray, rng: np.random.Generator, noise: float = NOISE
+) -> Touches:
+    distance = 15.5 - response.pretravel(n) + rng.normal(0.0, noise, len(n))
+    return Touches(np.array([120.0, -40.0, 7.0]) + n * distance[:, None], n)
+
+
+def _judged(
+    response: ProbeResponse, result: Qualification, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Errors over the part, its touches' own noise in them, a translation taken off; and u."""
+    value, u = result.pretravel_map.pretravel_and_uncertainty(PART, extrapolate=True)
+    error = value - response.pretravel(PART) + rng.normal(0.0, NOISE, len(PART))
+    error -= PART @ np.linalg.lstsq(PART, error)[0]
+    return error, np.hypot(u, result.pretravel_map.repeatability)
+
+
+@pytest.fixture(scope="module")
+def studied() -> list[tuple[np.ndarray, np.ndarray]]:
+    found = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        response = _made_up(rng, (0.0, 0.3, 1.0)[seed % 3])
+        touches = _touched(response, PATTERN, rng)
+        result = qualify(touches, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
+        found.append(_judged(response, result, rng))
+    return found
+
+
+def test_errors_over_a_part(studied: list[tuple[np.ndarray, np.ndarray]]) -> None:
+    """0.345 um is asked for, of which 0.30 are the touches' own. The sample deviation of
+    140 touches scatters by 6 %: one in twelve may be above."""
+    spread = np.array([error.std() for error, _ in studied]) * 1e3
+    assert np.median(spread) < 0.32
+    assert np.sum(spread > 0.345) <= 1
+
+
+def test_uncertainties_over_a_part_are_honest(studied: list[tuple[np.ndarray, np.ndarray]]) -> None:
+    """Mean (error/u)²: of one data set it scatters by 20 % (repeatability from 67 degrees of
+    freedom, 140 touches), of twelve by 6 %."""
+    ratios = np.array([np.mean((error / u) ** 2) for error, u in studied])
+    assert 0.82 < ratios.mean() < 1.18
+    assert np.sum((ratios < 0.6) | (ratios > 1.6)) <= 1
+
+
+def test_example_probe() -> None:
+    """The example's truth is unknown here. The fit leaves what the repeats scatter (a lack of fit
+    would show), and says so."""
+    touches = read_touches(EXAMPLES / "sphere_touches.csv")
+    result = qualify(touches, 24.9987, tip_diameter=6.0, kind="physical")
+    fit = result.fit
+    assert isinstance(fit, PhysicalMapFit)
+    assert fit.misfit > 0.05
+    assert result.residuals.std() == pytest.approx(0.30e-3, rel=0.1)
+    assert physical_warnings(result) == []
+    assert result.pretravel_map.kind == "physical"
+
+
+def test_noise_free_touches_give_the_probe_back() -> None:
+    """Nothing but priors stands between; 10 nm of noise outweigh them."""
+    rng = np.random.default_rng(1)
+    response = _made_up(rng, 0.0)
+    touches = _touched(response, PATTERN, rng, noise=1e-5)
+    result = qualify(touches, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
+    value = result.pretravel_map.pretravel(PART, extrapolate=True)
+    error = value - response.pretravel(PART)
+    error -= PART @ np.linalg.lstsq(PART, error)[0]
+    assert np.abs(error).max() < 0.05e-3
+
+
+def test_another_kind_of_probe_is_noticed() -> None:
+    """Lobes that no tripod has, 1 um: said, and u of the map grows by what is missed."""
+    rng = np.random.default_rng(2)
+    response = _made_up(rng, 0.0)
+    touches = _touched(response, PATTERN, rng)
+    lobes = 1e-3 * np.cos(2.0 * np.arctan2(PATTERN[:, 1], PATTERN[:, 0])) * PATTERN[:, 2]
+    wrong = replace(touches, positions=touches.positions - lobes[:, None] * PATTERN)
+    result = qualify(wrong, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
+    assert isinstance(result.fit, PhysicalMapFit)
+    assert result.fit.misfit < 0.01
+    assert "six-seat kind" in physical_warnings(result)[0]
+    u = result.pretravel_map.standard_uncertainty(PART)
+    assert u.min() > 0.3e-3
+
+
+def test_gauge_is_stated() -> None:
+    """Centre against first harmonic: along the axis priors decide, to a quarter of a micrometre."""
+    rng = np.random.default_rng(3)
+    result = qualify(
+        _touched(_made_up(rng, 0.0), PATTERN, rng),
+        25.0,
+        tip_diameter=6.0,
+        kind="physical",
+        search_outliers=False,
+    )
+    assert isinstance(result.fit, PhysicalMapFit)
+    across, along = result.fit.gauge_uncertainty[:2].max(), result.fit.gauge_uncertainty[2]
+    assert across < along
+    assert np.sqrt(np.diag(result.center_covariance)) == pytest.approx(result.fit.gauge_uncertainty)
+    assert "first harmonic" in result.pretravel_map.provenance["gauge"]
+
+
+def test_without_the_tip_diameter_points_are_the_same() -> None:
+    rng = np.random.default_rng(4)
+    touches = _touched(_made_up(rng, 0.0), PATTERN, rng)
+    told, open_ = (
+        qualify(touches, 25.0, tip_diameter=d, kind="physical", search_outliers=False)
+        for d in (6.0, None)
+    )
+    part = Touches(PART * 30.0, PART)
+    first, second = (apply(part, r.pretravel_map, extrapolate=True) for r in (told, open_))
+    off = np.sum((first.positions - second.positions) * PART, axis=1)
+    off -= PART @ np.linalg.lstsq(PART, off)[0]
+    assert off.std() < 0.1e-3
+
+
+def test_shen_and_springer_1998() -> None:
+    """Their benchmark: from 24 touches on the equator with 0.35 um of noise, 1561 directions over
+    the half-sphere are predicted with a standard deviation of 0.6 um, over a range of 16 um.
+    Theirs has one parameter, and the axis's height is not theirs to tell from the equator: so
+    lever, support angle and tip are as described here, and compliances are fitted (their
+    prior spreads are narrowed to 5 %). Predicted points are compared without a translation."""
+    from pretravel.identification.probe import identify
+    from pretravel.metrology.qualification import qualify as plain
+
+    probe = load_probe("omp40-2-100mm-carbide")
+    true = replace(
+        probe,
+        preload=1.15 * probe.preload,
+        orientation=replace(probe.orientation, rotation=np.radians(21.0)),
+    )
+    equator = from_angles(np.full(24, np.pi / 2), np.radians(np.arange(0, 360, 15)))
+    polar = np.radians(np.arange(0, 91, 90 / 39))
+    grid = np.concatenate(
+        [[[0.0, 0.0, 1.0]], *(from_angles(np.full(40, p), np.radians(np.arange(0, 360, 9)))
+                              for p in polar[1:])]
+    )  # fmt: skip
+    assert len(grid) == 1561
+    c, s = np.cos(np.radians(21.0)), np.sin(np.radians(21.0))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    response = probe_response(true)
+    expected = response.pretravel(grid @ turn)
+    assert np.ptp(expected) >= 16e-3
+    spread = []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        measured = response.pretravel(equator @ turn) + rng.normal(0.0, 0.35e-3, 24)
+        touches = Touches(-equator * (12.5 - 3.0 + measured)[:, None], equator)
+        ring = plain(touches, 25.0, ring=True, tip_diameter=6.0)
+        found = identify(ring.pretravel_map, probe, ["preload", "rotation"])
+        value = probe_response(found.probe).pretravel(
+            grid @ _turn(found.probe.orientation.rotation)
+        )
+        spread.append(float(np.std(value - expected)))
+    assert max(spread) < 0.6e-3
+    assert np.median(spread) < 0.3e-3
+
+
+def _turn(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+KP3 = read_csv_table(EXAMPLES / "kp3_ring.csv").numbers("azimuth_deg", "pretravel_um")
+
+
+def kp3_prediction(kind: str, half: int) -> float:
+    """Rms of the directions that were left out, with the centring as fitted. [um]"""
+    azimuth, measured = np.radians(KP3[:, 0]), KP3[:, 1] * 1e-3
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
+    ring, tip = 25.0, 3.0
+    touches = Touches(outward * (ring - tip + measured)[:, None], -outward)
+    rows = np.arange(len(touches)) % 2
+    result = qualify(
+        touches.take(rows == half), 2.0 * ring, tip_diameter=2.0 * tip, ring=True, kind=kind,
+        search_outliers=False,
+    )  # fmt: skip
+    points = apply(touches.take(rows != half), result.pretravel_map, extrapolate=True)
+    distance = np.linalg.norm((points.positions - result.center)[:, :2], axis=1) - ring
+    return float(np.sqrt(np.mean(distance**2))) * 1e3
+
+
+def test_kp3_ring_halves() -> None:
+    """Each half predicts the other; real readings, read off a picture to 0.5 um. In um, mean of
+    both: mean 6.8, sectors 5.5, harmonic 4.9, physical 4.0. What is left is the probe's own
+    unevenness, which no model of a handful of numbers knows."""
+    rms = {
+        kind: np.mean([kp3_prediction(kind, half) for half in (0, 1)])
+        for kind in ("mean", "sectors", "harmonic", "physical")
+    }
+    assert rms["physical"] < rms["harmonic"] < rms["sectors"] < rms["mean"]
+    assert rms["physical"] < 4.5
+
+
+def test_choice_among_kinds() -> None:
+    """On a six-seat probe's touches the physical kind predicts left-out directions best; on a
+    sphere that is just round, one number does as well as any, and the choice says why."""
+    touches = read_touches(EXAMPLES / "sphere_touches.csv")
+    chosen = choose(touches, 24.9987, tip_diameter=6.0)
+    assert chosen.kind == "physical"
+    assert [score.kind for score in chosen.scores][:2] == ["physical", "harmonic"]
+    assert {score.kind for score in chosen.scores} == set(ALL_KINDS)
+    sectors = next(score for score in chosen.scores if score.kind == "sectors")
+    assert "sector" in sectors.problem
+
+
+def test_too_few_directions() -> None:
+    n = sphere_pattern_25()[:7]
+    with pytest.raises(PretravelError, match="touch at least 8"):
+        qualify(Touches(n * 15.49, n), 25.0, tip_diameter=6.0, kind="physical")
