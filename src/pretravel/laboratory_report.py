@@ -76,8 +76,19 @@ def rig_report(calibration: RigCalibration) -> str:
     return "\n".join([*lines, table(header, rows)])
 
 
-def budget_table(budget: Budget, unit: float = MICROMETRE, name: str = "µm") -> str:
-    """A budget by source, the largest share first, and what it comes to.
+def budget_table(budget: Budget, *, own_units: bool = False) -> str:
+    """A budget of a length by source, the largest share first, and what it comes to, in µm.
+
+    Parameters
+    ----------
+    budget : Budget
+        Its result in mm.
+    own_units : bool
+        Sources are not all lengths: their uncertainties are printed as they are.
+
+    Returns
+    -------
+    str
 
     >>> from pretravel.metrology.uncertainty import Component
     >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
@@ -92,19 +103,22 @@ def budget_table(budget: Budget, unit: float = MICROMETRE, name: str = "µm") ->
         [
             str(row["source"]),
             str(row["evaluation"]),
-            f"{float(row['standard_uncertainty']) / unit:.4f}",
+            f"{float(row['standard_uncertainty']):.4g}"
+            if own_units
+            else f"{float(row['standard_uncertainty']) / MICROMETRE:.4f}",
             f"{float(row['sensitivity']):.4g}",
-            f"{float(row['contribution']) / unit:.4f}",
+            f"{float(row['contribution']) / MICROMETRE:.4f}",
             f"{100.0 * float(row['share']):.0f} %",
             "∞" if math.isinf(float(row["dof"])) else f"{float(row['dof']):.0f}",
         ]
         for row in budget.rows()
     ]
     dof = "∞" if math.isinf(budget.effective_dof) else f"{budget.effective_dof:.0f}"
-    rows.append(["combined", "", "", "", f"{budget.combined / unit:.4f}", "", dof])
-    expanded, factor = budget.expanded() / unit, budget.coverage_factor()
+    rows.append(["combined", "", "", "", f"{budget.combined / MICROMETRE:.4f}", "", dof])
+    expanded, factor = budget.expanded() / MICROMETRE, budget.coverage_factor()
     rows.append(["expanded, 95 %", "", "", "", f"{expanded:.4f}", "", f"k {factor:.2f}"])
-    header = ["source", "type", f"u/{name}", "sensitivity", f"contribution/{name}", "share", "dof"]
+    u = "u" if own_units else "u/µm"
+    header = ["source", "type", u, "sensitivity", "contribution/µm", "share", "dof"]
     return table(header, rows)
 
 

@@ -108,3 +108,21 @@ def test_figures_4_27_to_4_36(script: Any) -> None:
         same_force = np.allclose(base.force, varied.force, rtol=1e-12)
         assert same_force == ("diameter" in figure or "material" in figure)
     assert len(names["draw"](computed).axes) == 8
+
+
+def test_wozniak_figure_5(script: Any) -> None:
+    names = script("plot_wozniak_fig_5_reduction.py")
+    results = names["compute"]()
+    assert all(
+        names["reduction"](*values) > 1.5 for by in results.values() for values in by.values()
+    )
+    assert len(names["draw"](results).axes) == 4
+
+
+def test_nafi_mayer_figures_4_and_5(script: Any) -> None:
+    names = script("plot_nafi_mayer_fig_4_and_5.py")
+    result = names["compute"]()
+    # The probe is three-lobed: its third harmonic is the largest.
+    spectrum = np.abs(np.fft.rfft(result.probe_error - result.probe_error.mean()))
+    assert int(np.argmax(spectrum)) == 3
+    assert len(names["draw"](result).axes) == 4

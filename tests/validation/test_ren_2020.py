@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from pretravel.metrology.rig_calibration import (
+    REN_BUDGET,
+    compensated_diameter,
+    constant_and_slope,
+)
 from pretravel.model.hertz import ball_on_flat
 from pretravel.trigger.closed_form import RenPretravel, ren_pretravel
+
+REFERENCE = Path(__file__).parent / "reference"
 
 
 def _terms(force: float) -> RenPretravel:
@@ -57,3 +66,43 @@ def test_equation_11_is_hertz() -> None:
 
 def test_vectorised() -> None:
     assert _terms(np.array([0.1, 0.2])).pretravel.shape == (2,)  # type: ignore[arg-type]
+
+
+def test_table_1_cannot_follow_from_equation_15() -> None:
+    """The paper takes 0.3 to 1.7 um off each diameter, not one amount; the mean goes from -0.89
+    to -0.08 um (printed from rounded means: -0.84 and -0.04). Equation 15 at 0.082 N, its
+    factor of ten put right, is 0.035 um a touch, 0.07 um a diameter."""
+    rows = np.genfromtxt(REFERENCE / "ren_2020_sphere.csv", delimiter=",", names=True)
+    measured, compensated = rows["measured_diameter_mm"], rows["compensated_diameter_mm"]
+    true = 29.98604
+    assert (measured.mean() - true) * 1e3 == pytest.approx(-0.89, abs=0.005)
+    assert (compensated.mean() - true) * 1e3 == pytest.approx(-0.08, abs=0.005)
+    assert round(float(measured.mean()), 4) - true == pytest.approx(-0.00084, abs=1e-8)
+    assert round(float(compensated.mean()), 4) - true == pytest.approx(-0.00004, abs=1e-8)
+    assert np.ptp(compensated - measured) * 1e3 == pytest.approx(1.4, abs=0.01)
+    assert 2.0 * float(_terms(0.082).compression) * 1e3 == pytest.approx(0.069, abs=0.001)
+
+
+def test_diameter_with_each_directions_pretravel() -> None:
+    """Two opposite touches of a sphere, brought in by one mean: the error is what their pretravel
+    has beyond it, and it is put right."""
+    true, mean, first, second = 29.98604, 3.17e-3, 3.60e-3, 3.58e-3
+    measured = true - (first - mean) - (second - mean)
+    assert measured - true == pytest.approx(-0.00084, abs=1e-9)
+    assert float(compensated_diameter(measured, first, second, mean)) == pytest.approx(true)
+
+
+def test_table_2() -> None:
+    """Each printed source, and the two sums of its U."""
+    rows = np.genfromtxt(
+        REFERENCE / "ren_2020_budget.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
+    for row, component in zip(rows, REN_BUDGET, strict=True):
+        assert component.evaluation == row["type"]
+        constant = 0.0 if np.isnan(row["uncertainty_um"]) else row["uncertainty_um"]
+        slope = 0.0 if np.isnan(row["per_metre_um"]) else row["per_metre_um"]
+        assert component.constant * 1e3 == pytest.approx(constant)
+        assert component.per_length * 1e6 == pytest.approx(slope)
+    constant, slope = constant_and_slope(REN_BUDGET)
+    assert constant * 1e3 == pytest.approx(0.0999, abs=5e-5)
+    assert slope * 1e6 == pytest.approx(0.129, abs=5e-4)

@@ -188,10 +188,10 @@ def _motion(trace: RigTrace) -> _Motion:
     velocity = np.gradient(smooth, trace.time)
     top = int(np.argmax(smooth))
     rising = velocity[:top][velocity[:top] > 0.0]
-    if top < width or top > len(smooth) - width or not len(rising):
+    if top < width or not len(rising):
         raise PretravelError(
-            f"{trace.name}: the push rod does not go forward and back again (it is farthest out at "
-            f"sample {top + 1} of {len(smooth)})"
+            f"{trace.name}: the push rod does not go forward (it is farthest out at sample "
+            f"{top + 1} of {len(smooth)}); ruler_mm must grow towards the probe"
         )
     speed = float(np.median(rising))
     still = np.abs(velocity) < 0.1 * speed
@@ -261,7 +261,7 @@ def rig_touch(trace: RigTrace) -> RigTouch:
     Raises
     ------
     PretravelError
-        A rod that does not go forward and back.
+        A rod that does not go forward.
 
     Notes
     -----

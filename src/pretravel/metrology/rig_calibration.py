@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,6 @@ from pretravel.errors import PretravelError
 from pretravel.metrology.rig import RigTouch
 from pretravel.metrology.uncertainty import COVERAGE, Budget, Component
 
-_TRIALS = 20_000
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
 
 
@@ -131,6 +131,14 @@ def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Sp
     )
 
 
+@cache
+def _studentized_range(probability: float, count: int, dof: float) -> float:
+    """Its quantile: slow to find, and always the same for one plan of touches."""
+    from scipy.stats import studentized_range
+
+    return float(studentized_range.ppf(probability, count, dof))
+
+
 def azimuth_of(trace: str) -> float:
     """The azimuth in a trace's name, as in ``rig_030_2``; nan without one. [rad]
 
@@ -145,9 +153,7 @@ def _direction_name(trace: str) -> str:
     return re.sub(r"_\d+$", "", trace)
 
 
-def calibrate_rig(
-    touches: Sequence[RigTouch], *, probability: float = COVERAGE, seed: int = 1
-) -> RigCalibration:
+def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE) -> RigCalibration:
     """Performance parameters of a probe.
 
     Parameters
@@ -156,8 +162,6 @@ def calibrate_rig(
         Repeats of a direction differ in the last number of their traces' names.
     probability : float
         Of coverage intervals.
-    seed : int
-        Of the trials behind the anisotropy's interval.
 
     Returns
     -------
@@ -170,9 +174,9 @@ def calibrate_rig(
 
     Notes
     -----
-    Largest less smallest mean is biased upwards by scatter: the interval is that of the
-    range of the true means given the measured ones, by trials with the pooled repeatability
-    and its own uncertainty.
+    Largest less smallest mean is biased upwards by scatter. The interval of the anisotropy is
+    Tukey's for all differences of two means at once: it covers with at least the
+    probability stated.
 
     References
     ----------
@@ -199,16 +203,16 @@ def calibrate_rig(
     interval = np.full(2, math.nan)
     u_mean = math.nan
     if dof > 0.0:
-        generator = np.random.default_rng(seed)
-        # One common scale (its uncertainty), independent directions.
-        scale = repeatability.value * np.sqrt(dof / generator.chisquare(dof, (_TRIALS, 1)))
-        trials = means + scale * generator.standard_normal((_TRIALS, len(means))) / np.sqrt(counts)
-        ranges = np.sort(np.ptp(trials, axis=1))
-        # Trials scatter the measured means once more: mirrored about the measured range, the
-        # interval is that of the true one.
-        low, high = np.quantile(ranges, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability])
         measured = float(np.ptp(means))
-        interval = np.array([max(2.0 * measured - high, 0.0), max(2.0 * measured - low, 0.0)])
+        # All differences of means at once (Tukey, Kramer): the largest among them.
+        half = (
+            _studentized_range(probability, max(len(means), 2), dof)
+            * repeatability.value
+            / math.sqrt(float(counts.min()))
+        )
+        interval = np.array([max(measured - half, 0.0), measured + half])
+        if len(means) == 1:
+            interval = np.full(2, math.nan)
         u_mean = repeatability.value * math.sqrt(float(np.sum(1.0 / counts))) / len(counts)
     shifts = np.array([t.hysteresis for t in told if math.isfinite(t.hysteresis)])
     return RigCalibration(

@@ -331,10 +331,14 @@ def separate(
         )
     start, start_covariance = _squares(design, readings.errors)
     if method == "reml":
-        variances, covariance = _restricted_likelihood(design, readings.errors, start, again)
+        variances, covariance, shrunk = _restricted_likelihood(
+            design, readings.errors, start, again
+        )
+        # Half-way: shrunk ones alone are too low where the variance is highest.
+        total = design.incidence @ (0.5 * (variances + shrunk))
     else:
         variances, covariance = start, start_covariance
-    total = design.incidence @ variances
+        total = design.incidence @ variances
     # Ordinary least squares for the errors whatever the method: weights from variances as
     # scattered as these would claim more than they know. Their covariance has the variances.
     inverse = np.linalg.pinv(design.design)
@@ -435,8 +439,8 @@ def _restricted_likelihood(
     errors: FloatArray,
     start: FloatArray,
     again: tuple[int, int, float, float] | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Variances from the restricted likelihood's equations, none negative, with covariance.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Variances from the restricted likelihood's equations, none negative; covariance; and shrunk.
 
     Its weights, 1 / variance², are taken from variances shrunk towards their means. With
     the estimates' own scatter in the weights the equations sink single pairs to zero, and
@@ -462,7 +466,7 @@ def _restricted_likelihood(
     values, vectors = np.linalg.eigh(matrix)
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
     free = nnls(root, root @ x)[0]
-    return np.asarray(free), np.asarray(covariance)
+    return np.asarray(free), np.asarray(covariance), shrunk
 
 
 def _equations(

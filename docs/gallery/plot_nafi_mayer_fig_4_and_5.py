@@ -1,0 +1,35 @@
+"""Nafi and Mayer, Figures 4 and 5: machine and probe, errors and variances, from one test.
+
+Their readings are not printed; these are the example's (simulated), 24 by 24, with one repeated
+configuration.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from published import PICTURES
+
+from pretravel.formats.separation_csv import read_readings
+from pretravel.laboratory_pictures import plot_separation
+from pretravel.metrology.separation import RepeatedPair, Separation, separate
+from pretravel.plotting import save
+
+READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"
+
+
+def compute() -> Separation:
+    """The separation with the repeated configuration (1, 1): 0.74 µm² from 200 repeats."""
+    return separate(read_readings(READINGS), repeated=RepeatedPair(1, 1, 0.74e-6, 200))
+
+
+def draw(result: Separation) -> Figure:
+    """Errors and variances over the directions."""
+    return plot_separation(
+        result, "Machine and probe told apart (bars: two standard uncertainties)"
+    )
+
+
+if __name__ == "__main__":
+    save(draw(compute()), PICTURES / "separation.png")

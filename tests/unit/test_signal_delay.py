@@ -1,0 +1,137 @@
+"""Signal delay told apart from pretravel at rest, and what compensation makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.directions import sphere_pattern_25, unit
+from pretravel.errors import PretravelError
+from pretravel.formats.map_file import read_map, write_map
+from pretravel.identification.qualification import ALL_KINDS, qualify
+from pretravel.metrology.compensation import apply, embed, point_sources
+from pretravel.probe.catalogue import load_probe
+from pretravel.touches import Touches
+from pretravel.trigger.predict import predict
+from pretravel.units import delay_travel
+
+# Rodrigues 2021, section 2.9.2: 14.5 ms; his 50 mm/min, and a second feed.
+DELAY, FEEDS = 14.5e-3, (50.0, 150.0)
+PROBE = load_probe("omp40-2-100mm-carbide")
+NOISE = 0.3e-3
+
+
+def _touches(rng: np.random.Generator, noise: float = NOISE) -> Touches:
+    """25 directions twice at each feed."""
+    n = np.tile(sphere_pattern_25(), (4, 1))
+    feeds = np.repeat([FEEDS[0], FEEDS[1]] * 2, 25)
+    travel = predict(PROBE, n).pretravel + delay_travel(feeds, DELAY)
+    distance = 15.5 - travel + rng.normal(0.0, noise, len(n))
+    return Touches(n * distance[:, None] + [10.0, 20.0, 30.0], n, feeds=feeds)
+
+
+@pytest.mark.parametrize("kind", [k for k in ALL_KINDS if k != "sectors"])
+def test_delay_is_told_apart(kind: str) -> None:
+    """Four standard uncertainties; u itself is 0.07 ms: noise over root 100 touches over the spread
+    of 1.67 mm/s between the feeds."""
+    result = qualify(
+        _touches(np.random.default_rng(1)), 25.0, tip_diameter=6.0, kind=kind,
+        search_outliers=False,
+    )  # fmt: skip
+    delay = result.delay
+    assert delay is not None
+    assert delay.u_delay == pytest.approx(NOISE / (10.0 * 0.5 * 100.0 / 60.0), rel=0.3)
+    assert abs(delay.delay - DELAY) < 4.0 * delay.u_delay
+    assert (result.pretravel_map.delay, result.pretravel_map.feed) == (delay.delay, 0.0)
+
+
+def test_u_of_the_delay_is_honest() -> None:
+    z = []
+    for seed in range(30):
+        result = qualify(_touches(np.random.default_rng(seed)), 25.0, tip_diameter=6.0,
+                         search_outliers=False)  # fmt: skip
+        assert result.delay is not None
+        z.append((result.delay.delay - DELAY) / result.delay.u_delay)
+    # A deviation of 30 scatters by 13 %.
+    assert 0.6 < np.std(z) < 1.4
+    assert abs(np.mean(z)) < 0.75
+
+
+def test_without_noise_the_map_is_that_of_the_probe_at_rest() -> None:
+    touches = _touches(np.random.default_rng(1), noise=0.0)
+    moving = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)
+    n = sphere_pattern_25()
+    still = Touches(n * (15.5 - predict(PROBE, n).pretravel)[:, None] + [10.0, 20.0, 30.0], n)
+    resting = qualify(still, 25.0, tip_diameter=6.0, search_outliers=False)
+    assert moving.delay is not None
+    assert moving.delay.delay == pytest.approx(DELAY, abs=1e-6)
+    value = moving.pretravel_map.pretravel(n) - resting.pretravel_map.pretravel(n)
+    assert np.abs(value).max() < 0.02e-3
+
+
+def test_oblique_approach_at_another_feed() -> None:
+    """A floor, probed 30° off its normal at 300 mm/min: pretravel goes with 1 / cos, delay
+    travel does not. A map with the delay in it would be 11 um off."""
+    made = qualify(_touches(np.random.default_rng(1), noise=0.0), 25.0, tip_diameter=6.0,
+                   search_outliers=False).pretravel_map  # fmt: skip
+    n = np.array([[0.0, 0.6, 0.8]])
+    a = unit(-n + np.tan(np.radians(30.0)) * np.array([[1.0, 0.0, 0.0]]))
+    closing = -np.sum(a * n)
+    travel = made.pretravel(n) / closing + delay_travel(300.0, DELAY)
+    position = 3.0 * n + travel[:, None] * a
+    touch = Touches(position, n, approaches=a, feeds=np.array([300.0]))
+    points = apply(touch, made)
+    assert np.sum(points.positions * n) == pytest.approx(0.0, abs=0.03e-3)
+
+
+def test_touches_must_tell_their_feed() -> None:
+    made = qualify(_touches(np.random.default_rng(1)), 25.0, tip_diameter=6.0).pretravel_map
+    with pytest.raises(PretravelError, match="feed_mm_min"):
+        apply(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), made)
+
+
+def test_feeds_that_go_with_directions_cannot_tell() -> None:
+    """Pole region slow, equator fast: the map's own zonal form is as likely an explanation."""
+    touches = _touches(np.random.default_rng(1)).take(np.arange(25))
+    for feeds in (np.where(touches.normals[:, 2] > 0.9, 50.0, 150.0),):
+        result = qualify(replace(touches, feeds=feeds), 25.0, tip_diameter=6.0)
+        assert result.delay is not None
+        # Said by a large uncertainty: tens of the 0.1 ms that crossed feeds give.
+        assert result.delay.u_delay > 0.5e-3
+
+
+@pytest.mark.parametrize("ending", [".nc", ".csv"])
+@pytest.mark.parametrize("kind", ["physical", "wozniak", "harmonic"])
+def test_files_keep_it(tmp_path: Path, ending: str, kind: str) -> None:
+    touches = _touches(np.random.default_rng(1))
+    made = qualify(touches, 25.0, tip_diameter=6.0, kind=kind, search_outliers=False).pretravel_map
+    path = tmp_path / f"map{ending}"
+    write_map(path, made)
+    again = read_map(path)
+    assert again.delay == pytest.approx(made.delay, rel=1e-9)
+    assert again.u_delay == pytest.approx(made.u_delay, rel=1e-9)
+    first, second = apply(touches, made), apply(touches, again)
+    # A table of 2.5° steps interpolates; everything else is exact.
+    near = 1e-12 if ending == ".nc" else 0.1e-3
+    assert np.abs(first.positions - second.positions).max() < near
+    assert first.standard_uncertainty == pytest.approx(second.standard_uncertainty, rel=0.1)
+
+
+def test_sources_add_up_to_what_points_state() -> None:
+    touches = _touches(np.random.default_rng(1))
+    made = qualify(touches, 25.0, tip_diameter=6.0, u_diameter=2e-4).pretravel_map
+    points = apply(touches, made)
+    sources = point_sources(touches, points, made)
+    total = sum(part if part.ndim == 1 else np.diag(part) for part in sources.values())
+    assert np.sqrt(total) == pytest.approx(points.standard_uncertainty, rel=1e-9)
+    assert sorted(sources) == ["map", "repeatability", "signal delay", "tip radius"]
+
+
+def test_embed_is_at_rest() -> None:
+    made = qualify(_touches(np.random.default_rng(1)), 25.0, tip_diameter=6.0).pretravel_map
+    n = sphere_pattern_25()
+    back = apply(replace(embed(10.0 * n, n, made), feeds=np.full(25, 1e-9)), made)
+    assert back.positions == pytest.approx(10.0 * n, abs=1e-9)
