@@ -132,6 +132,14 @@ def check(
         from pretravel.plotting import save
 
         save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
+    if pretravel_map is not None:
+        from pretravel.laboratory_report import sphere_report
+        from pretravel.metrology.compensation import apply
+        from pretravel.metrology.result_uncertainty import measured_sphere
+
+        points = apply(measured, pretravel_map)
+        report += "\n\nThe sphere through all touches, compensated\n"
+        report += sphere_report(measured_sphere(measured, points, pretravel_map))
     typer.echo(report)
 
 

@@ -1,4 +1,4 @@
-"""Uncertainty of what people make of compensated points: GUM with a budget, and Monte Carlo."""
+"""Uncertainty of maps, points, spheres and separations: GUM with a budget, and Monte Carlo."""
 
 from __future__ import annotations
 
@@ -6,15 +6,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.metrology.compensation import Points, point_sources
 from pretravel.metrology.fitting import SphereFit, fit_sphere
-from pretravel.metrology.monte_carlo import MonteCarlo, Validation, monte_carlo, validate
+from pretravel.metrology.monte_carlo import (
+    MonteCarlo,
+    Validation,
+    joint_normal,
+    monte_carlo,
+    validate,
+)
+from pretravel.metrology.separation import Readings, Separation, simulated
 from pretravel.metrology.uncertainty import Budget, Component, Propagated
 from pretravel.pretravel_map import PretravelMap
 from pretravel.touches import Touches
+from pretravel.units import delay_travel
 
 _CHUNK = 200
 
@@ -181,23 +190,120 @@ def total_covariance(sources: Mapping[str, FloatArray]) -> FloatArray:
     return np.asarray(sum(np.diag(part) if part.ndim == 1 else part for part in sources.values()))
 
 
-def points_by_trials(
-    points: Points,
-    rows: FloatArray,
+def map_by_trials(
+    pretravel_map: PretravelMap,
+    normals: npt.ArrayLike,
     *,
     trials: int = 10_000,
     seed: int | None = 1,
 ) -> FloatArray:
-    """Trials of single points from their 3 x 3 covariances, (trials, len(rows), 3). [mm]
+    """Trials of a map's values, errors that directions share in common.
 
-    For results of your own: put every trial through your evaluation. Points of one trial are
-    independent here; for what they share use `point_sources`.
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    normals : (n, 3) float
+        Machine frame.
+    trials : int
+    seed : int or None
+
+    Returns
+    -------
+    (trials, n) float
+        Their deviation is `PretravelMap.standard_uncertainty`. [mm]
+
+    >>> from pretravel.direction_support import DirectionSupport
+    >>> from pretravel.map_bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> bool(abs(map_by_trials(mean, up).std() / 1e-4 - 1.0) < 0.03)
+    True
     """
     if trials < 2:
         raise PretravelError(f"{trials} trials say nothing of a distribution")
-    chosen = np.asarray(rows, dtype=np.int64)
     generator = np.random.default_rng(seed)
-    values, vectors = np.linalg.eigh(points.covariance[chosen])
-    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
-    draws = generator.standard_normal((trials, len(chosen), 3))
-    return np.asarray(points.positions[chosen] + np.einsum("nij,tnj->tni", root, draws))
+    design = pretravel_map.basis.design(pretravel_map.probe_directions(normals))
+    if pretravel_map.covariance.ndim == 1:
+        # Errors that neighbours share wholly: one draw for all.
+        moved = generator.standard_normal((trials, 1)) * (
+            design @ np.sqrt(pretravel_map.covariance)
+        )
+    else:
+        draw = joint_normal(np.zeros(design.shape[1]), pretravel_map.covariance)
+        moved = draw(generator, trials) @ design.T
+    return np.asarray(design @ pretravel_map.coefficients + moved)
+
+
+def points_by_trials(
+    touches: Touches,
+    points: Points,
+    pretravel_map: PretravelMap,
+    *,
+    trials: int = 10_000,
+    seed: int | None = 1,
+) -> FloatArray:
+    """Trials of compensated points: repeatability, map, tip radius and delay drawn anew.
+
+    For results of your own: put every trial through your evaluation. Each trial has one map,
+    one tip radius and one delay for all points.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        The same touches, compensated with the map.
+    pretravel_map : PretravelMap
+    trials : int
+    seed : int or None
+
+    Returns
+    -------
+    (trials, n, 3) float
+        [mm]
+
+    References
+    ----------
+    JCGM 102, section 7: several outputs, drawn together.
+    """
+    generator = np.random.default_rng(seed)
+    approaches = touches.approach_directions
+    closing = -np.sum(approaches * points.normals, axis=1)
+    values = map_by_trials(
+        pretravel_map, points.normals, trials=trials, seed=int(generator.integers(2**31))
+    )
+    # Back along the approach by more or less, in mm of travel.
+    travel = (values - points.pretravel) / closing
+    travel += pretravel_map.repeatability * generator.standard_normal(values.shape)
+    if pretravel_map.delay is not None:
+        own = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+        travel += generator.standard_normal((trials, 1)) * own
+    radius = pretravel_map.u_tip_radius * generator.standard_normal((trials, 1, 1))
+    return np.asarray(points.positions - travel[..., None] * approaches - radius * points.normals)
+
+
+def separation_by_trials(
+    readings: Readings, result: Separation, *, trials: int = 2000, seed: int | None = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Trials of a separation's errors and variances, were its own numbers the truth.
+
+    Parameters
+    ----------
+    readings : Readings
+    result : Separation
+        Of these readings.
+    trials : int
+    seed : int or None
+
+    Returns
+    -------
+    errors : (trials, m + p) float
+        Machine, then probe. [mm]
+    variances : (trials, m + p) float
+        By least squares, shared out half and half (negative ones as they come). [mm²]
+
+    Notes
+    -----
+    All trials at once: errors are linear in the readings, variances in squared residuals.
+    """
+    return simulated(readings, result, trials, np.random.default_rng(seed))

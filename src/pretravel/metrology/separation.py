@@ -602,3 +602,21 @@ def direction_variance_uncertainty(readings: Readings) -> float:
         return math.inf
     covariance = (vectors[:, 1:] / values[1:]) @ vectors[:, 1:].T
     return float(np.sqrt(np.max(np.diag(covariance)))) / 0.5
+
+
+def simulated(
+    readings: Readings, result: Separation, trials: int, generator: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Separations of readings made up from a result: see `separation_by_trials`."""
+    design = _Design(readings)
+    variances = np.concatenate([result.machine_variance, result.probe_variance])
+    scatter = np.sqrt(np.maximum(design.incidence @ variances, 0.0))
+    inverse = np.linalg.pinv(design.design)
+    noise = scatter[:, None] * generator.standard_normal((len(readings), trials))
+    truth = np.concatenate([result.machine_error, result.probe_error])
+    errors = truth + (design.basis @ (inverse @ noise)).T
+    project = np.eye(len(readings)) - design.design @ inverse
+    matrix = design.incidence.T @ project**2 @ design.incidence
+    found = np.linalg.pinv(matrix, rcond=1e-9) @ (design.incidence.T @ (project @ noise) ** 2)
+    middle = found[: design.split].mean(axis=0) - found[design.split :].mean(axis=0)
+    return errors, np.asarray((found - 0.5 * design.signs[:, None] * middle).T)
