@@ -23,7 +23,14 @@ from scipy.optimize import least_squares
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.map_bases import HarmonicBasis
 from pretravel.metrology.compensation import apply
+from pretravel.metrology.fitting import fit_sphere
+from pretravel.metrology.monte_carlo import MonteCarlo
 from pretravel.metrology.qualification import qualify
+from pretravel.metrology.result_uncertainty import (
+    measured_sphere,
+    points_by_trials,
+    sphere_by_trials,
+)
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.model.condensation import condense
 from pretravel.model.elasticity import finite_element_model
@@ -243,6 +250,26 @@ def surface_touches() -> None:
         _row(f"{what}, full", full, loop)
 
 
+def trials() -> None:
+    """A sphere's diameter by Monte Carlo, against one sphere fit for each trial."""
+    n = sphere_pattern_25()
+    touches = Touches(n * 15.49, n)
+    made = _example_map()
+    points = apply(touches, made)
+    ball = measured_sphere(touches, points, made)
+    count = 100_000
+
+    def ours() -> MonteCarlo:
+        return sphere_by_trials(ball, touches, points, made, digits=2, most_trials=count)[0]
+
+    drawn = points_by_trials(touches, points, made, trials=LOOPED)
+    radii = np.array([fit_sphere(trial).radius for trial in drawn])
+    found = ours()
+    assert abs(2.0 * radii.std() / found.standard_uncertainty[0] - 1.0) < 0.07
+    loop = _best(lambda: [fit_sphere(trial) for trial in drawn], 1) / LOOPED * found.trials
+    _row(f"{found.trials} trials of a sphere's diameter", _best(ours, 1), loop)
+
+
 def finite_elements() -> None:
     """The 36 x 9 map as a user runs it, and one factorisation a direction instead of one."""
     command = [
@@ -284,5 +311,6 @@ if __name__ == "__main__":
     directions()
     touches()
     surface_touches()
+    trials()
     finite_elements()
     start_up()

@@ -145,12 +145,14 @@ def plot_separation(result: Separation, title: str = "") -> Figure:
         left.errorbar(indices, error / MICROMETRE, 2.0 * u_error / MICROMETRE, fmt="o-", ms=4,
                       lw=1.0, capsize=2, color=colour)  # fmt: skip
         left.set_ylabel(f"{name}: systematic (µm)")
-        right.errorbar(indices, variance / MICROMETRE**2, 2.0 * u_variance / MICROMETRE**2,
+        # No variance is negative, so neither is the lower end of its bar.
+        bars = [np.minimum(2.0 * u_variance, np.maximum(variance, 0.0)), 2.0 * u_variance]
+        right.errorbar(indices, variance / MICROMETRE**2, np.array(bars) / MICROMETRE**2,
                        fmt="o-", ms=4, lw=1.0, capsize=2, color=colour)  # fmt: skip
         right.set_ylabel(f"{name}: variance (µm²)")
-        right.set_ylim(bottom=min(0.0, right.get_ylim()[0]))
+        left.set_xlabel(f"{name} direction; bars: 2 u")
+        right.set_xlabel(f"{name} direction; bars: 2 u, cut at zero")
         for axes in (left, right):
-            axes.set_xlabel(f"{name} direction; bars: 2 u")
             axes.grid(alpha=0.3)
     return figure
 

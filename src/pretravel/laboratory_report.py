@@ -42,12 +42,15 @@ def rig_report(calibration: RigCalibration) -> str:
     low, high = calibration.anisotropy_interval / MICROMETRE
     interval = "" if math.isnan(low) else f", interval {low:.3f} to {high:.3f} µm"
     u_mean = calibration.u_pretravel
+    readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)]
+    reading = float(np.mean(readings))
     lines = [
         f"{len(calibration.touches)} traces, {len(calibration.directions)} directions",
         f"  pretravel r1 - r0  {_um(calibration.pretravel)} mean of the directions"
         + ("" if math.isnan(u_mean) else f", u = {_um(u_mean)} from repeats"),
         f"  anisotropy         {_um(calibration.anisotropy)} largest less smallest{interval}",
         *labelled("repeatability", f"{_spread(calibration.repeatability)}, unidirectional, pooled"),
+        f"  of that, sampling  {_um(reading)} on a single pretravel: edges lie between samples",
         (
             f"  hysteresis r3 - r0 {_um(calibration.hysteresis)} mean, "
             f"{_um(calibration.largest_hysteresis)} largest"
