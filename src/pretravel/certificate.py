@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pretravel.errors import InputError
 from pretravel.laboratory_report import budget_table, rig_report
 from pretravel.metrology.rig_calibration import (
+    DirectionPerformance,
     LengthComponent,
     RigCalibration,
     calibration_budget,
@@ -161,16 +162,23 @@ def write_certificate(
         What was odd in the traces.
     """
     own = calibration_budget(calibration, budget)
-    constant, slope = constant_and_slope(own)
     at_mean = length_budget(own, abs(calibration.pretravel))
-    formula = (
-        f"U(L) = {at_mean.coverage_factor():.2f} · √({constant / MICROMETRE:.4f}² + "
-        f"({slope * 1e6:.3f} L)²) µm, L in m"
-    )
-    expanded = at_mean.expanded()
+    formula = "U depends on the length by source; below it is given for the mean pretravel"
+    if not any(c.constant and c.per_length for c in own):
+        constant, slope = constant_and_slope(own)
+        formula = (
+            f"U(L) = {at_mean.coverage_factor():.2f} · √({constant / MICROMETRE:.4f}² + "
+            f"({slope * 1e6:.3f} L)²) µm, L in m"
+        )
+
+    def expanded(direction: DirectionPerformance) -> float:
+        """U of one direction's mean, by how often it was touched."""
+        single = calibration_budget(calibration, budget, direction.count)
+        return length_budget(single, abs(direction.pretravel)).expanded()
+
     directions = [
         f"<tr><td>{html.escape(d.name)}</td><td>{d.count}</td>"
-        f"<td>{d.pretravel / MICROMETRE:.3f}</td><td>{expanded / MICROMETRE:.3f}</td>"
+        f"<td>{d.pretravel / MICROMETRE:.3f}</td><td>{expanded(d) / MICROMETRE:.3f}</td>"
         f"<td>{d.repeatability.value / MICROMETRE:.3f}</td>"
         f"<td>{d.hysteresis / MICROMETRE:.3f}</td></tr>"
         for d in calibration.directions
@@ -184,7 +192,7 @@ def write_certificate(
     blocks.append(_text("Performance", rig_report(calibration)))
     blocks.append(
         _text(
-            "Uncertainty of the mean pretravel of a direction",
+            "Uncertainty of the mean pretravel of the direction touched least often",
             f"{formula}\nat L = {calibration.pretravel / MICROMETRE:.3f} µm:\n\n"
             + budget_table(at_mean)
             + "\n\nU is the expanded uncertainty: standard uncertainty times the coverage factor k "

@@ -62,6 +62,10 @@ class PretravelMap:
         Signal delay, where it was told apart: feed times this comes on top. [s]
     u_delay : float
         Its standard uncertainty. [s]
+    delay_effect : (k,) float, optional
+        Change of the coefficients were the delay one standard uncertainty longer: map and delay
+        come from the same touches, and their errors cancel at the feeds of these. In
+        the uncertainties beside `covariance`. [mm]
     provenance : mapping of str to str
         Where the map comes from, in words.
 
@@ -97,6 +101,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
     feed: float | None = None
     delay: float | None = None
     u_delay: float = 0.0
+    delay_effect: FloatArray | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -128,6 +133,8 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         object.__setattr__(self, "coefficients", coefficients)
         object.__setattr__(self, "covariance", covariance)
         object.__setattr__(self, "rotation", frozen(self.rotation))
+        if self.delay_effect is not None:
+            object.__setattr__(self, "delay_effect", frozen(self.delay_effect))
         object.__setattr__(self, "provenance", dict(self.provenance))
 
     @property
@@ -251,6 +258,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         if not extrapolate:
             self._refuse_outside(directions)
         value, variance = np.empty(len(directions)), np.zeros(len(directions))
+        extra = np.zeros(len(directions))
         with_uncertainty = with_uncertainty and self.states_uncertainty
         rows = max(_CHUNK_VALUES // self.basis.size, 1)
         for start in range(0, len(directions), rows):
@@ -260,11 +268,13 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
                 continue
             design = self.basis.design(directions[part])
             value[part] = design @ self.coefficients
+            if with_uncertainty and self.delay_effect is not None:
+                extra[part] = (design @ self.delay_effect) ** 2
             if with_uncertainty and self.covariance.ndim == 1:
                 variance[part] = (design @ np.sqrt(self.covariance)) ** 2
             elif with_uncertainty:
                 variance[part] = np.sum((design @ self.covariance) * design, axis=1)
-        return value, np.sqrt(np.maximum(variance, 0.0))
+        return value, np.sqrt(np.maximum(variance, 0.0) + extra)
 
     @property
     def states_uncertainty(self) -> bool:
@@ -287,8 +297,18 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         design = self.basis.design(self.probe_directions(normals))
         if self.covariance.ndim == 1:
             deviation = design @ np.sqrt(self.covariance)
-            return np.outer(deviation, deviation)
-        return np.asarray(design @ self.covariance @ design.T)
+            found = np.outer(deviation, deviation)
+        else:
+            found = design @ self.covariance @ design.T
+        by_delay = self.change_by_delay(normals)
+        return np.asarray(found + np.outer(by_delay, by_delay))
+
+    def change_by_delay(self, normals: npt.ArrayLike) -> FloatArray:
+        """Change of the map were the signal delay one standard uncertainty longer, (n,). [mm]"""
+        directions = self.probe_directions(normals)
+        if self.delay_effect is None:
+            return np.zeros(len(directions))
+        return np.asarray(self.basis.design(directions) @ self.delay_effect)
 
     def _refuse_outside(self, directions: FloatArray) -> None:
         distance = self.support.interpolation(directions)[2]

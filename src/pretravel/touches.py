@@ -101,6 +101,12 @@ class Touches:
         object.__setattr__(self, "normals", frozen(normals))
         object.__setattr__(self, "approaches", frozen(approaches))
         if self.feeds is not None:
+            feeds = np.asarray(self.feeds, dtype=np.float64)
+            if not np.all(np.isfinite(feeds) & (feeds > 0.0)):
+                row = int(np.flatnonzero(~(np.isfinite(feeds) & (feeds > 0.0)))[0])
+                raise PretravelError(
+                    f"{self.where(row)}: its feed is {feeds[row]:g} mm/min; it must be positive"
+                )
             object.__setattr__(self, "feeds", frozen(self.feeds))
         if self.nominal_points is not None:
             object.__setattr__(self, "nominal_points", frozen(self.nominal_points))

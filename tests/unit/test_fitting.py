@@ -51,6 +51,29 @@ class TestCylinder:
         # A deviation of 1500 trials scatters by 1.8 %; four of that.
         assert np.std(found, axis=0) == pytest.approx(stated, rel=0.08)
 
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    def test_cross_covariances_wherever_the_start_points(self, sign: float) -> None:
+        """An axis is turned to where its largest component is positive; its covariances with point
+        and radius turn with it."""
+        angle = np.linspace(0.0, 2.5, 20)
+        outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+        points = 5.0 * outward + np.outer(8.0 * angle**2, [0.0, 0.0, 1.0])
+        start, sigma, rng = np.array([0.0, 0.0, sign]), 1e-4, np.random.default_rng(1)
+        found = []
+        for _ in range(3000):
+            fit = fit_cylinder(points + sigma * rng.normal(size=(20, 1)) * outward, axis=start)
+            found.append(np.concatenate([fit.point, fit.axis, [fit.radius]]))
+        stated = fit_cylinder(points, axis=start).cofactor
+        trials = np.cov(found, rowvar=False) / sigma**2
+        root = np.sqrt(np.outer(np.diag(stated), np.diag(stated)))
+        assert np.abs(trials - stated).max() < 0.08 * root.max()
+        assert trials[6, 3:5] == pytest.approx(stated[6, 3:5], rel=0.15)
+
+    def test_points_in_a_line_or_a_place(self) -> None:
+        for points in (np.outer(np.arange(6.0), [1.0, 2.0, 3.0]), np.ones((6, 3))):
+            with pytest.raises(PretravelError, match="one line"):
+                fit_cylinder(points)
+
     def test_one_circle_leaves_the_axis_open(self) -> None:
         angle = np.linspace(0.0, 6.0, 20)
         ring = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)

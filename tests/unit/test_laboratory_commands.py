@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -226,6 +227,24 @@ class TestIdentify:
             read_map(tmp_path / "map.nc"), load_probe("omp40-2"), ["lever", "tripod_radius"]
         )
         assert any("undone by" in sentence for sentence in found.unknown)
+
+    def test_a_probe_of_another_kind_widens_u(self) -> None:
+        """Woźniak's lobes are no six-seat probe's: said, and u is of the size of what is missed."""
+        from pretravel.formats.touches_csv import read_touches
+        from pretravel.identification.probe import identify
+        from pretravel.identification.qualification import qualify
+
+        made = qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="wozniak")
+        sharp = replace(made.pretravel_map, covariance=1e-4 * made.pretravel_map.covariance)
+        found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
+        assert any("another kind" in sentence for sentence in found.unknown)
+        true = identify(
+            qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="physical").pretravel_map,
+            load_probe("omp40-2-100mm"),
+            ["rotation", "stem_diameter"],
+        )
+        off = np.abs(found.values - true.values)
+        assert np.all(off < 4.0 * found.standard_uncertainty + 4.0 * true.standard_uncertainty)
 
     @pytest.mark.parametrize(
         ("free", "words"), [("magic", "what can is preload"), ("", "nothing is free")]

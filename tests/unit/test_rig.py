@@ -181,6 +181,56 @@ class TestEvents:
         step = speed / rate
         made.check(rig_touch(made.trace()), near=0.6 * step + 0.01 * UM)
 
+    @pytest.mark.parametrize(("noise", "rest"), [(0.03 * UM, 0.3), (0.1 * UM, 3.0)])
+    def test_noise_at_rest_is_no_motion(self, noise: float, rest: float) -> None:
+        """A rest before the start, with noise whose velocities are larger than the rod's."""
+        made = replace(Made(), noise=noise)
+        trace = made.trace()
+        count = int(rest * made.rate)
+        rng = np.random.default_rng(2)
+        still = RigTrace(
+            np.arange(count + len(trace.time)) / made.rate,
+            np.concatenate([rng.normal(0.0, noise, count), trace.ruler]),
+            np.concatenate([rng.normal(0.0, 2e-6, count), trace.laser]),
+            np.concatenate([np.ones(count, dtype=bool), trace.contact]),
+            np.concatenate([np.ones(count, dtype=bool), trace.trigger]),
+        )
+        touch = rig_touch(still)
+        assert touch.feed == pytest.approx(3.0, rel=0.02)
+        made.check(touch, near=NEAR + 0.5 * noise)
+
+    @pytest.mark.parametrize("late", [0, 5, 12, 40])
+    def test_trigger_after_the_rod_has_stopped(self, late: int) -> None:
+        """R1 is where the rod stands then, not on the continued line of its way."""
+        made, trace = Made(), Made().trace()
+        stop = round((made.r0 + made.pretravel + made.beyond) / made.speed * made.rate)
+        trigger = np.ones(len(trace.time), dtype=bool)
+        trigger[stop + 1 + late : stop + 150] = False
+        touch = rig_touch(replace(trace, trigger=trigger))
+        assert touch.r1 == pytest.approx(touch.r2, abs=0.06 * UM)
+
+    def test_long_interference_is_told_by_the_laser(self) -> None:
+        """15 ms low, long enough to be a contact, before and after the touch."""
+        made, trace = Made(), Made().trace()
+        contact = trace.contact.copy()
+        contact[800:815] = contact[-300:-285] = False
+        touch = rig_touch(replace(trace, contact=contact))
+        made.check(touch)
+        assert len(touch.notes) == 2
+
+    def test_a_spike_of_the_ruler_beside_an_edge(self) -> None:
+        made, trace = Made(), Made().trace()
+        ruler = trace.ruler.copy()
+        ruler[int(np.argmin(trace.contact)) + 4] += 0.5
+        made.check(rig_touch(replace(trace, ruler=ruler)))
+
+    def test_signals_and_laser_that_are_wrong_are_named(self) -> None:
+        trace = Made().trace()
+        inverted = rig_touch(replace(trace, contact=~trace.contact))
+        assert any("is it inverted" in note for note in inverted.notes)
+        dead = rig_touch(replace(trace, laser=0.0 * trace.laser))
+        assert any("laser does not show" in note for note in dead.notes)
+
     def test_rod_that_does_not_go_forward(self) -> None:
         trace = Made().trace()
         with pytest.raises(PretravelError, match="does not go forward"):
@@ -264,12 +314,36 @@ class TestCalibration:
         with pytest.raises(PretravelError, match="no trace tells a pretravel"):
             calibrate_rig(touches)
 
+    def test_isotropic_probe(self) -> None:
+        """No anisotropy at all: the interval reaches down to zero in 95 of 100."""
+        hits = 0
+        blank = RigTouch("", 0, 0, 0, 0, 1e-5, 1e-5, 1e-5, 0, 0, 3.0, ())
+        for seed in range(100):
+            rng = np.random.default_rng(seed)
+            touches = [
+                replace(blank, trace=f"rig_{30 * d:03d}_{k}", r1=3e-3 + rng.normal(0.0, 3e-4))
+                for d in range(12)
+                for k in range(5)
+            ]
+            hits += calibrate_rig(touches).anisotropy_interval[0] == 0.0
+        assert hits >= 88
+
+    def test_a_direction_touched_once_has_a_larger_uncertainty(self) -> None:
+        calibration = calibrate_rig(self._touches(np.random.default_rng(1)))
+        once, often = (
+            length_budget(calibration_budget(calibration, count=count), 0.003).combined
+            for count in (1, 20)
+        )
+        assert (
+            once > calibration.repeatability.value > often - length_budget(REN_BUDGET, 0).combined
+        )
+
     def test_own_repeatability_in_the_budget(self) -> None:
         calibration = calibrate_rig(self._touches(np.random.default_rng(1)))
         own = calibration_budget(calibration)
         sources = [c.source for c in own]
         assert not any(source.startswith("repeatability at") for source in sources)
-        mean = next(c for c in own if "mean of a direction" in c.source)
+        mean = next(c for c in own if "repeatability of pretravel, mean of 5" in c.source)
         assert mean.constant == pytest.approx(calibration.repeatability.value / math.sqrt(5.0))
 
 

@@ -208,13 +208,20 @@ def test_too_few_readings_for_variances() -> None:
         separate(Readings(i, j, np.array([0.0, 1e-3, 1e-3, 2.1e-3])))
 
 
-def test_a_repeated_pair_pulls_its_variance() -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_repeated_pair_pulls_its_variance(method: Method) -> None:
     """Equation 10's role: 10 000 repeats of one pair fix that pair's variance."""
     truth = _truth()
     readings = _readings(truth, np.random.default_rng(2))
     told = 0.9 * UM2
-    result = separate(readings, repeated=RepeatedPair(3, 5, told, 10_000))
+    result = separate(readings, method=method, repeated=RepeatedPair(3, 5, told, 10_000))
     assert result.pair_variance(3, 5)[0] == pytest.approx(told, rel=0.05)
+    assert result.pair_variance(3, 5)[1] < 0.05 * told
+
+
+def test_indices_are_whole_numbers() -> None:
+    with pytest.raises(PretravelError, match="whole numbers"):
+        Readings([1.2, 1.7, 2, 2], [1, 2, 1, 2], np.zeros(4))  # type: ignore[arg-type]
 
 
 def test_example_readings() -> None:

@@ -103,7 +103,10 @@ def rig(
         )
         save(picture, plot)
     typer.echo(rig_report(calibration))
-    typer.echo("\nUncertainty of the mean pretravel of a direction:\n" + budget_table(own))
+    typer.echo(
+        "\nUncertainty of the mean pretravel of the direction touched least often:\n"
+        + budget_table(own)
+    )
     for note in notes:
         typer.echo(f"Warning: {note}", err=True)
     if calibration.starts_differ:

@@ -149,6 +149,8 @@ def map_dataset(
     if isinstance(pretravel_map.basis, HarmonicBasis):
         data["degree"] = ("coefficient", pretravel_map.basis.terms[:, 0])
         data["order"] = ("coefficient", pretravel_map.basis.terms[:, 1])
+    if pretravel_map.delay_effect is not None:
+        data["delay_effect"] = ("coefficient", pretravel_map.delay_effect, {"units": "mm"})
     if isinstance(pretravel_map.basis, SixSeatBasis):
         names = [parameter.name for parameter in PARAMETERS]
         data["six_seat_values"] = ("parameter", pretravel_map.basis.values)
@@ -244,6 +246,8 @@ def _told_apart(pretravel_map: PretravelMap) -> list[FloatArray]:
     found = []
     if pretravel_map.delay is not None:
         found.append(np.array([pretravel_map.delay, pretravel_map.u_delay]))
+    if pretravel_map.delay_effect is not None:
+        found.append(pretravel_map.delay_effect)
     if isinstance(pretravel_map.basis, SixSeatBasis):
         found.append(pretravel_map.basis.values)
     if isinstance(pretravel_map.basis, WozniakBasis):
@@ -305,6 +309,9 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         feed=None if feed is None else float(feed),
         delay=None if delay is None else float(delay),
         u_delay=float(dataset.attrs.get("u_delay_s", 0.0)),
+        delay_effect=np.asarray(dataset["delay_effect"].values)
+        if "delay_effect" in dataset
+        else None,
         provenance=json.loads(dataset.attrs["provenance"]),
     )
     if _checksum(found) != dataset.attrs.get("checksum"):

@@ -199,9 +199,12 @@ def fit_physical(observation: Observation, noise: float, noise_dof: float) -> Ph
             f"beside centre and asymmetry; touch at least {FEWEST_DIRECTIONS}, 25 are good"
         )
     sigma = max(noise, _LEAST_NOISE) if noise_dof >= _WELL_KNOWN_NOISE else _TYPICAL_NOISE
-    x = _oriented(_Problem(observation, sigma, ASYMMETRY_SCALES[0]))
+    starts = _oriented(_Problem(observation, sigma, ASYMMETRY_SCALES[0]))
     for _ in range(8):
-        scale, problem, x = _asymmetric(observation, sigma, x)
+        found = [_asymmetric(observation, sigma, start) for start in starts]
+        _, scale, problem, x = min(found, key=lambda mode: mode[0])
+        # From the second round on the better of two explanations alone.
+        starts = [x]
         dof = _effective_dof(problem, x)
         misses = problem.misses(x)
         seen = math.sqrt(float(misses @ misses) / dof)
@@ -213,8 +216,8 @@ def fit_physical(observation: Observation, noise: float, noise_dof: float) -> Ph
     return _concluded(problem, x, scale, dof, sigma, noise_dof)
 
 
-def _oriented(problem: _Problem) -> FloatArray:
-    """The ideal probe, from eight azimuths of the tripod; the two best are followed."""
+def _oriented(problem: _Problem) -> list[FloatArray]:
+    """The ideal probe, from eight azimuths of the tripod: the best, and another like it."""
     start = np.concatenate([np.zeros(problem.extra), problem.prior])
     start[problem.axes : problem.extra] = 10.0 * MICROMETRE
     turned = problem.extra + [p.name for p in PARAMETERS].index("rod_azimuth")
@@ -223,13 +226,26 @@ def _oriented(problem: _Problem) -> FloatArray:
         start[turned] = azimuth
         first.append(_solve(problem, start, 12))
     first.sort(key=lambda found: found[1])
-    return min((_solve(problem, x, 200) for x, _ in first[:2]), key=lambda found: found[1])[0]
+    followed = sorted((_solve(problem, x, 200) for x, _ in first[:3]), key=lambda found: found[1])
+    best, cost = followed[0]
+    others = [
+        x
+        for x, other in followed[1:]
+        if other < 1.5 * cost + 10.0 and _apart(x[turned], best[turned]) > 3.0 * DEGREE
+    ]
+    return [best, *others[:1]]
+
+
+def _apart(first: float, second: float) -> float:
+    """Between two azimuths of a tripod, of which every third of a turn is alike. [rad]"""
+    third = 120.0 * DEGREE
+    return abs((first - second + 0.5 * third) % third - 0.5 * third)
 
 
 def _asymmetric(
     observation: Observation, sigma: float, start: FloatArray
-) -> tuple[float, _Problem, FloatArray]:
-    """The scale of asymmetry that the likelihood prefers, with the fit at it."""
+) -> tuple[float, float, _Problem, FloatArray]:
+    """Minus its log evidence, and the scale of asymmetry that is likeliest, with the fit at it."""
     best: tuple[float, float, _Problem, FloatArray] | None = None
     x = start
     for scale in ASYMMETRY_SCALES:
@@ -240,7 +256,7 @@ def _asymmetric(
         if best is None or judged < best[0]:
             best = (judged, scale, problem, x)
     assert best is not None  # there are scales
-    return best[1:]
+    return best
 
 
 def _concluded(
@@ -278,6 +294,13 @@ def _concluded(
     of_map[1, 1] += missed
     gauge = covariance[:axes, :axes]
     u_gauge = np.sqrt(np.diag(gauge))
+    tip = ""
+    if not observation.tip_known:
+        u_tip = math.sqrt(covariance[axes, axes])
+        tip = (
+            f"; the tip's diameter, {2.0 * (observation.tip_radius + problem.level(x)):.4f} mm, "
+            f"u = {2.0 * u_tip / MICROMETRE:.1f} µm, is what the model makes of it, no measurement"
+        )
     along = "" if axes == 2 else f", {u_gauge[2] / MICROMETRE:.2f} along"
     to_mean = observation.to_sphere[0]
     prior_variance = problem.spread**2
@@ -294,7 +317,7 @@ def _concluded(
         noise=seen,
         gauge="the six-seat model: a shift of the reference looks like its first harmonic, which "
         f"the model and its priors tell to {float(np.max(u_gauge[:2])) / MICROMETRE:.2f} µm across "
-        f"the axis{along} (u of the map is of distances, without that shift)",
+        f"the axis{along} (u of the map is of distances, without that shift){tip}",
         noise_is_repeatability=not misfit < MISFIT_LEVEL,
         tip_radius=None if observation.tip_known else observation.tip_radius + problem.level(x),
         parameter_covariance=covariance[of_values, of_values],

@@ -21,6 +21,8 @@ SMALLEST_ERROR = 0.05 * MICROMETRE
 """How well a model is trusted to have the form of a map at all. [mm]"""
 _LARGEST_RELATIVE = 0.3
 """Relative (angles: in rad) standard uncertainty above which a number is called unknown."""
+MISFIT = 2.0
+"""Residuals this many times as large as the map's uncertainty are a misfit."""
 _DIRECTIONS = 150
 
 
@@ -260,6 +262,18 @@ def identify(
             "from a description nearer to the probe"
         ) from None
     codes, unknown = _uncertainty(np.asarray(best.jac), numbers, tuple(free))
+    residuals = _misses(fitted, directions, value, model) + directions @ best.x[k:]
+    # What the model misses counts as the map's error at every few directions (Birge's ratio
+    # with the map's own errors, and the model's trust, in quadrature).
+    expected = np.sqrt(np.diag(covariance))
+    ratio = float(np.sqrt(np.mean((residuals / expected) ** 2)))
+    if ratio > MISFIT:
+        codes = codes * ratio * math.sqrt(_shared(covariance))
+        unknown.append(
+            f"the model misses the map by {np.sqrt(np.mean(residuals**2)) / MICROMETRE:.2f} µm, "
+            f"{ratio:.1f} times what the map's uncertainty explains: this is another kind of "
+            "probe, or other numbers than these should be free; u has been widened for it"
+        )
     values = np.array([number.of(fitted) for number in numbers])
     scale = np.where([number.relative for number in numbers], values, 1.0)
     shift = np.asarray(-best.x[k:])
@@ -269,11 +283,17 @@ def identify(
         values=values,
         standard_uncertainty=codes * scale,
         relative_uncertainty=codes,
-        residuals=_misses(fitted, directions, value, model) + directions @ best.x[k:],
+        residuals=residuals,
         directions=directions,
         shift=shift,
         unknown=tuple(unknown),
     )
+
+
+def _shared(covariance: FloatArray) -> float:
+    """How many directions say the same thing: their number over how many are independent."""
+    values = np.linalg.eigvalsh(covariance)
+    return float(len(values) * np.sum(values**2) / np.sum(values) ** 2)
 
 
 def _named(free: Sequence[str]) -> list[FreeNumber]:

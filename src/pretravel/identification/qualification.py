@@ -16,6 +16,8 @@ from pretravel.touches import Touches
 
 ALL_KINDS: Mapping[str, Kind | FitMap] = {kind: kind for kind in KINDS} | {"physical": fit_physical}
 AUTO = "auto"
+FEW_DIRECTIONS = 15
+"""Below this a physical map is warned about."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +101,12 @@ def physical_warnings(result: Qualification) -> list[str]:
     if not isinstance(fit, PhysicalMapFit):
         return []
     found = []
+    count = int(result.groups.max()) + 1
+    if count < FEW_DIRECTIONS:
+        found.append(
+            f"{count} directions are few for a six-seat probe: another one may explain them as "
+            "well, and u of the map does not know that; touch 25"
+        )
     if fit.misfit < MISFIT_LEVEL:
         found.append(
             "this probe is not quite of the six-seat kind: the residuals are larger than repeats "

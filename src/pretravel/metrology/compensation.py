@@ -137,7 +137,10 @@ def apply(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    along = pretravel_map.repeatability**2 + (u_map / closing) ** 2 + u_travel**2
+    # Map and delay err together: what a longer delay takes from the one it adds to the other.
+    by_delay = pretravel_map.change_by_delay(normals)
+    of_map = np.maximum(u_map**2 - by_delay**2, 0.0) / closing**2
+    along = pretravel_map.repeatability**2 + of_map + (by_delay / closing + u_travel) ** 2
     covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
     covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
     return Points(
@@ -179,15 +182,16 @@ def point_sources(
     ['map', 'repeatability', 'tip radius']
     """
     closing = -np.sum(touches.approach_directions * points.normals, axis=1)
+    by_delay = pretravel_map.change_by_delay(points.normals)
     sources = {
         # Along the approach; its share along the normal.
         "repeatability": (pretravel_map.repeatability * closing) ** 2,
-        "map": pretravel_map.value_covariance(points.normals),
+        "map": pretravel_map.value_covariance(points.normals) - np.outer(by_delay, by_delay),
         "tip radius": np.full((len(points), len(points)), pretravel_map.u_tip_radius**2),
     }
     if pretravel_map.delay is not None:
         travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay) * closing
-        sources["signal delay"] = np.outer(travel, travel)
+        sources["signal delay"] = np.outer(by_delay + travel, by_delay + travel)
     return sources
 
 
@@ -312,6 +316,7 @@ def embed(
     pretravel_map: PretravelMap,
     *,
     approaches: npt.ArrayLike | None = None,
+    feeds: npt.ArrayLike | None = None,
     extrapolate: bool = False,
 ) -> Touches:
     """The touches that a probe with this map would report at given surface points.
@@ -327,6 +332,9 @@ def embed(
     pretravel_map : PretravelMap
     approaches : (n, 3) float, optional
         -normals when not given.
+    feeds : (n,) float, optional
+        Of the touches, whose delay travel comes on top where the map knows the delay; at rest
+        when not given. [mm/min]
     extrapolate : bool
 
     Returns
@@ -353,8 +361,12 @@ def embed(
         raise PretravelError("an approach must move against the outward normal")
     travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
     points = np.asarray(positions, dtype=np.float64)
-    return Touches(
+    touches = Touches(
         positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
         normals=n,
         approaches=a,
+        feeds=None if feeds is None else np.asarray(feeds, dtype=np.float64),
     )
+    if feeds is None or pretravel_map.delay is None:
+        return touches
+    return at_rest(touches, -pretravel_map.delay)

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
 from pretravel.metrology.map_fit import HarmonicMapFit
 from pretravel.touches import Touches
-from pretravel.units import SECONDS_PER_MINUTE
+from pretravel.units import MICROMETRE, SECONDS_PER_MINUTE
 
 SAME_FEED = 0.01
 """Feeds that differ by less than this, relatively, are one feed."""
 _WELL_KNOWN = 10.0  # degrees of freedom among repeats from which these give the noise
+_USUAL_NOISE, _USUAL_DOF = 0.3 * MICROMETRE, 4.0  # what is held usual, and how firmly
+COSTLY = 0.5 * MICROMETRE
+"""A delay whose uncertainty moves the map by more than this is not told apart. [mm]"""
 
 
 @dataclass(frozen=True)
@@ -71,11 +73,8 @@ def signal_delay(
     Returns
     -------
     SignalDelay
-
-    Raises
-    ------
-    PretravelError
-        Feeds that go with the directions, so that map and delay look alike.
+        With an infinite uncertainty where feeds go with the directions, so that map and delay
+        look alike.
 
     Notes
     -----
@@ -87,19 +86,14 @@ def signal_delay(
     observed = fit.residuals  # M y
     left = f - fit.hat @ f  # M f
     information = float(f @ left)
-    share = information / float(np.sum((f - f.mean()) ** 2))
-    if not share > 1e-3:
-        raise PretravelError(
-            "feeds and directions go together: signal delay and lobes cannot be told apart. "
-            "Touch the same directions at each feed"
-        )
+    slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
+    if not information > 1e-3 * float(np.sum((f - f.mean()) ** 2)):
+        return SignalDelay(0.0, math.inf, slowest, fastest)
     delay = float(f @ observed) / information
-    scatter = observed - left * delay
-    found = math.sqrt(float(np.sum(scatter**2)) / max(fit.dof - 1.0, 1.0))
-    sigma = noise if noise_dof >= _WELL_KNOWN else found
-    return SignalDelay(
-        delay=delay,
-        u_delay=sigma / math.sqrt(information),
-        slowest=float(touches.feeds.min()),
-        fastest=float(touches.feeds.max()),
-    )
+    sigma = noise
+    if noise_dof < _WELL_KNOWN:
+        # Few repeats: what the map left, which may be next to nothing, beside what is usual.
+        left_over = float(np.sum((observed - left * delay) ** 2)) + noise_dof * noise**2
+        dof = max(fit.dof - 1.0, 1.0) + noise_dof
+        sigma = math.sqrt((left_over + _USUAL_DOF * _USUAL_NOISE**2) / (dof + _USUAL_DOF))
+    return SignalDelay(delay, sigma / math.sqrt(information), slowest, fastest)

@@ -111,6 +111,10 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
     1.0
     """
     p = np.asarray(points, dtype=np.float64)
+    if p.ndim != 2 or p.shape[1] not in (2, 3):
+        raise PretravelError(f"points of a sphere or circle: expected (n, 3 or 2), got {p.shape}")
+    if not np.all(np.isfinite(p)):
+        raise PretravelError("points of a sphere or circle must be finite")
     count, dimension = p.shape
     name = "sphere" if dimension == 3 else "circle"
     if count < dimension + 1:
@@ -363,6 +367,9 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
     """
     p = _checked(points, 5, "cylinder")
     middle = p.mean(axis=0)
+    extent = np.linalg.svd(p - middle, compute_uv=False)
+    if extent[1] <= _FLAT * extent[0]:
+        raise PretravelError("all points lie in one line (or one place), which is no cylinder")
     scale = float(np.linalg.norm(p - middle)) / np.sqrt(len(p))
     q = (p - middle) / scale
     starts = _likely_axes(q) if axis is None else [unit(np.asarray(axis, dtype=np.float64))]
@@ -383,11 +390,12 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
             "these points leave the cylinder's axis undetermined: they lie in one circle, in one "
             "plane or along one line; take two circles apart, with three points or more"
         )
-    along = along * np.sign(along[np.argmax(np.abs(along))])
+    sign = float(np.sign(along[np.argmax(np.abs(along))]))
+    along = sign * along
     # From (two shifts, two tilts, radius) to point, axis and radius.
     spread = np.zeros((7, 5))
     spread[:3, :2] = across.T * scale
-    spread[3:6, 2:4] = across.T
+    spread[3:6, 2:4] = sign * across.T
     spread[6, 4] = scale
     spread /= scale
     return CylinderFit(

@@ -81,6 +81,7 @@ def compare_kinds(
     Kinds are compared by the logarithmic score, which is proper: no kind gains by stating
     another uncertainty than its own.
     """
+    settings = {name: value for name, value in settings.items() if name != "search_outliers"}
     whole = qualify(touches, diameter, **settings, kind="mean", search_outliers=False)
     groups = whole.groups
     directions = whole.contact_normals @ whole.pretravel_map.rotation
@@ -107,7 +108,7 @@ def compare_kinds(
                         fitted, touches.take(judged), diameter, bool(settings.get("ring", False))
                     )
             except PretravelError as error:
-                problem = str(error)
+                problem = f"with a fifth of the directions left out: {error}"
                 break
         if problem:
             scores.append(KindScore(name, math.inf, math.nan, math.nan, math.inf, problem))

@@ -47,9 +47,20 @@ class Input:
     shape: Shape = "normal"
     dof: float = math.inf
 
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.standard_uncertainty < math.inf or not math.isfinite(self.estimate):
+            raise PretravelError(
+                f"an input has a finite estimate and an uncertainty that is not negative, got "
+                f"{self.estimate:g} and {self.standard_uncertainty:g}"
+            )
+        if not self.dof > 0.0:
+            raise PretravelError(f"degrees of freedom must be positive, got {self.dof:g}")
+        if self.shape == "t" and math.isinf(self.dof):
+            raise PretravelError("shape t needs its degrees of freedom (dof)")
+
     def draw(self, generator: np.random.Generator, count: int) -> FloatArray:
         """So many values, (count,)."""
-        if self.shape == "normal" or (self.shape == "t" and math.isinf(self.dof)):
+        if self.shape == "normal":
             unit = generator.standard_normal(count)
         elif self.shape == "uniform":
             unit = math.sqrt(3.0) * generator.uniform(-1.0, 1.0, count)
@@ -82,7 +93,10 @@ def joint_normal(estimates: npt.ArrayLike, covariance: npt.ArrayLike) -> Draw:
         May be singular.
     """
     mean = np.asarray(estimates, dtype=np.float64)
-    values, vectors = np.linalg.eigh(np.asarray(covariance, dtype=np.float64))
+    given = np.asarray(covariance, dtype=np.float64)
+    values, vectors = np.linalg.eigh(given)
+    if not np.allclose(given, given.T) or values[0] < -1e-9 * abs(values[-1]):
+        raise PretravelError("this is not a covariance: symmetric, no negative variance")
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     return lambda generator, count: np.asarray(
         mean + generator.standard_normal((count, len(mean))) @ root.T
@@ -185,7 +199,8 @@ def monte_carlo(
     share : float
         Of that tolerance: one fifth is asked for where a GUM result is to be judged.
     most_trials : int
-        Where to stop in any case; `settled` then says what was not reached.
+        Where to stop; `settled` then says what was not reached. Two blocks are made in any
+        case.
     seed : int or None
         None draws others each time.
 
@@ -213,6 +228,10 @@ def monte_carlo(
     if not 1 <= digits <= 4:
         raise PretravelError(f"between 1 and 4 significant digits make sense, got {digits}")
     generator = np.random.default_rng(seed)
+    if 200.0 / (1.0 - probability) > _MOST_TRIALS:
+        raise PretravelError(
+            f"the ends of a {probability:g} interval need more than {_MOST_TRIALS} trials"
+        )
     block = max(math.ceil(100.0 / (1.0 - probability)), 10_000)
     blocks: list[FloatArray] = []
     figures: list[FloatArray] = []

@@ -14,7 +14,14 @@ from pretravel.direction_support import MARGIN, DirectionSupport
 from pretravel.directions import describe, fibonacci_cap, from_angles, polar_angle
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.metrology.delay import SignalDelay, several_feeds, signal_delay, travel_per_second
+from pretravel.map_bases import WozniakBasis
+from pretravel.metrology.delay import (
+    COSTLY,
+    SignalDelay,
+    several_feeds,
+    signal_delay,
+    travel_per_second,
+)
 from pretravel.metrology.map_fit import (
     EQUATORIAL,
     KINDS,
@@ -189,11 +196,21 @@ def qualify(
         raise PretravelError(f"map kind '{kind}' is not known; there are {', '.join(KINDS)}")
     rotation = probe_rotation(axis)
     observation = observe(touches, diameter, ring, tip_diameter, rotation)
-    delay = None
+    delay, feed_warnings = None, []
     if several_feeds(touches):
         delay = _separated_delay(touches, observation, rotation)
-        touches = at_rest(touches, delay.delay)
-        observation = observe(touches, diameter, ring, tip_diameter, rotation)
+        cost = delay.u_delay * float(np.mean(travel_per_second(touches)))
+        if cost > COSTLY:
+            feed_warnings.append(
+                f"the touches were made at {delay.slowest:g} to {delay.fastest:g} mm/min, which "
+                "tells the signal delay too badly to take it apart (feeds that differ little, or "
+                "go with the directions): delay travel is spread over the map. Touch the same "
+                "directions at two quite different feeds, or all at one"
+            )
+            delay = None
+        else:
+            touches = at_rest(touches, delay.delay)
+            observation = observe(touches, diameter, ring, tip_diameter, rotation)
     repeatability, repeatability_dof = pure_error(observation)
     outliers = repeat_outliers(touches, observation)
     told = axial_pretravel if kind == "harmonic" and tip_diameter is not None else None
@@ -242,14 +259,21 @@ def qualify(
         tip_radius -= offset
         gauge += " and to its mean, since no tip diameter was given"
     feed = None if touches.feeds is None else float(np.mean(touches.feeds))
+    # What one standard uncertainty more of delay does to map, centre and mean.
+    effect, center_effect, mean_effect = None, np.zeros(3), 0.0
     if delay is not None:
         feed = 0.0
-        variance = (float(np.mean(travel_per_second(touches))) * delay.u_delay) ** 2
-        covariance = (
-            covariance + variance * constant
-            if covariance.ndim == 1
-            else covariance + variance * np.outer(constant, constant)
-        )
+        mean_effect = -delay.u_delay * float(np.mean(travel_per_second(touches)))
+        effect = mean_effect * constant
+        if not callable(kind):
+            further = replace(
+                observation, positions=at_rest(touches, delay.u_delay).positions @ rotation
+            )
+            again = _fitted_again(kind, further, fit)
+            shifted = _settle(again, further, told)
+            effect = shifted.coefficients - settled.coefficients
+            center_effect = shifted.center - settled.center
+            mean_effect = again.mean - fit.mean
     axes = rotation[:, : observation.axes]
     count = int(observation.groups.max()) + 1
     pretravel_map = PretravelMap(
@@ -265,6 +289,7 @@ def qualify(
         feed=feed,
         delay=None if delay is None else delay.delay,
         u_delay=0.0 if delay is None else delay.u_delay,
+        delay_effect=effect,
         provenance={
             "source": f"qualified on a {'ring' if ring else 'sphere'} of {diameter:.9g} mm",
             "touches": f"{len(touches)} in {count} directions"
@@ -276,9 +301,12 @@ def qualify(
     return Qualification(
         pretravel_map=pretravel_map,
         center=frozen(rotation @ settled.center),
-        center_covariance=frozen(axes @ settled.center_covariance @ axes.T),
+        center_covariance=frozen(
+            axes @ settled.center_covariance @ axes.T
+            + np.outer(rotation @ center_effect, rotation @ center_effect)
+        ),
         effective_radius=observation.tip_radius - fit.mean,
-        u_effective_radius=math.hypot(fit.u_mean, 0.5 * u_diameter),
+        u_effective_radius=math.hypot(fit.u_mean, 0.5 * u_diameter, mean_effect),
         residuals=frozen(fit.residuals),
         degrees_of_freedom=fit.dof,
         repeatability=repeatability,
@@ -293,7 +321,9 @@ def qualify(
         outliers=tuple(outliers),
         delay=delay,
         fit=fit,
-        warnings=tuple(_warnings(pretravel_map, observation, tip_diameter is not None)),
+        warnings=tuple(
+            feed_warnings + _warnings(pretravel_map, observation, tip_diameter is not None)
+        ),
     )
 
 
@@ -306,11 +336,24 @@ def _separated_delay(
     for _ in range(6):
         found = signal_delay(resting, fit_harmonic(seen), *pure_error(seen))
         total += found.delay
-        if abs(found.delay) < 0.01 * found.u_delay:
+        if math.isinf(found.u_delay) or abs(found.delay) < 0.01 * found.u_delay:
             break
         resting = at_rest(touches, total)
         seen = replace(observation, positions=resting.positions @ rotation)
     return replace(found, delay=total)
+
+
+def _fitted_again(kind: Kind, observation: Observation, fit: MapFit) -> MapFit:
+    """The same fit of slightly other touches: nothing chosen anew."""
+    if isinstance(fit, HarmonicMapFit):
+        return fit_harmonic(observation, fit.posterior.amplitudes)
+    if isinstance(fit.basis, WozniakBasis):
+        return fit_wozniak(
+            observation,
+            lobe_azimuth=fit.basis.lobe_azimuth,
+            transducer=fit.basis.transducer,
+        )
+    return fit_table(observation, kind)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -232,6 +232,8 @@ def map_by_trials(
     else:
         draw = joint_normal(np.zeros(design.shape[1]), pretravel_map.covariance)
         moved = draw(generator, trials) @ design.T
+    by_delay = pretravel_map.change_by_delay(normals)
+    moved = moved + generator.standard_normal((trials, 1)) * by_delay
     return np.asarray(design @ pretravel_map.coefficients + moved)
 
 
@@ -270,13 +272,17 @@ def points_by_trials(
     approaches = touches.approach_directions
     closing = -np.sum(approaches * points.normals, axis=1)
     values = map_by_trials(
-        pretravel_map, points.normals, trials=trials, seed=int(generator.integers(2**31))
+        replace(pretravel_map, delay_effect=None),
+        points.normals,
+        trials=trials,
+        seed=int(generator.integers(2**31)),
     )
     # Back along the approach by more or less, in mm of travel.
     travel = (values - points.pretravel) / closing
     travel += pretravel_map.repeatability * generator.standard_normal(values.shape)
     if pretravel_map.delay is not None:
         own = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+        own = own + pretravel_map.change_by_delay(points.normals) / closing
         travel += generator.standard_normal((trials, 1)) * own
     radius = pretravel_map.u_tip_radius * generator.standard_normal((trials, 1, 1))
     return np.asarray(points.positions - travel[..., None] * approaches - radius * points.normals)

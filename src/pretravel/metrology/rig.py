@@ -178,56 +178,85 @@ class _Motion:
     standing: slice
     back: slice
     speed: float  # forward, mm/s
+    noise: float  # of the ruler, mm
 
 
 def _motion(trace: RigTrace) -> _Motion:
-    from scipy.ndimage import median_filter, uniform_filter1d
+    from scipy.ndimage import median_filter
 
-    width = max(round(SETTLED / trace.interval), 5) | 1
-    smooth = uniform_filter1d(median_filter(trace.ruler, 5), width)
-    velocity = np.gradient(smooth, trace.time)
-    top = int(np.argmax(smooth))
-    rising = velocity[:top][velocity[:top] > 0.0]
-    if top < width or not len(rising):
+    # Levels, not velocities, tell the phases: at rest noise is all the velocity there is.
+    ruler = median_filter(trace.ruler, 5)
+    # Second differences know neither place nor speed.
+    noise = 1.4826 * float(np.median(np.abs(np.diff(trace.ruler, 2)))) / math.sqrt(6.0)
+    top = float(np.max(median_filter(trace.ruler, 9)))
+    peak = int(np.argmax(ruler >= top - 1e-12))
+    bottom = float(np.min(ruler[: peak + 1]))
+    if top - bottom < _LEAST_TRAVEL:
         raise PretravelError(
             f"{trace.name}: the push rod does not go forward (it is farthest out at sample "
-            f"{top + 1} of {len(smooth)}); ruler_mm must grow towards the probe"
+            f"{peak + 1} of {len(ruler)}); ruler_mm must grow towards the probe"
         )
-    speed = float(np.median(rising))
-    still = np.abs(velocity) < 0.1 * speed
-    first = last = top
-    while first > 0 and still[first - 1]:
-        first -= 1
-    while last < len(smooth) - 1 and still[last + 1]:
-        last += 1
-    back_end = last + 1
-    while back_end < len(smooth) - 1 and velocity[back_end] < -0.1 * speed:
-        back_end += 1
-    forward_start = first
-    while forward_start > 0 and velocity[forward_start - 1] > 0.1 * speed:
-        forward_start -= 1
+    # Speed from displacement, over the middle of the way out.
+    low, high = (bottom + share * (top - bottom) for share in (0.2, 0.8))
+    left = int(np.flatnonzero(ruler[: peak + 1] <= low)[-1])
+    right = left + int(np.argmax(ruler[left : peak + 1] >= high))
+    speed = (ruler[right] - ruler[left]) / (trace.time[right] - trace.time[left])
+    near = 4.0 * noise + speed * trace.interval
+    first, last = _around(ruler >= top - near, peak)
+    started = int(np.flatnonzero(ruler[: first + 1] <= bottom + near)[-1])
+    after = ruler[last + 1 :]
+    settled = float(np.min(after)) if len(after) else top
+    ended = np.flatnonzero(after <= settled + near)
+    stop = last + 1 + (int(ended[0]) if len(ended) else 0)
     return _Motion(
-        slice(forward_start, first), slice(first, last + 1), slice(last + 1, back_end), speed
+        slice(started, first), slice(first, last + 1), slice(last + 1, stop), float(speed), noise
     )
 
 
-def _at_edge(trace: RigTrace, edge: int, moving: slice) -> tuple[float, float]:
+def _around(inside: BoolArray, place: int) -> tuple[int, int]:
+    """First and last sample of the run of True that holds a place, short gaps bridged."""
+    from scipy.ndimage import binary_closing
+
+    closed = binary_closing(inside, np.ones(7, dtype=bool), border_value=0) | inside
+    outside = np.flatnonzero(~closed)
+    before, after = outside[outside < place], outside[outside > place]
+    return (
+        int(before[-1]) + 1 if len(before) else 0,
+        int(after[0]) - 1 if len(after) else len(inside) - 1,
+    )
+
+
+def _at_edge(trace: RigTrace, edge: int, moving: slice, noise: float) -> tuple[float, float]:
     """Ruler between the samples where a level changed, and its standard uncertainty."""
-    low = max(edge - _LINE, moving.start)
-    high = min(edge + _LINE, moving.stop)
-    if high - low < 4:  # just where the rod starts or stops: the samples themselves
-        pair = trace.ruler[edge - 1 : edge + 1]
-        return float(pair.mean()), float(np.ptp(pair)) / math.sqrt(12.0)
+    gap_time = float(trace.time[edge] - trace.time[edge - 1])
+    low, high = max(edge - _LINE, moving.start), min(edge + _LINE, moving.stop)
+    if edge - low < 3 or high - edge < 3:
+        # Where the rod starts, stops or stands: the samples themselves.
+        near = trace.ruler[max(edge - 2, 0) : edge + 2]
+        step = abs(float(trace.ruler[edge] - trace.ruler[edge - 1]))
+        return float(np.median(near)), math.sqrt(noise**2 / len(near) + step**2 / 12.0)
     when = 0.5 * (trace.time[edge - 1] + trace.time[edge])
     t, r = trace.time[low:high] - when, trace.ruler[low:high]
+    kept = _on_a_line(t, r, noise)
+    t, r = t[kept], r[kept]
     design = np.stack([np.ones_like(t), t], axis=1)
     solution = np.linalg.lstsq(design, r, rcond=None)[0]
     dof = max(len(t) - 2, 1)
-    scatter = float(np.sum((r - design @ solution) ** 2)) / dof
+    scatter = max(float(np.sum((r - design @ solution) ** 2)) / dof, noise**2)
     cofactor = float(np.linalg.inv(design.T @ design)[0, 0])
     # The edge lies anywhere between its two samples: a rectangle.
-    gap = abs(float(solution[1])) * float(trace.time[edge] - trace.time[edge - 1])
+    gap = abs(float(solution[1])) * gap_time
     return float(solution[0]), math.sqrt(scatter * cofactor + gap**2 / 12.0)
+
+
+def _on_a_line(t: FloatArray, r: FloatArray, noise: float) -> BoolArray:
+    """Samples that lie on the line of most of them: spikes of the ruler do not."""
+    from scipy.stats import theilslopes
+
+    slope, start = theilslopes(r, t)[:2]
+    off = np.abs(r - (start + slope * t))
+    spread = max(1.4826 * float(np.median(off)), noise)
+    return np.asarray(off <= 6.0 * spread) if spread > 0.0 else np.ones(len(t), dtype=bool)
 
 
 def _kink(trace: RigTrace, moving: slice, rest: float, noise: float) -> tuple[float, float] | None:
@@ -243,7 +272,8 @@ def _kink(trace: RigTrace, moving: slice, rest: float, noise: float) -> tuple[fl
         return None
     scatter = float(np.sum((r[moved] - design @ solution) ** 2)) / (len(design) - 2)
     cofactor = float(np.linalg.inv(design.T @ design)[0, 0])
-    return float(solution[0]), math.sqrt(scatter * cofactor)
+    # Tip and rod are compressed least at first (Hertz), so the line misses the start a little.
+    return float(solution[0]), math.sqrt(scatter * cofactor + AGREEMENT**2 / 3.0)
 
 
 def rig_touch(trace: RigTrace) -> RigTouch:
@@ -289,15 +319,18 @@ def rig_touch(trace: RigTrace) -> RigTouch:
     noise = 1.4826 * float(np.median(np.abs(before - rest)))
     after = float(np.median(trace.laser[-max(len(trace.laser) // 20, 10) :]))
 
+    for name, level in (("contact", trace.contact), ("trigger", trace.trigger)):
+        if not level[:20].any():
+            notes.append(f"the {name} signal is low at rest; high was expected: is it inverted?")
     r0, u_r0 = _contact_made(trace, motion, contact, rest, noise, notes)
     r1, u_r1, displacement = math.nan, math.nan, math.nan
     fired = [c for c in trigger if not trace.trigger[c.last] and c.first < motion.standing.stop]
     if not fired:
-        level = "never changes" if not trigger else "changes only on the way back"
-        notes.append(f"no trigger: the signal {level}, so r1 is unknown")
+        what = "never changes" if not trigger else "changes only on the way back"
+        notes.append(f"no trigger: the signal {what}, so r1 is unknown")
     else:
         edge = fired[0].first
-        r1, u_r1 = _at_edge(trace, edge, motion.forward)
+        r1, u_r1 = _at_edge(trace, edge, motion.forward, motion.noise)
         displacement = _laser_at(trace, edge, motion.forward) - rest
         if len(fired) > 1:
             notes.append(f"the trigger signal fell {len(fired)} times on the way; the first counts")
@@ -346,24 +379,15 @@ def _contact_made(
             return math.nan, math.nan
         notes.append("the contact signal has no edge; r0 is where the laser starts to move")
         return kink
-    change = made[0]
-    if change.first != change.last:
+    # Interference just ahead of the contact looks like its bounce, and long enough like a
+    # contact; the laser knows better.
+    edges = [edge for change in made for edge in change.edges if not trace.contact[edge]]
+    chosen = _agreeing(trace, edges, motion.forward, motion.noise, kink)
+    if chosen != made[0].first:
+        notes.append("an excursion of the contact signal before the tip moved was ignored")
+    elif made[0].first != made[0].last:
         notes.append("the contact signal bounced; its first edge counts")
-    edge = change.first
-    value, u = _at_edge(trace, edge, motion.forward)
-    if kink is not None and kink[0] - value > AGREEMENT and len(change.edges) > 1:
-        # Interference just ahead of the contact looks like its bounce; the laser knows better.
-        for later in change.edges:
-            candidate = _at_edge(trace, later, motion.forward)
-            if not trace.contact[later] and abs(candidate[0] - kink[0]) <= AGREEMENT:
-                notes.append("an excursion of the contact signal before the tip moved was ignored")
-                return candidate
-    if kink is not None and abs(kink[0] - value) > AGREEMENT:
-        notes.append(
-            f"contact signal and laser place the contact {abs(kink[0] - value) / MICROMETRE:.2f} "
-            "µm apart; the signal counts"
-        )
-    return value, u
+    return _with_laser(_at_edge(trace, chosen, motion.forward, motion.noise), kink, notes, "made")
 
 
 def _contact_lost(
@@ -374,17 +398,54 @@ def _contact_lost(
     noise: float,
     notes: list[str],
 ) -> tuple[float, float]:
-    lost = [c for c in changes if trace.contact[c.last] and c.last >= motion.standing.start]
-    if lost:
-        if lost[-1].first != lost[-1].last:
-            notes.append("the contact signal bounced when it was lost; its last edge counts")
-        return _at_edge(trace, lost[-1].last, motion.back)
     kink = _kink(trace, motion.back, after, noise)
+    lost = [c for c in changes if trace.contact[c.last] and c.last >= motion.standing.start]
+    if not lost:
+        if kink is None:
+            notes.append("contact is not lost within the trace, so r3 is unknown")
+            return math.nan, math.nan
+        notes.append("the contact signal has no edge on the way back; r3 is where the laser stops")
+        return kink
+    chosen = _agreeing(trace, [c.last for c in lost], motion.back, motion.noise, kink)
+    if len(lost) > 1:
+        which = "the first" if kink is None else "the one where the laser stops"
+        notes.append(f"contact was lost more than once on the way back; {which} counts")
+    elif lost[0].first != lost[0].last:
+        notes.append("the contact signal bounced when it was lost; its last edge counts")
+    return _with_laser(_at_edge(trace, chosen, motion.back, motion.noise), kink, notes, "lost")
+
+
+def _agreeing(
+    trace: RigTrace,
+    edges: list[int],
+    moving: slice,
+    noise: float,
+    kink: tuple[float, float] | None,
+) -> int:
+    """The first edge, unless the laser speaks against it and for a later one."""
     if kink is None:
-        notes.append("contact is not lost within the trace, so r3 is unknown")
-        return math.nan, math.nan
-    notes.append("the contact signal has no edge on the way back; r3 is where the laser stops")
-    return kink
+        return edges[0]
+    off = [abs(_at_edge(trace, edge, moving, noise)[0] - kink[0]) for edge in edges]
+    return edges[0] if off[0] <= AGREEMENT or min(off) > AGREEMENT else edges[
+        int(np.argmax(np.array(off) <= AGREEMENT))
+    ]  # fmt: skip
+
+
+def _with_laser(
+    seen: tuple[float, float], kink: tuple[float, float] | None, notes: list[str], what: str
+) -> tuple[float, float]:
+    """Signal and laser held together; where they part, u spans both."""
+    if kink is None:
+        notes.append(f"the laser does not show where contact is {what}; the signal stands alone")
+        return seen
+    apart = abs(kink[0] - seen[0])
+    if apart <= AGREEMENT:
+        return seen
+    notes.append(
+        f"contact signal and laser place where contact is {what} {apart / MICROMETRE:.2f} µm "
+        "apart; the signal counts, u spans both"
+    )
+    return seen[0], math.hypot(seen[1], apart / math.sqrt(3.0))
 
 
 def warmed(trace: RigTrace, temperature: float, expansion: float) -> RigTrace:

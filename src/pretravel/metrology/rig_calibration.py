@@ -353,7 +353,9 @@ def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, fl
 
 
 def calibration_budget(
-    calibration: RigCalibration, components: Sequence[LengthComponent] = REN_BUDGET
+    calibration: RigCalibration,
+    components: Sequence[LengthComponent] = REN_BUDGET,
+    count: int | None = None,
 ) -> tuple[LengthComponent, ...]:
     """The rig's budget with this calibration's own repeatability in the place of the told one.
 
@@ -362,30 +364,29 @@ def calibration_budget(
     calibration : RigCalibration
     components : sequence of LengthComponent
         Sources called "repeatability at ..." are replaced; all others are the rig's.
+    count : int, optional
+        Touches of the direction; the fewest of any when not given.
 
     Returns
     -------
     tuple of LengthComponent
-        Of the mean pretravel of one direction.
+        Of the mean pretravel of one direction. Where edges lie between samples scatters from
+        touch to touch, and is in the repeatability; it stands in for it where that is less.
     """
     kept = [c for c in components if not c.source.startswith("repeatability at")]
     spread = calibration.repeatability
     if not math.isfinite(spread.value):
         return tuple(components)
-    count = float(np.mean([d.count for d in calibration.directions]))
-    readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.pretravel)]
+    touches = count or min(d.count for d in calibration.directions)
+    readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)]
     reading = float(np.mean(readings))
+    if spread.value >= reading:
+        source, kind, single, dof = "repeatability of pretravel", "A", spread.value, spread.dof
+    else:
+        source, kind, single, dof = "edges between samples", "B", reading, math.inf
     return (
         *kept,
-        LengthComponent(
-            "repeatability of pretravel, mean of a direction",
-            "A",
-            spread.value / math.sqrt(count),
-            dof=spread.dof,
-        ),
-        LengthComponent(
-            "edges between samples, mean of a direction", "B", reading / math.sqrt(count)
-        ),
+        LengthComponent(f"{source}, mean of {touches}", kind, single / math.sqrt(touches), dof=dof),
     )
 
 

@@ -48,6 +48,9 @@ class Readings:
     def __post_init__(self) -> None:
         machine, probe = np.array(self.machine), np.array(self.probe)
         errors = frozen(self.errors)
+        for name, index in (("machine", machine), ("probe", probe)):
+            if np.any(index != np.round(index)):
+                raise PretravelError(f"{name} indices must be whole numbers")
         if not (machine.shape == probe.shape == errors.shape) or errors.ndim != 1:
             raise PretravelError(
                 f"{machine.shape} machine indices, {probe.shape} probe indices and "
@@ -207,6 +210,8 @@ class Separation:
         from scipy.stats import chi2, norm
 
         variance, u = self.pair_variance(machine, probe)
+        if u == 0.0:
+            return variance, variance
         dof = 2.0 * (variance / u) ** 2
         if dof < _FEWEST_DOF:
             half = float(norm.ppf(0.5 + 0.5 * probability)) * u
@@ -330,6 +335,8 @@ def separate(
             "tell a variance from; repeat readings, or combine more orientations"
         )
     start, start_covariance = _squares(design, readings.errors)
+    if method == "least-squares" and again is not None:
+        start, start_covariance = _with_repeats(start, start_covariance, again)
     if method == "reml":
         variances, covariance, shrunk = _restricted_likelihood(
             design, readings.errors, start, again
@@ -432,6 +439,21 @@ def _squares(design: _Design, errors: FloatArray) -> tuple[FloatArray, FloatArra
     scatter = 2.0 * ((project * total) @ project) ** 2
     middle = design.incidence.T @ scatter @ design.incidence
     return np.asarray(variances), np.asarray(inverse @ middle @ inverse)
+
+
+def _with_repeats(
+    x: FloatArray, covariance: FloatArray, again: tuple[int, int, float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Variances and a repeated pair's, weighed by what each is worth (a linear update)."""
+    i, j, variance, dof = again
+    pick = np.zeros(len(x))
+    pick[[i, j]] = 1.0
+    shared = covariance @ pick
+    # What the repeats' variance scatters by, were the truth what both say.
+    own = float(pick @ shared)
+    level = (variance * dof + max(float(pick @ x), 0.0)) / (dof + 1.0)
+    gain = shared / (own + 2.0 * level**2 / dof)
+    return x + gain * (variance - float(pick @ x)), covariance - np.outer(gain, shared)
 
 
 def _restricted_likelihood(

@@ -263,10 +263,17 @@ def propagate(
             f"{x.shape} estimates with uncertainties of shape {given.shape}: expected (m,) with "
             "(m,) or (m, m)"
         )
+    if count == 0:
+        raise PretravelError("a model without inputs has no uncertainty to propagate")
+    if given.ndim == 1 and np.any(given < 0.0):
+        raise PretravelError("a standard uncertainty is not negative")
     covariance = np.diag(given**2) if given.ndim == 1 else given
+    if not np.allclose(covariance, covariance.T, rtol=1e-9, atol=0.0):
+        raise PretravelError("this is not a covariance: it is not symmetric")
     u = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    lowest = np.linalg.eigvalsh(covariance)[0] if count else 0.0
-    if not np.all(np.isfinite(covariance)) or lowest < -1e-9 * max(float(np.max(u**2)), 1e-300):
+    finite = bool(np.all(np.isfinite(covariance)))
+    lowest = np.linalg.eigvalsh(covariance)[0] if finite else -math.inf
+    if lowest < -1e-9 * max(float(np.max(u**2)), 1e-300):
         raise PretravelError("this is not a covariance: symmetric, finite, no negative variance")
     degrees = np.full(count, np.inf) if dof is None else np.asarray(dof, dtype=np.float64)
     value = np.asarray(model(x[None, :]), dtype=np.float64).reshape(-1)
