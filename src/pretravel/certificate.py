@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,8 +19,8 @@ from pretravel.metrology.rig_calibration import (
     constant_and_slope,
     length_budget,
 )
+from pretravel.page import figure_block, write_html
 from pretravel.units import MICROMETRE
-from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -199,15 +197,7 @@ def write_certificate(
             "that gives\na coverage probability of about 95 % (GUM, JCGM 100:2008).",
         )
     )
-    for caption, figure in figures.items():
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-        data = base64.b64encode(picture.getvalue()).decode()
-        words = html.escape(caption)
-        blocks.append(
-            f"<figure><img src='data:image/png;base64,{data}' alt='{words}'>"
-            f"<figcaption>{words}</figcaption></figure>"
-        )
+    blocks += [figure_block(caption, figure) for caption, figure in figures.items()]
     if notes:
         blocks.append(_text("Notes on single touches", "\n".join(notes)))
     blocks.append(
@@ -218,18 +208,11 @@ def write_certificate(
     )
     number = laboratory.stated("certificate", "number")
     title = "Calibration certificate" + (f" {number}" if number else "")
-    page = "\n".join(
-        [
-            '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
-            f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>",
-            f"<h1>{html.escape(title)}</h1>",
-            "<p>Touch-trigger probe, calibrated on a rig after the Abbé principle</p>",
-            *blocks,
-            "</body></html>\n",
-        ]
+    heading = (
+        f"<h1>{html.escape(title)}</h1>"
+        "<p>Touch-trigger probe, calibrated on a rig after the Abbé principle</p>"
     )
-    with whole_file(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_html(path, title, _STYLE, [heading, *blocks])
 
 
 def _data(laboratory: Laboratory) -> str:

@@ -47,22 +47,30 @@ def write_page(
         else f"<p>{html.escape(text)}</p>"
         for heading, text in sections
     ]
-    for caption, figure in figures.items():
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-        data = base64.b64encode(picture.getvalue()).decode()
-        words = html.escape(caption)
-        blocks.append(
-            f'<figure><img src="data:image/png;base64,{data}" alt="{words}">'
-            f"<figcaption>{words}</figcaption></figure>"
-        )
+    blocks += [figure_block(caption, figure) for caption, figure in figures.items()]
     links = ", ".join(f'<a href="{name}">{html.escape(name)}</a>' for name in files)
+    heading = [f"<h1>{html.escape(title)}</h1>", *([f"<p>Files: {links}</p>"] if files else [])]
+    write_html(path, title, _STYLE, [*heading, *blocks])
+
+
+def figure_block(caption: str, figure: Figure) -> str:
+    """A figure with its caption, held in the page itself."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    data = base64.b64encode(picture.getvalue()).decode()
+    words = html.escape(caption)
+    return (
+        f'<figure><img src="data:image/png;base64,{data}" alt="{words}">'
+        f"<figcaption>{words}</figcaption></figure>"
+    )
+
+
+def write_html(path: str | Path, title: str, style: str, blocks: Sequence[str]) -> None:
+    """Write blocks of HTML as a page, whole or not at all."""
     page = "\n".join(
         [
             '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
-            f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>",
-            f"<h1>{html.escape(title)}</h1>",
-            *([f"<p>Files: {links}</p>"] if files else []),
+            f"<title>{html.escape(title)}</title><style>{style}</style></head><body>",
             *blocks,
             "</body></html>\n",
         ]

@@ -193,7 +193,8 @@ class TestStandards:
 
 
 class TestIdentify:
-    def test_description_from_a_map(self, tmp_path: Path) -> None:
+    @pytest.mark.parametrize("ending", ["nc", "csv"])
+    def test_description_from_a_map(self, tmp_path: Path, ending: str) -> None:
         """A map predicted from a changed description gives that description back."""
         from pretravel.probe.catalogue import description_text, rewritten
 
@@ -205,8 +206,8 @@ class TestIdentify:
         )  # fmt: skip
         changed.write_text(text, encoding="utf-8")
         run("predict", changed, "--azimuth", "0:350:10", "--polar", "0:90:10",
-            "-o", tmp_path / "map.nc")  # fmt: skip
-        run("identify", tmp_path / "map.nc", "--probe", "omp40-2-100mm", "--free",
+            "-o", tmp_path / f"map.{ending}")  # fmt: skip
+        run("identify", tmp_path / f"map.{ending}", "--probe", "omp40-2-100mm", "--free",
             "preload,tripod_radius,rotation", "-o", tmp_path / "found.toml",
             "--plot", tmp_path / "left.png")  # fmt: skip
         found = load_probe(tmp_path / "found.toml")
@@ -215,7 +216,7 @@ class TestIdentify:
         assert np.degrees(found.orientation.rotation) % 120.0 == pytest.approx(17.0, abs=0.01)
         written = (tmp_path / "found.toml").read_text(encoding="utf-8")
         assert "# axis to the points where the rods rest" in written
-        assert "identified from map.nc" in written
+        assert f"identified from map.{ending}" in written
 
     def test_what_the_map_does_not_tell(self, tmp_path: Path) -> None:
         run("predict", "omp40-2", "--azimuth", "0:350:10", "--polar", "0:90:10",

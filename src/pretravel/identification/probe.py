@@ -12,6 +12,7 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, polar_angle
 from pretravel.errors import DescriptionError, PretravelError
 from pretravel.frames import probe_rotation
+from pretravel.map_bases import TabulatedBasis
 from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, StylusSegment
 from pretravel.trigger.predict import Displacements, predict
@@ -24,6 +25,7 @@ _LARGEST_RELATIVE = 0.3
 MISFIT = 2.0
 """Residuals this many times as large as the map's uncertainty are a misfit."""
 _DIRECTIONS = 150
+_MOST_NODES = 600
 
 
 @dataclass(frozen=True)
@@ -314,6 +316,9 @@ def _coded(number: FreeNumber, value: float) -> float:
 def _spread(pretravel_map: PretravelMap) -> FloatArray:
     """Directions over all that the map supports, machine frame."""
     nodes = pretravel_map.support.nodes
+    if isinstance(pretravel_map.basis, TabulatedBasis):
+        # Between its nodes a table cuts kinks off.
+        return np.asarray(nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T)
     spread = fibonacci_cap(_DIRECTIONS, float(polar_angle(nodes).max()))
     if len(nodes) > _DIRECTIONS:
         nodes = nodes[:: len(nodes) // _DIRECTIONS + 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,34 @@ _FLAT = 1e-4
 """Spread across a plane (line) over spread along it below which points are in it."""
 
 
-@dataclass(frozen=True, eq=False)
-class SphereFit:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """What every fit leaves.
+
+    Attributes
+    ----------
+    residuals : (n,) float
+        Distances of the points from the fitted feature, positive outside. [mm]
+    dof : int
+        Degrees of freedom: points less numbers fitted.
+    """
+
+    residuals: FloatArray
+    dof: int
+
+    @property
+    def standard_deviation(self) -> float:
+        """Root of the residuals' squares over the degrees of freedom; nan without any. [mm]"""
+        return float(np.sqrt(np.sum(self.residuals**2) / self.dof)) if self.dof > 0 else math.nan
+
+    @property
+    def form(self) -> float:
+        """Largest less smallest residual: roundness, flatness, cylindricity. [mm]"""
+        return float(np.ptp(self.residuals))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SphereFit(Fit):
     """A sphere, or in two dimensions a circle, of least squared distances.
 
     Attributes
@@ -27,27 +54,11 @@ class SphereFit:
         [mm]
     cofactor : (d + 1, d + 1) float
         Covariance of (center, radius) per unit variance of a distance.
-    residuals : (n,) float
-        Distance from the center less the radius, positive outside. [mm]
-    dof : int
-        Degrees of freedom, n - d - 1.
     """
 
     center: FloatArray
     radius: float
     cofactor: FloatArray
-    residuals: FloatArray
-    dof: int
-
-    @property
-    def standard_deviation(self) -> float:
-        """Root of the residuals' squares over the degrees of freedom; nan without any. [mm]"""
-        return _scatter(self.residuals, self.dof)
-
-    @property
-    def form(self) -> float:
-        """Largest less smallest residual. [mm]"""
-        return float(np.ptp(self.residuals))
 
     def covariance(self, points: npt.ArrayLike, along: npt.ArrayLike) -> FloatArray:
         """Covariance of (center, radius) from that of the points along their normals.
@@ -77,10 +88,6 @@ def carried(weights: FloatArray, along: npt.ArrayLike) -> FloatArray:
     if given.ndim == 1:
         return np.asarray((weights * given) @ weights.T)
     return np.asarray(weights @ given @ weights.T)
-
-
-def _scatter(residuals: FloatArray, dof: int) -> float:
-    return float(np.sqrt(np.sum(residuals**2) / dof)) if dof > 0 else float("nan")
 
 
 def fit_sphere(points: npt.ArrayLike) -> SphereFit:
@@ -160,8 +167,8 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class PlaneFit:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlaneFit(Fit):
     """The plane of least squared distances.
 
     Attributes
@@ -173,26 +180,11 @@ class PlaneFit:
     cofactor : (4, 4) float
         Covariance of (offset along the normal at `point`, normal) per unit variance of a
         distance; the normal's part is singular along the normal itself.
-    residuals : (n,) float
-        Distances, positive on the normal's side. [mm]
-    dof : int
     """
 
     point: FloatArray
     normal: FloatArray
     cofactor: FloatArray
-    residuals: FloatArray
-    dof: int
-
-    @property
-    def standard_deviation(self) -> float:
-        """Root of the residuals' squares over the degrees of freedom; nan without any. [mm]"""
-        return _scatter(self.residuals, self.dof)
-
-    @property
-    def form(self) -> float:
-        """Largest less smallest residual: flatness. [mm]"""
-        return float(np.ptp(self.residuals))
 
 
 def fit_plane(points: npt.ArrayLike) -> PlaneFit:
@@ -297,8 +289,8 @@ def fit_circle(points: npt.ArrayLike) -> CircleFit:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class CylinderFit:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CylinderFit(Fit):
     """The cylinder of least squared distances.
 
     Attributes
@@ -312,27 +304,12 @@ class CylinderFit:
     cofactor : (7, 7) float
         Covariance of (point, axis, radius) per unit variance of a distance; singular for
         movements along the axis and lengthening of it.
-    residuals : (n,) float
-        Distance from the axis less the radius, positive outside. [mm]
-    dof : int
     """
 
     point: FloatArray
     axis: FloatArray
     radius: float
     cofactor: FloatArray
-    residuals: FloatArray
-    dof: int
-
-    @property
-    def standard_deviation(self) -> float:
-        """Root of the residuals' squares over the degrees of freedom; nan without any. [mm]"""
-        return _scatter(self.residuals, self.dof)
-
-    @property
-    def form(self) -> float:
-        """Largest less smallest residual: cylindricity. [mm]"""
-        return float(np.ptp(self.residuals))
 
 
 def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> CylinderFit:
