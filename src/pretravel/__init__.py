@@ -49,6 +49,21 @@ _PUBLIC = {
     "apply": "metrology.compensation",
     "embed": "metrology.compensation",
     "Points": "metrology.compensation",
+    "measured_sphere": "metrology.result_uncertainty",
+    "sphere_by_trials": "metrology.result_uncertainty",
+    "point_sources": "metrology.compensation",
+    "separate": "metrology.separation",
+    "Readings": "metrology.separation",
+    "rig_touch": "metrology.rig",
+    "calibrate_rig": "metrology.rig_calibration",
+    "propagate": "metrology.uncertainty",
+    "monte_carlo": "metrology.monte_carlo",
+    "fit_sphere": "metrology.fitting",
+    "fit_circle": "metrology.fitting",
+    "fit_plane": "metrology.fitting",
+    "fit_cylinder": "metrology.fitting",
+    # both branches
+    "identify": "identification.probe",
     # files
     "read_touches": "formats.touches_csv",
     "write_touches": "formats.touches_csv",
@@ -69,9 +84,17 @@ if TYPE_CHECKING:
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches, write_touches
+    from pretravel.identification.probe import identify
     from pretravel.identification.qualification import qualify
-    from pretravel.metrology.compensation import Points, apply, embed
+    from pretravel.metrology.compensation import Points, apply, embed, point_sources
+    from pretravel.metrology.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
+    from pretravel.metrology.monte_carlo import monte_carlo
     from pretravel.metrology.qualification import Qualification
+    from pretravel.metrology.result_uncertainty import measured_sphere, sphere_by_trials
+    from pretravel.metrology.rig import rig_touch
+    from pretravel.metrology.rig_calibration import calibrate_rig
+    from pretravel.metrology.separation import Readings, separate
+    from pretravel.metrology.uncertainty import propagate
     from pretravel.model.condensation import ReducedModel
     from pretravel.model.mesh import MeshSettings
     from pretravel.model.reduction_cache import reduced_model

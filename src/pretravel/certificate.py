@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import html
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pretravel import __version__
 from pretravel.errors import InputError
 from pretravel.laboratory_report import budget_table, rig_report
 from pretravel.metrology.rig_calibration import (
@@ -90,6 +92,11 @@ class Laboratory:
 
     entries: Mapping[str, Mapping[str, str]]
 
+    @property
+    def missing(self) -> int:
+        """How many of the fields are empty."""
+        return sum(not self.stated(table, key) for table, keys in FIELDS.items() for key in keys)
+
     def stated(self, table: str, key: str) -> str:
         """The text, or nothing."""
         return self.entries.get(table, {}).get(key, "")
@@ -145,6 +152,8 @@ def write_certificate(
     figures: Mapping[str, Figure],
     *,
     notes: Sequence[str] = (),
+    budget_source: str = "",
+    temperature: float = 20.0,
 ) -> None:
     """Write a certificate as HTML that prints on A4 (print it to PDF from any browser).
 
@@ -158,6 +167,10 @@ def write_certificate(
     figures : mapping of caption to matplotlib.figure.Figure
     notes : strings
         What was odd in the traces.
+    budget_source : str
+        Whose budget it is.
+    temperature : float
+        Of the ruler, brought to 20 °C. [°C]
     """
     own = calibration_budget(calibration, budget)
     at_mean = length_budget(own, abs(calibration.pretravel))
@@ -175,13 +188,18 @@ def write_certificate(
         return length_budget(single, abs(direction.pretravel)).expanded()
 
     directions = [
-        f"<tr><td>{html.escape(d.name)}</td><td>{d.count}</td>"
-        f"<td>{d.pretravel / MICROMETRE:.3f}</td><td>{expanded(d) / MICROMETRE:.3f}</td>"
-        f"<td>{d.repeatability.value / MICROMETRE:.3f}</td>"
-        f"<td>{d.hysteresis / MICROMETRE:.3f}</td></tr>"
+        f"<tr><td>{_direction(d)}</td><td>{d.count}</td><td>{_um(d.pretravel)}</td>"
+        f"<td>{_um(expanded(d), 2)}</td><td>{_um(d.repeatability.value)}</td>"
+        f"<td>{_um(d.hysteresis)}</td></tr>"
         for d in calibration.directions
     ]
-    blocks = [_data(laboratory)]
+    feeds = [touch.feed for touch in calibration.touches if touch.feed == touch.feed]
+    measured = {
+        "Feed of the push rod, from the traces": f"{min(feeds):.1f} to {max(feeds):.1f} mm/min",
+        "Temperature of the ruler, lengths brought to 20 °C": f"{temperature:g} °C",
+        "Evaluated with": f"pretravel {__version__}",
+    }
+    blocks = [_data(laboratory, measured)]
     blocks.append(
         "<section><h2>Results by direction</h2><table class='data'><tr><td>direction</td>"
         "<td>touches</td><td>pretravel (µm)</td><td>U (µm)</td><td>standard deviation (µm)</td>"
@@ -191,20 +209,34 @@ def write_certificate(
     blocks.append(
         _text(
             "Uncertainty of the mean pretravel of the direction touched least often",
-            f"{formula}\nat L = {calibration.pretravel / MICROMETRE:.3f} µm:\n\n"
+            (f"Budget: {budget_source}\n" if budget_source else "")
+            + f"{formula}\nat L = {calibration.pretravel / MICROMETRE:.3f} µm:\n\n"
             + budget_table(at_mean)
             + "\n\nU is the expanded uncertainty: standard uncertainty times the coverage factor k "
             "that gives\na coverage probability of about 95 % (GUM, JCGM 100:2008).",
         )
     )
     blocks += [figure_block(caption, figure) for caption, figure in figures.items()]
+    lines = [
+        "".join(f"<td>{cell}</td>" for cell in (html.escape(t.trace), f"{t.r0:.6f}", f"{t.r1:.6f}",
+                f"{t.r2:.6f}", f"{t.r3:.6f}", _um(t.pretravel), _um(t.hysteresis)))
+        for t in calibration.touches
+    ]  # fmt: skip
+    blocks.append(
+        "<h2>Touches</h2><table class='data'><tr><td>trace</td><td>r0 (mm)</td><td>r1 (mm)</td>"
+        "<td>r2 (mm)</td><td>r3 (mm)</td><td>pretravel (µm)</td><td>hysteresis (µm)</td></tr>"
+        + "".join(f"<tr>{line}</tr>" for line in lines)
+        + "</table>"
+    )
     if notes:
         blocks.append(_text("Notes on single touches", "\n".join(notes)))
     blocks.append(
         "<section><h2>Statements</h2><p>The results relate only to the item calibrated, in the "
         "condition and at the place and time stated. This certificate may not be reproduced other "
         "than in full without the written approval of the laboratory.</p>"
-        "<p>Signature: ______________________________</p></section>"
+        "<p>Azimuth: direction of the rod's push on the tip about the probe axis, from the traces' "
+        "names.</p><p>Signature: ______________________________</p>"
+        "<p>End of certificate.</p></section>"
     )
     number = laboratory.stated("certificate", "number")
     title = "Calibration certificate" + (f" {number}" if number else "")
@@ -215,13 +247,27 @@ def write_certificate(
     write_html(path, title, _STYLE, [heading, *blocks])
 
 
-def _data(laboratory: Laboratory) -> str:
+def _um(value: float, digits: int = 3) -> str:
+    return "not told" if math.isnan(value) else f"{value / MICROMETRE:.{digits}f}"
+
+
+def _direction(direction: DirectionPerformance) -> str:
+    if math.isnan(direction.azimuth):
+        return html.escape(direction.name)
+    return f"azimuth {math.degrees(direction.azimuth):.6g}°"
+
+
+def _data(laboratory: Laboratory, measured: Mapping[str, str]) -> str:
     rows = []
     for table, keys in FIELDS.items():
         for key, meaning in keys.items():
             text = laboratory.stated(table, key)
             cell = html.escape(text) if text else "<span class='open'>not stated</span>"
             rows.append(f"<tr><th>{html.escape(meaning)}</th><td>{cell}</td></tr>")
+    rows += [
+        f"<tr><th>{html.escape(what)}</th><td>{html.escape(text)}</td></tr>"
+        for what, text in measured.items()
+    ]
     return f"<section><h2>Data</h2><table class='data'>{''.join(rows)}</table></section>"
 
 

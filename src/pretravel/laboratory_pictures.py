@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from pretravel.metrology.standards import StandardCheck
 
 
+_WIDEST_GAP = 65.0 * DEGREE
+
+
 def plot_rig(calibration: RigCalibration, title: str = "") -> Figure:
     """Pretravel and hysteresis over the directions of a calibration.
 
@@ -40,8 +43,11 @@ def plot_rig(calibration: RigCalibration, title: str = "") -> Figure:
     named = np.all(np.isfinite(azimuths))
     if named:
         left = polar_axes(figure, 1, 2, 1, "pretravel r1 - r0 (µm)")
-        around = np.append(azimuths, azimuths[0])
-        left.plot(around, np.append(means, means[0]), "-", color=COLOURS[0], lw=1.2)
+        ahead = np.roll(azimuths, -1)
+        for k, gap in enumerate(np.mod(ahead - azimuths, 2.0 * np.pi)):
+            if 0.0 < gap <= _WIDEST_GAP:  # a chord over more would look like data
+                ends = [k, (k + 1) % len(means)]
+                left.plot(azimuths[ends], means[ends], "-", color=COLOURS[0], lw=1.2)
         for d in directions:
             own = [t for t in calibration.touches if t.trace.startswith(f"{d.name}_")]
             left.plot([d.azimuth] * len(own), [t.pretravel / MICROMETRE for t in own], "o",
@@ -72,6 +78,12 @@ def plot_rig(calibration: RigCalibration, title: str = "") -> Figure:
     ):
         right.errorbar(place, np.array(values) / MICROMETRE, np.array(errors) / MICROMETRE,
                        fmt="o-", ms=4, lw=1.0, capsize=2, color=colour, label=name)  # fmt: skip
+    shown = [abs(d.hysteresis) + 2.0 * (d.u_hysteresis or 0.0) for d in directions]
+    shown += [1.5 * d.repeatability.value for d in directions]
+    highest = np.nanmax([*shown, 1e-6]) / MICROMETRE if np.any(np.isfinite(shown)) else 1.0
+    # Intervals from two or three repeats reach far up; they may leave the picture.
+    right.set_ylim(min(0.0, 1.3 * float(np.nanmin([*(d.hysteresis for d in directions), 0.0]))
+                       / MICROMETRE), 1.3 * highest)  # fmt: skip
     right.set_xlabel("azimuth (°)" if named else "direction")
     right.set_ylabel("µm, 95 % intervals")
     right.grid(alpha=0.3)
@@ -173,7 +185,7 @@ def plot_check(check: StandardCheck, title: str = "") -> Figure:
     axes = figure.add_subplot(1, 1, 1)
     for k, fit in enumerate(check.sets):
         axes.plot(np.arange(1, len(fit.residuals) + 1), fit.residuals / MICROMETRE, "o-", ms=4,
-                  lw=0.8, color=COLOURS[k % len(COLOURS)], label=f"fit {k + 1}: range "
+                  lw=0.8, color=COLOURS[k % len(COLOURS)], label=f"run {k + 1}: range "
                   f"{fit.form / MICROMETRE:.2f} µm")  # fmt: skip
     axes.axhline(0.0, lw=0.6, color="0.4")
     axes.set_xlabel("touch, in the pattern's order")
@@ -201,7 +213,9 @@ def plot_identification(found: Identification, title: str = "") -> Figure:
     figure = new_figure(6.5, 5.5)
     axes = polar_axes(figure, 1, 1, 1, title or "map less model (µm)")
     inside = found.directions @ probe_rotation(found.probe.orientation.axis)
+    largest = max(float(np.abs(found.residuals).max()) / MICROMETRE, 1e-6)
     dots = axes.scatter(azimuth_angle(inside), polar_angle(inside) / DEGREE, s=22,
-                        c=found.residuals / MICROMETRE, cmap="RdBu_r")  # fmt: skip
+                        c=found.residuals / MICROMETRE, cmap="RdBu_r",
+                        vmin=-largest, vmax=largest)  # fmt: skip
     figure.colorbar(dots, ax=axes, label="map less model (µm); radius: polar angle (°)", pad=0.1)
     return figure

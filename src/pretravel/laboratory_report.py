@@ -47,7 +47,7 @@ def rig_report(calibration: RigCalibration) -> str:
     lines = [
         f"{len(calibration.touches)} traces, {len(calibration.directions)} directions",
         f"  pretravel r1 - r0  {_um(calibration.pretravel)} mean of the directions"
-        + ("" if math.isnan(u_mean) else f", u = {_um(u_mean)} from repeats"),
+        + ("" if math.isnan(u_mean) else f" (repeats alone: u = {_um(u_mean)})"),
         f"  anisotropy         {_um(calibration.anisotropy)} largest less smallest{interval}",
         *labelled("repeatability", f"{_spread(calibration.repeatability)}, unidirectional, pooled"),
         f"  of that, sampling  {_um(reading)} on a single pretravel: edges lie between samples",
@@ -160,7 +160,8 @@ def separation_report(result: Separation) -> str:
             "of freedom left by the systematic errors"
         ),
         *(
-            f"  {kind:<18} errors over {_um(float(extent))}, mean variance {mean / _SQUARE:.3f} µm²"
+            f"  {kind:<18} errors range over {_um(float(extent))}, mean variance "
+            f"{mean / _SQUARE:.3f} µm²"
             for kind, (extent, mean) in spread.items()
         ),
     ]
@@ -180,7 +181,9 @@ def separation_plan_report(plan: SeparationPlan) -> str:
     step = 360.0 / plan.directions
     turns = ", ".join(f"{step * s:g}" for s in plan.steps)
     variance = (
-        "not told" if math.isinf(plan.u_variance) else f"{100.0 * plan.u_variance:.0f} % of it"
+        "not told"
+        if math.isinf(plan.u_variance)
+        else f"{100.0 * plan.u_variance:.0f} % of a machine's (or probe's) direction's variance"
     )
     return "\n".join(
         [
@@ -190,7 +193,7 @@ def separation_plan_report(plan: SeparationPlan) -> str:
             ),
             *labelled("turn the probe to", f"{turns}°"),
             f"  u of an error      {_um(plan.u_error)} about their mean",
-            f"  u of a variance    {variance}, of each direction's half of the variance",
+            f"  u of a variance    {variance}",
         ]
     )
 
@@ -207,7 +210,7 @@ def standard_report(check: StandardCheck) -> str:
         lines.append(f"  {figure.name}: {_um(figure.value)} ({figure.status})")
         lines.append(f"      {figure.meaning}")
         limit = "" if figure.limit is None else f", limit {_um(figure.limit)}: {figure.verdict}"
-        lines.append(f"      u of the test value {_um(figure.u_test)}{limit}")
+        lines.append(f"      u of the test value {_um(figure.u_test)} (reference){limit}")
     lines += [f"  note: {note}" for note in check.notes]
     lines.append(
         "  recalled: from memory of the standard, not checked against its text: certify nothing"

@@ -316,12 +316,13 @@ def kinds_report(scores: Sequence[KindScore]) -> str:
         ]
         for score in fitted
     ]
-    header = ["kind", "left-out rms/µm", "u/µm", "(error/u)²", "surprise"]
+    header = ["kind", "left-out rms/µm", "±/µm", "(error/u)²", "surprise"]
     lines = [
         f"Kind {fitted[0].kind} predicts directions left out of its fit best:",
         table(header, rows),
-        "  rms: of left-out touches, repeatability included; (error/u)²: 1 where the stated",
-        "  uncertainty is right; surprise: mean of ln(u/µm) + (error/u)²/2, smallest is chosen",
+        "  rms: of left-out touches, repeatability in it, ± its standard error; (error/u)²: mean",
+        "  over touches, each with its own u, 1 where u is right; surprise: mean of ln(u/µm) +",
+        "  (error/u)²/2, the smallest is chosen",
     ]
     lines += [f"  {score.kind}: {score.problem}" for score in scores if score.problem]
     return "\n".join(lines)

@@ -65,6 +65,21 @@ def check(
         [(output, (".csv", ".json", ".html")), (plot, PICTURES)],
         [touches, *([map_file] if map_file else [])],
     )
+    for name, value in (
+        ("--form-limit", form_limit),
+        ("--size-limit", size_limit),
+        ("--repeat-limit", repeat_limit),
+        ("--u-diameter", u_diameter),
+        ("--sphere-form", sphere_form),
+    ):
+        if value is not None and not 0.0 <= value < 1e6:
+            raise PretravelError(f"{name} {value:g}: it is not negative, in µm")
+    if standard == "iso10360-5" and repeat_limit is not None:
+        raise PretravelError("--repeat-limit goes with iso230-10; iso10360-5 has no such figure")
+    if standard == "iso230-10" and (size_limit is not None or u_diameter):
+        raise PretravelError("--size-limit and --u-diameter go with iso10360-5, which has a size")
+    if size_limit is not None and tip_diameter is None and map_file is None:
+        raise PretravelError("--size-limit asks for a size error: give --tip-diameter or --map")
     measured = read_touches(touches)
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     limits = {
@@ -141,6 +156,12 @@ def check(
         report += "\n\nThe sphere through all touches, compensated\n"
         report += sphere_report(measured_sphere(measured, points, pretravel_map))
     typer.echo(report)
+    if limits and not (u_diameter or sphere_form):
+        typer.echo(
+            "Warning: without --u-diameter and --sphere-form the reference counts as perfect, and "
+            "verdicts have no uncertainty zone",
+            err=True,
+        )
 
 
 def pattern(

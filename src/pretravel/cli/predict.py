@@ -22,7 +22,7 @@ def predict(
         str,
         typer.Option(
             help="analytic: stylus as a beam, seats; fem: finite elements; shen: one cantilever; "
-            "ren: the Abbé paper's closed form; wozniak: one constant, from five touches."
+            "ren: the Abbé paper's closed form; wozniak: one constant, as five touches would find."
         ),
     ] = "analytic",
     azimuth: Annotated[

@@ -87,6 +87,10 @@ def qualify(
             raise PretravelError(
                 f"--axial-pretravel {axial_pretravel}: it lies between 0 and 100 µm"
             )
+    if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
+        raise PretravelError("--lobe-azimuth and --transducer go with --kind wozniak")
+    if lobe_azimuth is not None and transducer == "piezo":
+        raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
     measured = read_touches(touches)
     with working(f"qualifying on {len(measured)} touches"):
         choice = choose(

@@ -33,6 +33,11 @@ def rig(
             "2020, Table 2."
         ),
     ] = None,
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", help="Mean pretravel as a map to compensate with: .nc or .csv."),
+    ] = None,
+    tip_diameter: Annotated[float | None, typer.Option(help="Of the tip, mm, for --map.")] = None,
     temperature: Annotated[float, typer.Option(help="Of the ruler, °C.")] = 20.0,
     expansion: Annotated[float, typer.Option(help="The ruler's thermal expansion, 1e-6/K.")] = 8.0,
     plot: Picture = None,
@@ -48,6 +53,7 @@ def rig(
     from pretravel.certificate import Laboratory, read_laboratory, write_certificate
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
     from pretravel.laboratory_pictures import plot_rig, plot_trace
     from pretravel.laboratory_report import budget_table, rig_report
@@ -57,15 +63,23 @@ def rig(
         calibrate_rig,
         calibration_budget,
         length_budget,
+        rig_map,
     )
     from pretravel.whole_file import whole_file
 
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [*traces])
+    check_files(
+        [(output, (".csv", ".json", ".html")), (map_file, (".nc", ".csv")), (plot, PICTURES)],
+        [*traces],
+    )
+    if map_file is not None and not (tip_diameter is not None and 0.0 < tip_diameter < 100.0):
+        raise PretravelError("--map needs the tip's diameter: --tip-diameter, mm")
     if not -50.0 < temperature < 100.0 or not 0.0 <= expansion < 100.0:
         raise PretravelError(
             f"--temperature {temperature:g} °C, --expansion {expansion:g}: the ruler's temperature "
             "in °C and its expansion in 1e-6 per kelvin"
         )
+    if lab is not None and (output is None or output.suffix.lower() != ".html"):
+        raise PretravelError("--lab goes with a certificate: -o certificate.html")
     names = [path.stem for path in traces]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -92,7 +106,18 @@ def rig(
             ),
             f"One touch: {touches[middle].trace}": plot_trace(read[middle], touches[middle]),
         }
-        write_certificate(output, calibration, components, told, figures, notes=notes)
+        write_certificate(
+            output,
+            calibration,
+            components,
+            told,
+            figures,
+            notes=notes,
+            budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
+            if budget is None
+            else budget.name,
+            temperature=temperature,
+        )
     if plot is not None:
         from pretravel.plotting import save
 
@@ -114,5 +139,17 @@ def rig(
             "Note: touches of one direction start at different places, so repeatability is that of "
             "r1 - r0, not of r1 alone."
         )
-    if output is not None and output.suffix.lower() == ".html" and lab is None:
-        typer.echo("Warning: the certificate states no laboratory; give --lab lab.toml", err=True)
+    if map_file is not None:
+        write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
+    if budget is None:
+        typer.echo(
+            "Warning: the budget is that of Ren 2020, Table 2: another laboratory's; give your own "
+            "with --budget",
+            err=True,
+        )
+    if output is not None and output.suffix.lower() == ".html" and told.missing:
+        typer.echo(
+            f"Warning: {told.missing} fields of the certificate are not stated; fill them in with "
+            "--lab (pretravel laboratory > lab.toml)",
+            err=True,
+        )

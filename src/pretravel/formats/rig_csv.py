@@ -14,7 +14,12 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.metrology.rig import RigTouch, RigTrace
-from pretravel.metrology.rig_calibration import LengthComponent, RigCalibration, Spread
+from pretravel.metrology.rig_calibration import (
+    LengthComponent,
+    RigCalibration,
+    Spread,
+    azimuth_of,
+)
 from pretravel.metrology.uncertainty import Budget
 from pretravel.units import MICROMETRE
 
@@ -98,6 +103,7 @@ def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
             column: [getattr(touch, name) / MICROMETRE for touch in touches]
             for name, column in small.items()
         },
+        "azimuth_deg": [math.degrees(azimuth_of(touch.trace)) for touch in touches],
         "feed_mm_min": [touch.feed if math.isfinite(touch.feed) else math.nan for touch in touches],
         "note": ["; ".join(touch.notes) for touch in touches],
     }
@@ -189,15 +195,19 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
         kind = table.columns["type"][row].strip().upper()
         if kind not in ("A", "B"):
             raise InputError(f"type is '{kind}'; it is A or B", path=path, line=line)
-        values = [
-            0.0 if not table.columns[name][row].strip() else table.number(row, name)
-            for name in ("uncertainty_um", "per_metre_um")
-        ]
+        source = table.columns["source"][row].strip()
+        if not source:
+            raise InputError("a source of uncertainty needs a name", path=path, line=line)
+        values = []
+        for name in ("uncertainty_um", "per_metre_um"):
+            cell = table.columns[name][row].strip()
+            try:
+                values.append(float(cell or "0"))
+            except ValueError:
+                raise InputError(
+                    f"{name} is '{cell}'; it must be a number, or empty", path=path, line=line
+                ) from None
         if min(values) < 0.0:
             raise InputError("an uncertainty is not negative", path=path, line=line)
-        found.append(
-            LengthComponent(
-                table.columns["source"][row], kind, values[0] * MICROMETRE, values[1] * 1e-6
-            )
-        )
+        found.append(LengthComponent(source, kind, values[0] * MICROMETRE, values[1] * 1e-6))
     return tuple(found)

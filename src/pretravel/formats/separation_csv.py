@@ -20,6 +20,8 @@ _LARGEST = 10_000.0  # µm
 def read_readings(path: str | Path) -> Readings:
     """Readings with the columns machine_index, probe_index, error_um.
 
+    Rows with an empty error_um are combinations that were not measured.
+
     Parameters
     ----------
     path : str or Path
@@ -35,6 +37,17 @@ def read_readings(path: str | Path) -> Readings:
     """
     table = read_csv_table(path)
     table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
+    blank = [not cell.strip() for cell in table.columns["error_um"]]
+    if any(blank):
+        kept = [row for row, empty in enumerate(blank) if not empty]
+        if not kept:
+            raise InputError("no row has a reading yet (error_um is empty in all)", path=path)
+        table = CsvTable(
+            table.path,
+            {name: tuple(cells[row] for row in kept) for name, cells in table.columns.items()},
+            tuple(table.lines[row] for row in kept),
+            table.header_line,
+        )
     errors = table.numbers("error_um")[:, 0]
     if np.max(np.abs(errors)) > _LARGEST:
         row = int(np.argmax(np.abs(errors)))

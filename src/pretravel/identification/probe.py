@@ -231,27 +231,32 @@ def identify(
             found = number.put(found, math.exp(code) if number.relative else float(code))
         return found
 
+    # A shift of the reference; and a level, where the map is relative to its mean.
+    relative = "tip" in pretravel_map.provenance.get("gauge", "")
+    nuisance = np.hstack([directions, np.ones((len(directions), 1))])[:, : 4 if relative else 3]
+
     def whitened(x: FloatArray) -> FloatArray:
         k = len(numbers)
         try:
-            misses = _misses(described(x[:k]), directions, value, model) + directions @ x[k:]
+            misses = _misses(described(x[:k]), directions, value, model) + nuisance @ x[k:]
         except DescriptionError:
             return np.full(len(value), 1e6)
         return np.asarray(np.linalg.solve(root, misses))
 
     k = len(numbers)
-    starts = [np.concatenate([start, np.zeros(3)])]
+    extra = nuisance.shape[1]
+    starts = [np.concatenate([start, np.zeros(extra)])]
     if "rotation" in free:
         # Lobes have kinks, and every wrong turn near one is a trap: look all around first.
         column = list(free).index("rotation")
         tried = []
         for turn in np.radians(np.arange(0.0, 120.0, 5.0)):
-            first = np.concatenate([start, np.zeros(3)])
+            first = np.concatenate([start, np.zeros(extra)])
             first[column] = turn
             tried.append((float(np.sum(whitened(first) ** 2)), first))
         tried.sort(key=lambda found: found[0])
         starts = [first for _, first in tried[:3]]
-    scale_of = np.concatenate([np.full(k, 0.1), np.full(3, 1e-3)])
+    scale_of = np.concatenate([np.full(k, 0.1), np.full(extra, 1e-3)])
     best = min(
         (least_squares(whitened, first, x_scale=scale_of) for first in starts),
         key=lambda found: float(found.cost),
@@ -264,7 +269,22 @@ def identify(
             "from a description nearer to the probe"
         ) from None
     codes, unknown = _uncertainty(np.asarray(best.jac), numbers, tuple(free))
-    residuals = _misses(fitted, directions, value, model) + directions @ best.x[k:]
+    residuals = _misses(fitted, directions, value, model) + nuisance @ best.x[k:]
+    for number, name, code in zip(numbers, free, best.x[:k], strict=True):
+        for step in (0.01, -0.01):
+            try:
+                moved = math.exp(code + step) if number.relative else code + step
+                number.put(fitted, moved)
+            except DescriptionError as error:
+                unknown.append(
+                    f"{name} ran into the limit of what a description allows ({error}): its value "
+                    "and u mean nothing"
+                )
+    if isinstance(pretravel_map.basis, TabulatedBasis) and pretravel_map.states_uncertainty:
+        unknown.append(
+            "this map is a table, which does not say how its errors hang together: u is too small; "
+            "use the .nc that qualify writes"
+        )
     # What the model misses counts as the map's error at every few directions (Birge's ratio
     # with the map's own errors, and the model's trust, in quadrature).
     expected = np.sqrt(np.diag(covariance))
@@ -276,9 +296,11 @@ def identify(
             f"{ratio:.1f} times what the map's uncertainty explains: this is another kind of "
             "probe, or other numbers than these should be free; u has been widened for it"
         )
+    if "rotation" in free:
+        fitted = _nearest_turn(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
     scale = np.where([number.relative for number in numbers], values, 1.0)
-    shift = np.asarray(-best.x[k:])
+    shift = np.asarray(-best.x[k : k + 3])
     return Identification(
         probe=fitted,
         names=tuple(free),
@@ -290,6 +312,17 @@ def identify(
         shift=shift,
         unknown=tuple(unknown),
     )
+
+
+def _nearest_turn(found: Probe, start: Probe) -> Probe:
+    """Of orientations that are alike, three for an even tripod, the one nearest to the start."""
+    azimuths = np.sort(np.mod(found.tripod.rod_azimuths, 2.0 * math.pi))
+    third = 2.0 * math.pi / 3.0
+    even = np.allclose(np.diff(azimuths), third, atol=1e-9)
+    period = third if even else 2.0 * math.pi
+    near = start.orientation.rotation
+    turned = near + (found.orientation.rotation - near + 0.5 * period) % period - 0.5 * period
+    return replace(found, orientation=replace(found.orientation, rotation=turned))
 
 
 def _shared(covariance: FloatArray) -> float:

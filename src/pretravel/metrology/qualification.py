@@ -127,8 +127,9 @@ def qualify(
     Every touch says how far the latched point is from the reference's centre:
     |P - c| = R + r - pretravel on a sphere, R - r + pretravel in a ring. A shift
     of the centre looks like a first harmonic of the map, and no touch on a sphere can
-    tell the two apart: a convention has to. Across the axis the centre is that of the
-    least-squares sphere, which a three-lobed map does not shift. Along the axis, where
+    tell the two apart: a convention has to. Across the axis a harmonic map has no first
+    harmonic, which an even tripod's has not either (kinds mean and sectors: the
+    least-squares centre). Along the axis, where
     that centre lies 5 to 15 um off (pole and equator give so differently), the map is
     made to have the pretravel `axial_pretravel` at the pole. What the convention
     misses shifts map and centre together and parts as a whole: distances between
@@ -208,10 +209,17 @@ def qualify(
                 "directions at two quite different feeds, or all at one"
             )
             delay = None
+        elif delay.delay < -3.0 * delay.u_delay:
+            raise PretravelError(
+                f"the touches tell a signal delay of {delay.delay * 1e3:.3f} ms (u = "
+                f"{delay.u_delay * 1e3:.3f}): a signal cannot come before its trigger. Are the "
+                "feeds those of the touches, and does something else change with them?"
+            )
         else:
             touches = at_rest(touches, delay.delay)
             observation = observe(touches, diameter, ring, tip_diameter, rotation)
     repeatability, repeatability_dof = pure_error(observation)
+    repeated = repeatability_dof > 0.0
     outliers = repeat_outliers(touches, observation)
     told = axial_pretravel if kind == "harmonic" and tip_diameter is not None else None
     fit: MapFit
@@ -322,7 +330,11 @@ def qualify(
         delay=delay,
         fit=fit,
         warnings=tuple(
-            feed_warnings + _warnings(pretravel_map, observation, tip_diameter is not None)
+            feed_warnings
+            + _scatter_warnings(
+                repeatability, repeatability_dof, repeated, fit.basis.kind, fit.noise
+            )
+            + _warnings(pretravel_map, observation, tip_diameter is not None)
         ),
     )
 
@@ -401,7 +413,7 @@ def _settle(fit: MapFit, observation: Observation, axial_pretravel: float | None
     u_pole = math.sqrt(float(at_pole @ fit.covariance @ at_pole))
     gauge = (
         f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
-        "(assumed: touches on a sphere cannot tell it) and is least-squares across"
+        "(assumed: touches on a sphere cannot tell it) and has no first harmonic across"
     )
     if observation.directions[:, 2].max() < math.cos(MARGIN):
         gauge += (
@@ -442,6 +454,25 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
     directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
     normals = directions @ pretravel_map.rotation.T
     return directions, *pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
+
+
+def _scatter_warnings(
+    result_noise: float, dof: float, repeated: bool, kind: str, left: float
+) -> list[str]:
+    """What repeatability rests on, and whether a model leaves more than it."""
+    found = []
+    if not repeated and dof < 3.0:
+        found.append(
+            f"nothing was repeated, and so few directions say next to nothing of repeatability: "
+            f"{result_noise / MICROMETRE:.2f} µm is what is usual, not measured. Touch each "
+            "direction several times"
+        )
+    if kind == "wozniak" and left > 3.0 * result_noise:
+        found.append(
+            f"Woźniak's model leaves {left / MICROMETRE:.1f} µm where touches repeat to "
+            f"{result_noise / MICROMETRE:.2f}: check --lobe-azimuth, or compare with --kind auto"
+        )
+    return found
 
 
 def _warnings(pretravel_map: PretravelMap, observation: Observation, tip_known: bool) -> list[str]:

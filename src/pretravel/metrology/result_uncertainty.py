@@ -50,6 +50,11 @@ class MeasuredSphere:
         """[mm]"""
         return 2.0 * self.fit.radius
 
+    @property
+    def center(self) -> FloatArray:
+        """[mm]"""
+        return self.fit.center
+
 
 def measured_sphere(
     touches: Touches, points: Points, pretravel_map: PretravelMap

@@ -12,10 +12,17 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
+from pretravel.direction_support import DirectionSupport
+from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
+from pretravel.map_bases import TabulatedBasis
 from pretravel.metrology.rig import RigTouch
 from pretravel.metrology.uncertainty import COVERAGE, Budget, Component
+from pretravel.pretravel_map import PretravelMap
+from pretravel.units import MICROMETRE
 
+LARGEST, SMALLEST = 0.15, 0.002
+"""Pretravel beyond these (the second negative) is an error of units or signs. [mm]"""
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
 
 
@@ -188,9 +195,25 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
             "no trace tells a pretravel: "
             + "; ".join(f"{t.trace}: {', '.join(t.notes) or 'no events'}" for t in touches)
         )
+    for touch in told:
+        if not -SMALLEST < touch.pretravel < LARGEST:
+            raise PretravelError(
+                f"{touch.trace}: pretravel r1 - r0 is {touch.pretravel / MICROMETRE:.1f} µm; "
+                "probes give by 1 to 80. Are ruler_mm and laser_mm in mm, does the ruler grow "
+                "towards the probe, and are the signals high at rest?"
+                + (f" ({'; '.join(touch.notes)})" if touch.notes else "")
+            )
     groups: dict[str, list[RigTouch]] = {}
     for touch in told:
         groups.setdefault(_direction_name(touch.trace), []).append(touch)
+    named: dict[float, str] = {}
+    for name, group in groups.items():
+        azimuth = azimuth_of(group[0].trace)
+        if named.setdefault(azimuth, name) != name and math.isfinite(azimuth):
+            raise PretravelError(
+                f"{named[azimuth]} and {name} are the same azimuth under two names: give the "
+                "traces of one probe at a time, named alike"
+            )
     directions = [_direction(name, group, probability) for name, group in groups.items()]
     directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
     squares = math.fsum(
@@ -387,6 +410,69 @@ def calibration_budget(
     return (
         *kept,
         LengthComponent(f"{source}, mean of {touches}", kind, single / math.sqrt(touches), dof=dof),
+    )
+
+
+def rig_map(
+    calibration: RigCalibration, components: Sequence[LengthComponent], tip_radius: float
+) -> PretravelMap:
+    """The calibration as a map of the rig's plane, to compensate with.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+        Azimuths are those of the rod's push on the tip: of surface normals.
+    components : sequence of LengthComponent
+        Of the rig.
+    tip_radius : float
+        [mm]
+
+    Returns
+    -------
+    PretravelMap
+        Linear between the directions; each one's repeats are its own error, the rest of the budget
+        is common to all.
+
+    Raises
+    ------
+    PretravelError
+        Traces whose names tell no azimuth.
+    """
+    directions = calibration.directions
+    azimuths = np.array([d.azimuth for d in directions])
+    if np.any(np.isnan(azimuths)):
+        raise PretravelError(
+            "a map needs the azimuth of each direction: name the traces …_AZIMUTH_REPEAT.csv"
+        )
+    support = DirectionSupport(from_angles(np.full(len(azimuths), 0.5 * math.pi), azimuths))
+    common = [c for c in components if not c.source.startswith("repeatability at")]
+    mean = length_budget(common, abs(calibration.pretravel)).combined
+    own = np.array(
+        [
+            sum(
+                c.constant**2
+                for c in calibration_budget(calibration, components, d.count)
+                if "mean of" in c.source
+            )
+            for d in directions
+        ]
+    )
+    spread = calibration.repeatability
+    known = math.isfinite(spread.value)
+    return PretravelMap(
+        basis=TabulatedBasis(support),
+        coefficients=np.array([d.pretravel for d in directions]),
+        covariance=np.diag(own) + mean**2,
+        support=support,
+        tip_radius=tip_radius,
+        repeatability=spread.value if known else 0.0,
+        repeatability_dof=spread.dof if known else math.inf,
+        feed=float(np.mean([t.feed for t in calibration.touches])),
+        provenance={
+            "source": "qualified on a calibration rig",
+            "touches": f"{sum(d.count for d in directions)} in {len(directions)} directions",
+            "gauge": "pretravel is absolute: rod against laser",
+        },
     )
 
 

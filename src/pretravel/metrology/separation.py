@@ -98,7 +98,7 @@ class RepeatedPair:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.variance < math.inf:
-            raise PretravelError(f"a repeat variance is positive, got {self.variance:g}")
+            raise PretravelError(f"a repeat variance is positive, got {self.variance * 1e6:g} µm²")
         if self.count < 2:
             raise PretravelError(f"{self.count} repeat has no variance; at least two are needed")
 
@@ -578,6 +578,8 @@ def _explained(
         + (
             ""
             if negative
+            else "; none can be moved without a negative variance"
+            if movable.max() < 1e-3 * float(np.mean(np.abs(variances)))
             else f"; up to {max(movable[0], 0.0) * um2:.3g} µm² could be moved from every machine "
             f"direction to every probe direction, or {max(movable[1], 0.0) * um2:.3g} back"
         ),
@@ -598,13 +600,15 @@ def _explained(
     return notes
 
 
-def direction_variance_uncertainty(readings: Readings) -> float:
+def direction_variance_uncertainty(readings: Readings, repeats: int = 1) -> float:
     """Relative standard uncertainty of one direction's variance, when all are alike.
 
     Parameters
     ----------
     readings : Readings
         Their errors do not matter.
+    repeats : int
+        Of every one of them.
 
     Returns
     -------
@@ -618,6 +622,8 @@ def direction_variance_uncertainty(readings: Readings) -> float:
     """
     design = _Design(readings)
     matrix, _ = _equations(design, readings.errors, np.full(design.size, 0.5), None)
+    # Means of repeats tell as much as single readings; what repeats scatter comes on top.
+    matrix = matrix + 0.5 * (repeats - 1) * design.incidence.T @ design.incidence
     values, vectors = np.linalg.eigh(matrix)
     # One direction, the share between machine and probe, is never told.
     if values[1] < 1e-9 * values[-1]:

@@ -85,10 +85,10 @@ def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> fl
 
     Both sorts of direction have variance one half; relative to it.
     """
-    plan = SeparationPlan(directions, steps, repeats, math.nan, math.nan)
+    plan = SeparationPlan(directions, steps, 1, math.nan, math.nan)
     machine, probe = plan.pairs()
     readings = Readings(machine, probe, np.zeros(len(machine)))
-    return direction_variance_uncertainty(readings)
+    return direction_variance_uncertainty(readings, repeats)
 
 
 def best_steps(directions: int, orientations: int) -> tuple[int, ...]:
@@ -147,7 +147,9 @@ def plan_separation(
     if not 3 <= directions <= MOST_DIRECTIONS:
         raise PretravelError(f"{directions} directions: between 3 and {MOST_DIRECTIONS}")
     if not 0.0 < variance < math.inf:
-        raise PretravelError(f"the expected variance is {variance:g}; it must be positive")
+        raise PretravelError(
+            f"the expected variance is {variance * 1e6:g} µm²; it must be positive"
+        )
     if u_error is None and u_variance is None:
         raise PretravelError("say what is wanted: u of the errors, of the variances, or both")
     for name, wanted in (("u of the errors", u_error), ("u of the variances", u_variance)):
@@ -155,8 +157,15 @@ def plan_separation(
             raise PretravelError(f"the wanted {name} is {wanted:g}; it must be positive")
     deviation = math.sqrt(variance)
     best: SeparationPlan | None = None
-    nearest = (math.inf, math.inf)
-    for orientations in range(2, directions + 1):
+    everything = tuple(range(directions))
+    nearest = (
+        error_factor(directions, everything) * deviation / math.sqrt(MOST_REPEATS),
+        variance_factor(directions, everything, MOST_REPEATS),
+    )
+    possible = (u_error is None or nearest[0] <= u_error) and (
+        u_variance is None or nearest[1] <= u_variance
+    )
+    for orientations in range(2, directions + 1) if possible else ():
         steps = best_steps(directions, orientations)
         factor = error_factor(directions, steps) * deviation
         needed = 1
@@ -169,7 +178,6 @@ def plan_separation(
             plan = SeparationPlan(
                 directions, steps, needed, factor / math.sqrt(needed), of_variance
             )
-            nearest = min(nearest, (plan.u_error, of_variance))
             if u_variance is None or of_variance <= u_variance:
                 best = plan
                 break

@@ -1,0 +1,105 @@
+"""The six-seat probe in a few numbers is the described probe: forces, deflections, asymmetry."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.description import Probe
+from pretravel.trigger.response import ProbeResponse, probe_response
+from pretravel.trigger.seats import seat_statics
+from pretravel.trigger.six_seats import (
+    PARAMETERS,
+    SixSeatBasis,
+    six_seat_response,
+    six_seat_slopes,
+)
+
+CAP = fibonacci_cap(200, np.radians(88.0))
+PROBE = load_probe("omp40-2-100mm")
+
+
+def _numbers(probe: Probe, response: ProbeResponse, **asymmetry: float) -> np.ndarray:
+    """The numbers of a described probe, worked out by hand from their definitions."""
+    ratio = probe.lever / probe.tripod.radius
+    lateral = probe.preload / ratio
+    at_rest = probe.preload / (6.0 * np.sin(probe.seats.support_angle))
+    named = {
+        "lever_ratio": ratio,
+        "support_angle": probe.seats.support_angle,
+        "rod_azimuth": probe.tripod.rod_azimuths[0],
+        "lateral_deflection": response.compliance[0, 0] * lateral,
+        "seat_indentation": response.seat_coefficient * at_rest ** (2 / 3),
+        "axial_ratio": response.compliance[2, 2] / response.compliance[0, 0],
+        "tip_approach": response.tip_coefficient * lateral ** (2 / 3),
+    } | asymmetry
+    values = [named.get(p.name, 0.0) for p in PARAMETERS]
+    return np.array(
+        [np.log(v) if p.logarithmic else v for p, v in zip(PARAMETERS, values, strict=True)]
+    )
+
+
+def test_an_ideal_probe() -> None:
+    probe = replace(
+        PROBE, tripod=replace(PROBE.tripod, rod_azimuths=tuple(np.radians([17.0, 137.0, 257.0])))
+    )
+    described = probe_response(probe)
+    fitted = six_seat_response(_numbers(probe, described), probe.tip.radius)
+    assert fitted.pretravel(CAP) == pytest.approx(described.pretravel(CAP), rel=1e-12)
+    force = fitted.force(CAP)[0] * probe.preload
+    assert force == pytest.approx(described.force(CAP)[0], rel=1e-12)
+    moved = fitted.deflection(CAP, fitted.force(CAP)[0])
+    assert moved == pytest.approx(described.deflection(CAP, described.force(CAP)[0]), abs=1e-14)
+
+
+def test_a_spring_beside_the_axis() -> None:
+    """Its moment about the tripod's centre, put on the described probe's seats by hand."""
+    described = probe_response(PROBE)
+    x, y = 0.03, -0.02
+    radius, preload = PROBE.tripod.radius, PROBE.preload
+    moment = np.cross([x * radius, y * radius, 0.0], [0.0, 0.0, -preload])
+    added = -np.linalg.solve(seat_statics(PROBE).wrenches, np.concatenate([np.zeros(3), moment]))
+    shifted = replace(described, rest_reactions=described.rest_reactions + added)
+    fitted = six_seat_response(_numbers(PROBE, described, spring_x=x, spring_y=y), PROBE.tip.radius)
+    # The seats' law is that of the ideal probe's rest, as defined.
+    assert fitted.pretravel(CAP) == pytest.approx(shifted.pretravel(CAP), rel=1e-12)
+
+
+def test_rods_out_of_their_places() -> None:
+    """Contrasts (1, -1, 0)/√2 and (1, 1, -2)/√6 of the three azimuths, their mean the first
+    rod's."""
+    off = np.array([0.02, -0.03, 0.01])  # adds up to zero
+    ideal = np.radians([10.0, 130.0, 250.0])
+    probe = replace(PROBE, tripod=replace(PROBE.tripod, rod_azimuths=tuple(ideal + off)))
+    described = probe_response(probe)
+    contrasts = {
+        "rod_azimuth_1": float(off @ [1, -1, 0]) / np.sqrt(2.0),
+        "rod_azimuth_2": float(off @ [1, 1, -2]) / np.sqrt(6.0),
+        "rod_azimuth": float(ideal[0]),
+    }
+    fitted = six_seat_response(_numbers(probe, described, **contrasts), probe.tip.radius)
+    assert fitted.pretravel(CAP) == pytest.approx(described.pretravel(CAP), rel=1e-10)
+
+
+def test_slopes_are_those_of_the_values() -> None:
+    described = probe_response(PROBE)
+    values = _numbers(PROBE, described)
+    slopes = six_seat_slopes(values, 3.0, CAP)
+    rng = np.random.default_rng(1)
+    step = 1e-4 * rng.standard_normal(len(values))
+    ends = [six_seat_response(values + s * step, 3.0).pretravel(CAP) for s in (0.5, -0.5)]
+    change = ends[0] - ends[1]
+    # Where the opening seat changes within the step there is a kink: few directions.
+    off = np.abs(change - slopes @ step)
+    assert np.quantile(off, 0.95) < 1e-3 * np.abs(change).max()
+
+
+def test_basis_sums_as_its_functions_do() -> None:
+    described = probe_response(PROBE)
+    basis = SixSeatBasis(_numbers(PROBE, described), 3.0)
+    coefficients = np.random.default_rng(2).standard_normal(basis.size)
+    assert basis.value(CAP, coefficients) == pytest.approx(basis.design(CAP) @ coefficients)
