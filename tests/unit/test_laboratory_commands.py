@@ -41,6 +41,7 @@ class TestQualify:
         [
             (["--kind", "magic"], "there are mean, sectors, wozniak, harmonic, physical, auto"),
             (["--kind", "wozniak", "--transducer", "laser"], "there are contact, piezo"),
+            (["--lobe-azimuth", "30"], "go with --kind wozniak"),
         ],
     )
     def test_errors_teach(self, options: list[str], words: str) -> None:
@@ -83,6 +84,37 @@ class TestRig:
             assert words in page
         assert page.count("data:image/png") == 2
 
+    def test_map_to_compensate_with(self, tmp_path: Path) -> None:
+        """At its directions the map has their mean pretravel; between them it is linear."""
+        from pretravel.directions import from_angles
+        from pretravel.formats.map_file import read_map
+
+        run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.nc",
+            "--tip-diameter", 6)  # fmt: skip
+        directions = json.loads((tmp_path / "rig.json").read_text())["directions"]
+        made = read_map(tmp_path / "map.nc")
+        n = from_angles(np.full(3, np.pi / 2), np.radians([d["azimuth_deg"] for d in directions]))
+        assert made.pretravel(n) * 1e3 == pytest.approx([d["pretravel_um"] for d in directions])
+        u = made.standard_uncertainty(n) * 1e3
+        assert np.all(u > [d["u_pretravel_um"] for d in directions])
+        assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.nc", code=2)
+
+    def test_implausible_traces(self, tmp_path: Path) -> None:
+        """Micrometres in a file of millimetres; two probes at once."""
+        lines = [line.split(",") for line in TRACES[0].read_text().splitlines()]
+        wrong = [lines[0], *([a, str(float(b) * 1e3), str(float(c) * 1e3), d, e]
+                             for a, b, c, d, e in lines[1:])]  # fmt: skip
+        path = tmp_path / "um_000_1.csv"
+        path.write_text("\n".join(",".join(line) for line in wrong))
+        assert "are ruler_mm and laser_mm in mm" in run("rig", path, code=2).lower()
+        path.write_text(TRACES[0].read_text())
+        assert "two names" in run("rig", TRACES[0], path, code=2)
+
+    def test_budget_with_a_word(self, tmp_path: Path) -> None:
+        path = tmp_path / "b.csv"
+        path.write_text("source,type,uncertainty_um,per_metre_um\nscale,B,abc,0\n")
+        assert "line 2: uncertainty_um is 'abc'" in run("rig", *TRACES, "--budget", path, code=2)
+
     def test_one_trace(self, tmp_path: Path) -> None:
         text = run("rig", TRACES[0], "--plot", tmp_path / "one.png")
         assert "nothing was repeated" in text
@@ -97,7 +129,8 @@ class TestRig:
         assert "given twice" in run("rig", TRACES[0], TRACES[0], code=2)
         lab = tmp_path / "lab.toml"
         lab.write_text("[laboratory]\ncolour = 'red'\n")
-        assert "has no colour" in run("rig", TRACES[0], "--lab", lab, code=2)
+        page = tmp_path / "page.html"
+        assert "has no colour" in run("rig", TRACES[0], "--lab", lab, "-o", page, code=2)
 
 
 class TestSeparate:
@@ -145,6 +178,10 @@ class TestSeparate:
         filled = [lines[0], *(f"{line}{0.1 * (i % 7):.2f}" for i, line in enumerate(lines[1:]))]
         form.write_text("\n".join(filled) + "\n")
         assert "12 machine and 12 probe" in run("separate", form).replace("\n" + " " * 21, " ")
+        # A cell left empty is a reading that was not made.
+        count = len(filled) - 1
+        form.write_text("\n".join([*filled[:5], lines[5], *filled[6:]]) + "\n")
+        assert f"{count - 1} readings" in run("separate", form)
         assert "say what is wanted" in run("separation-plan", code=2)
 
 
@@ -186,6 +223,9 @@ class TestStandards:
             (["iso9999", SPHERE, "--diameter", 25], "there are iso10360-5, iso230-10"),
             (["iso10360-5", PART, "--diameter", 25], "not the 25 points"),
             (["iso10360-5", SPHERE, "--diameter", 12.5, "--tip-diameter", 6], "check --diameter"),
+            (["iso10360-5", SPHERE, "--diameter", 25, "--u-diameter", -1], "not negative"),
+            (["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1], "give --tip-diameter"),
+            (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "go with iso10360-5"),
         ],
     )
     def test_errors_teach(self, arguments: list[object], words: str) -> None:

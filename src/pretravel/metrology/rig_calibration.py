@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -54,7 +54,7 @@ class DirectionPerformance:
         Of the direction, from the traces' names; nan where they do not tell. [rad]
     count : int
     pretravel, u_pretravel : float
-        Mean, and standard uncertainty of that mean from the repeats. [mm]
+        Mean, and standard uncertainty of that mean from the repeats of all directions. [mm]
     repeatability : Spread
         Of pretravel.
     pretravel_range : float
@@ -221,6 +221,11 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
     )
     dof = float(len(told) - len(directions))
     repeatability = spread_from(squares, dof, probability)
+    if dof > 0.0:
+        # Two or three repeats of one direction alone would often claim next to nothing.
+        directions = [
+            replace(d, u_pretravel=repeatability.value / math.sqrt(d.count)) for d in directions
+        ]
     means = np.array([d.pretravel for d in directions])
     counts = np.array([d.count for d in directions], dtype=np.float64)
     interval = np.full(2, math.nan)
