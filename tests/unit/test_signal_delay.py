@@ -69,6 +69,8 @@ def test_without_noise_the_map_is_that_of_the_probe_at_rest() -> None:
     assert moving.delay is not None
     assert moving.delay.delay == pytest.approx(DELAY, abs=1e-6)
     value = moving.pretravel_map.pretravel(n) - resting.pretravel_map.pretravel(n)
+    # Where the centre lies across the axis is told to 0.3 um only; distances are the same.
+    value -= n @ np.linalg.lstsq(n, value)[0]
     assert np.abs(value).max() < 0.02e-3
 
 
