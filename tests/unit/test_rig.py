@@ -281,6 +281,14 @@ class TestCalibration:
         assert calibration.directions[1].azimuth == pytest.approx(math.radians(30.0))
         assert calibration.pretravel == pytest.approx(3.0 * UM, abs=0.02 * UM)
         assert calibration.anisotropy == pytest.approx(2.0 * UM, abs=0.06 * UM)
+        # Tukey: 4.88 (12 means, 48 degrees of freedom, tables) s / √5 on either side.
+        half = 4.88 * calibration.repeatability.value / math.sqrt(5.0)
+        low, high = calibration.anisotropy_interval
+        assert high - calibration.anisotropy == pytest.approx(half, rel=0.01)
+        assert calibration.anisotropy - low == pytest.approx(half, rel=0.01)
+        assert calibration.directions[0].u_pretravel == pytest.approx(
+            calibration.repeatability.value / math.sqrt(5.0)
+        )
         assert calibration.repeatability.dof == 48
         assert calibration.repeatability.low < 0.03 * UM < calibration.repeatability.high
         assert calibration.starts_differ

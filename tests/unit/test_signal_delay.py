@@ -14,7 +14,7 @@ from pretravel.formats.map_file import read_map, write_map
 from pretravel.identification.qualification import ALL_KINDS, qualify
 from pretravel.metrology.compensation import apply, embed, point_sources
 from pretravel.probe.catalogue import load_probe
-from pretravel.touches import Touches
+from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict
 from pretravel.units import delay_travel
 
@@ -132,6 +132,22 @@ def test_the_delays_uncertainty_reaches_centre_and_radius() -> None:
         stated.append((result.u_effective_radius, np.sqrt(result.center_covariance[2, 2])))
     assert np.std(radius) == pytest.approx(np.mean(stated, axis=0)[0], rel=0.45)
     assert np.std(height) == pytest.approx(np.mean(stated, axis=0)[1], rel=0.45)
+
+
+def test_the_delays_share_of_the_centre() -> None:
+    """A constant error of the map's level is, with the pole's value told, one of the centre's
+    height: mean feed times u of the delay, beside what touches at one feed leave."""
+    touches = _touches(np.random.default_rng(1))
+    two = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)
+    assert two.delay is not None
+    still = at_rest(touches, two.delay.delay)
+    one = qualify(replace(still, feeds=None), 25.0, tip_diameter=6.0, search_outliers=False)
+    share = delay_travel(100.0, two.delay.u_delay)
+    for first, second in (
+        (two.center_covariance[2, 2], one.center_covariance[2, 2]),
+        (two.u_effective_radius**2, one.u_effective_radius**2),
+    ):
+        assert np.sqrt(first - second) == pytest.approx(share, rel=0.1)
 
 
 def test_map_and_delay_err_together() -> None:

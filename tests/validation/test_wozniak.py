@@ -63,6 +63,14 @@ def test_equation_4_and_property_7() -> None:
     assert both.min() == pytest.approx(4.0 / np.sqrt(3.0), abs=1e-6)
 
 
+def test_slope_with_the_lobes_azimuth() -> None:
+    n = sphere_pattern_25()
+    step = 1e-6
+    ends = [WozniakBasis(0.3 + s * step).design(n)[:, 0] for s in (0.5, -0.5)]
+    slope = WozniakBasis(0.3).design(n)[:, 1]
+    assert slope == pytest.approx((ends[0] - ends[1]) / step, abs=1e-6)
+
+
 @pytest.mark.parametrize("transducer", ["contact", "piezo"])
 def test_five_points_give_the_constant(transducer: str) -> None:
     """Equation 9 with the centre known, and the least-squares fit with it unknown, both return

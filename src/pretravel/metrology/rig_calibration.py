@@ -273,7 +273,7 @@ def _direction(name: str, touches: Sequence[RigTouch], probability: float) -> Di
         azimuth=azimuth_of(touches[0].trace),
         count=count,
         pretravel=float(pretravel.mean()),
-        u_pretravel=spread.value / math.sqrt(count),
+        u_pretravel=math.nan,  # from all directions' repeats, where there are any
         repeatability=spread,
         pretravel_range=float(np.ptp(pretravel)),
         trigger_range=float(np.ptp(triggers)),
