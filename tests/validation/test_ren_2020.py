@@ -13,7 +13,12 @@ from pretravel.metrology.rig_calibration import (
     constant_and_slope,
 )
 from pretravel.model.hertz import ball_on_flat
+from pretravel.probe.catalogue import load_probe
+from pretravel.probe.materials import material
+from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.closed_form import RenPretravel, ren_pretravel
+from pretravel.trigger.predict import MODELS
+from pretravel.trigger.seats import seat_coefficient, seat_statics
 
 REFERENCE = Path(__file__).parent / "reference"
 
@@ -106,3 +111,20 @@ def test_table_2() -> None:
     constant, slope = constant_and_slope(REN_BUDGET)
     assert constant * 1e3 == pytest.approx(0.0999, abs=5e-5)
     assert slope * 1e6 == pytest.approx(0.129, abs=5e-4)
+
+
+def test_model_ren_is_equation_12_fed_from_a_description() -> None:
+    """The lever from the seats' triangle: from one rod's seats to the line of the others', worked
+    out from the seats' places. In the plane across the axis, steel part, 0.5 N."""
+    probe = load_probe("omp40-2")
+    first, second, third = seat_frame(probe).points[::2]
+    along = (third - second) / np.linalg.norm(third - second)
+    height = np.linalg.norm(np.cross(first - second, along))
+    n, force = np.array([[1.0, 0.0, 0.0]]), np.array([0.5])
+    shares = MODELS["ren"](probe, seat_statics(probe), n, force, material("steel"))
+    tilt = probe.lever / height * seat_coefficient(probe) * 0.5 ** (2 / 3)
+    assert shares["seat_tilt"][0, 0] == pytest.approx(tilt, rel=1e-12)
+    stem = probe.stem
+    inertia = np.pi * stem.diameter**4 / 64.0
+    bending = 0.5 * probe.stylus_length**3 / (3.0 * stem.material.youngs_modulus * inertia)
+    assert shares["stylus_bending"][0, 0] == pytest.approx(bending, rel=1e-12)
