@@ -147,7 +147,7 @@ def qualify(
         Calibrated diameter of the sphere or ring. [mm]
     kind : str or callable
         mean, sectors, wozniak or harmonic; or a fit of your own. The physical kind is one
-        (`pretravel.identification.qualify` takes it by name).
+        (`pretravel.identification.qualification` takes it by name).
     ring : bool
         The reference is a ring, touched inside; its axis is the probe's.
     tip_diameter : float, optional
