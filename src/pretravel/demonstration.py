@@ -18,6 +18,7 @@ from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.qualification import ALL_KINDS, qualify
 from pretravel.metrology.compensation import apply
+from pretravel.metrology.kind_choice import distances_from_reference
 from pretravel.metrology.qualification import Qualification
 from pretravel.page import write_page
 from pretravel.report import points_report, qualification_report, table
@@ -126,12 +127,7 @@ def left_out_errors(
             tip_diameter=TIP_DIAMETER,
             search_outliers=False,
         )
-        out = touches.take(~mask)
-        points = apply(out, made.pretravel_map, extrapolate=True)
-        from_center = points.positions - made.center
-        if ring:
-            from_center = from_center * np.array([1.0, 1.0, 0.0])
-        distance = np.linalg.norm(from_center, axis=1) - 0.5 * diameter
+        distance, _ = distances_from_reference(made, touches.take(~mask), diameter, ring)
         errors.append(-distance if not ring else distance)
     return np.concatenate(errors)
 
@@ -272,9 +268,10 @@ def _ring_picture(ring: Touches) -> Figure:
     first = made["mean"]
     return plotting.plot_ring_kinds(
         azimuth_angle(-first.contact_normals),
-        made["mean"].observed,
+        first.observed,
         {
-            KIND_NAMES[kind]: result.pretravel_map.pretravel(result.contact_normals)
+            # About the mean's centre, as the measured values are: each kind has its own.
+            KIND_NAMES[kind]: first.observed - result.residuals
             for kind, result in made.items()
         },
         "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring taken off",

@@ -48,6 +48,7 @@ def check(
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
     import json
+    from functools import partial
 
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
@@ -55,7 +56,7 @@ def check(
     from pretravel.formats.touches_csv import read_touches
     from pretravel.laboratory_pictures import plot_check
     from pretravel.laboratory_report import standard_report
-    from pretravel.metrology.standards import CHECKS, check_iso230_10, check_iso10360_5
+    from pretravel.metrology.standards import CHECKS, check_iso10360_5
     from pretravel.units import MICROMETRE
     from pretravel.whole_file import whole_file
 
@@ -93,29 +94,17 @@ def check(
         )
         if limit is not None
     }
-    along = unit_vector(axis, "--axis")
-    form = sphere_form * MICROMETRE
-    result = (
-        check_iso10360_5(
-            measured,
-            diameter,
-            tip_diameter=tip_diameter,
-            pretravel_map=pretravel_map,
-            axis=along,
-            u_diameter=u_diameter * MICROMETRE,
-            sphere_form=form,
-            limits=limits,
-        )
-        if standard == "iso10360-5"
-        else check_iso230_10(
-            measured,
-            diameter,
-            tip_diameter=tip_diameter,
-            pretravel_map=pretravel_map,
-            axis=along,
-            sphere_form=form,
-            limits=limits,
-        )
+    evaluate = CHECKS[standard]
+    if standard == "iso10360-5":
+        evaluate = partial(check_iso10360_5, u_diameter=u_diameter * MICROMETRE)
+    result = evaluate(
+        measured,
+        diameter,
+        tip_diameter=tip_diameter,
+        pretravel_map=pretravel_map,
+        axis=unit_vector(axis, "--axis"),
+        sphere_form=sphere_form * MICROMETRE,
+        limits=limits,
     )
     report = standard_report(result)
     rows = [

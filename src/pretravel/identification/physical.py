@@ -36,6 +36,7 @@ MISFIT_LEVEL = 0.01
 """Chance that a good six-seat probe is said to be none."""
 _STEEPEST = (5.0 * DEGREE, 80.0 * DEGREE)
 _ASYMMETRIC = slice(len(IDEAL), None)
+_NAMES = [parameter.name for parameter in PARAMETERS]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -123,7 +124,7 @@ class _Problem:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         size = self.extra + len(PARAMETERS)
         low, high = np.full(size, -np.inf), np.full(size, np.inf)
-        angle = self.extra + [p.name for p in PARAMETERS].index("support_angle")
+        angle = self.extra + _NAMES.index("support_angle")
         low[angle], high[angle] = _STEEPEST
         return low, high
 
@@ -220,7 +221,7 @@ def _oriented(problem: _Problem) -> list[FloatArray]:
     """The ideal probe, from eight azimuths of the tripod: the best, and another like it."""
     start = np.concatenate([np.zeros(problem.extra), problem.prior])
     start[problem.axes : problem.extra] = 10.0 * MICROMETRE
-    turned = problem.extra + [p.name for p in PARAMETERS].index("rod_azimuth")
+    turned = problem.extra + _NAMES.index("rod_azimuth")
     first = []
     for azimuth in np.arange(0.0, 120.0, 15.0) * DEGREE:
         start[turned] = azimuth

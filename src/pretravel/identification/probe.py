@@ -235,23 +235,22 @@ def identify(
     relative = "tip" in pretravel_map.provenance.get("gauge", "")
     nuisance = np.hstack([directions, np.ones((len(directions), 1))])[:, : 4 if relative else 3]
 
+    k, extra = len(numbers), nuisance.shape[1]
+
     def whitened(x: FloatArray) -> FloatArray:
-        k = len(numbers)
         try:
             misses = _misses(described(x[:k]), directions, value, model) + nuisance @ x[k:]
         except DescriptionError:
             return np.full(len(value), 1e6)
         return np.asarray(np.linalg.solve(root, misses))
 
-    k = len(numbers)
-    extra = nuisance.shape[1]
     starts = [np.concatenate([start, np.zeros(extra)])]
     if "rotation" in free:
         # Lobes have kinks, and every wrong turn near one is a trap: look all around first.
         column = list(free).index("rotation")
         tried = []
         for turn in np.radians(np.arange(0.0, 120.0, 5.0)):
-            first = np.concatenate([start, np.zeros(extra)])
+            first = starts[0].copy()
             first[column] = turn
             tried.append((float(np.sum(whitened(first) ** 2)), first))
         tried.sort(key=lambda found: found[0])

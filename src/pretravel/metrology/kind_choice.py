@@ -104,7 +104,7 @@ def compare_kinds(
                     search_outliers=False,
                 )
                 if judged.any():
-                    distance[judged], u[judged] = _distances(
+                    distance[judged], u[judged] = distances_from_reference(
                         fitted, touches.take(judged), diameter, bool(settings.get("ring", False))
                     )
             except PretravelError as error:
@@ -125,9 +125,18 @@ def compare_kinds(
     return sorted(scores, key=lambda score: score.surprise)
 
 
-def _distances(
+def distances_from_reference(
     fitted: Qualification, touches: Touches, diameter: float, ring: bool
 ) -> tuple[FloatArray, FloatArray]:
+    """Compensated touches against the sphere (or ring) that a qualification found.
+
+    Returns
+    -------
+    distance : (n,) float
+        From the reference's surface, away from its centre. [mm]
+    standard_uncertainty : (n,) float
+        As compensation states it. [mm]
+    """
     points = apply(touches, fitted.pretravel_map, extrapolate=True)
     offset = points.positions - fitted.center
     if ring:

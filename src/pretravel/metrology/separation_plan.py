@@ -49,12 +49,20 @@ class SeparationPlan:
 
     def pairs(self) -> tuple[IntArray, IntArray]:
         """Machine and probe index (from 1) of every reading, repeats in a row."""
-        machine, probe = [], []
-        for step in self.steps:
-            for i in range(self.directions):
-                machine += [i + 1] * self.repeats
-                probe += [(i - step) % self.directions + 1] * self.repeats
-        return np.array(machine, dtype=np.int64), np.array(probe, dtype=np.int64)
+        return turned_pairs(self.directions, self.steps, self.repeats)
+
+
+def turned_pairs(
+    directions: int, steps: tuple[int, ...], repeats: int = 1
+) -> tuple[IntArray, IntArray]:
+    """Machine and probe index (from 1) of every reading, orientation by orientation.
+
+    >>> [index.tolist() for index in turned_pairs(3, (0, 1))]
+    [[1, 2, 3, 1, 2, 3], [1, 2, 3, 3, 1, 2]]
+    """
+    machine = np.tile(np.arange(directions), len(steps))
+    probe = (machine - np.repeat(steps, directions)) % directions
+    return np.repeat(machine + 1, repeats), np.repeat(probe + 1, repeats)
 
 
 def _spectrum(directions: int, steps: tuple[int, ...]) -> FloatArray:
@@ -85,8 +93,7 @@ def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> fl
 
     Both sorts of direction have variance one half; relative to it.
     """
-    plan = SeparationPlan(directions, steps, 1, math.nan, math.nan)
-    machine, probe = plan.pairs()
+    machine, probe = turned_pairs(directions, steps)
     readings = Readings(machine, probe, np.zeros(len(machine)))
     return direction_variance_uncertainty(readings, repeats)
 

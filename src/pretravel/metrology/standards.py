@@ -7,14 +7,14 @@ whether it is verified or recalled, and reports repeat it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import polar_angle, sphere_pattern_25, unit
+from pretravel.directions import azimuth_angle, polar_angle, sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.metrology.compensation import apply
@@ -173,8 +173,8 @@ def check_iso10360_5(
     """
     if not diameter > 0.0:
         raise PretravelError(f"--diameter {diameter:g}: the sphere's diameter is positive, in mm")
-    pattern = sphere_pattern_25() @ probe_rotation(axis).T
-    runs = _runs(touches, _turned_to(pattern, touches, probe_rotation(axis)))
+    turn = _turn_of_pattern(touches.normals @ probe_rotation(axis))
+    runs = _runs(touches, sphere_pattern_25() @ probe_rotation(axis, turn).T)
     radius = 0.0 if tip_diameter is None else 0.5 * tip_diameter
     points = _sphere_points(touches, radius, pretravel_map)
     fits = tuple(fit_sphere(points[rows]) for rows in runs)
@@ -222,22 +222,16 @@ def check_iso10360_5(
     return StandardCheck("ISO 10360-5, single stylus", tuple(figures), fits, tuple(notes))
 
 
-def _turned_to(pattern: FloatArray, touches: Touches, rotation: FloatArray) -> FloatArray:
-    """The pattern turned about the axis to where the touches have it: rings of four fix that.
+def _turn_of_pattern(inside: FloatArray) -> float:
+    """How far the touches' pattern is turned about the axis: rings of four fix that. [rad]
 
     The standard leaves the azimuth of the pattern to the user.
     """
-    inside = touches.normals @ rotation
-    polar = polar_angle(inside)
-    ring = np.abs(polar - 22.5 * DEGREE) < PATTERN_TOLERANCE
+    ring = np.abs(polar_angle(inside) - 22.5 * DEGREE) < PATTERN_TOLERANCE
     if not ring.any():
-        return pattern
-    azimuth = np.arctan2(inside[ring, 1], inside[ring, 0])
+        return 0.0
     # Four points 90° apart: their common phase, from the fourth harmonic.
-    turn = float(np.angle(np.mean(np.exp(4j * azimuth)))) / 4.0
-    c, s = math.cos(turn), math.sin(turn)
-    about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(pattern @ rotation @ about.T @ rotation.T)
+    return float(np.angle(np.mean(np.exp(4j * azimuth_angle(inside[ring]))))) / 4.0
 
 
 def check_iso230_10(
@@ -359,7 +353,10 @@ def _repeat_ranges(touches: Touches) -> tuple[list[float], int]:
     return ranges, most
 
 
-CHECKS = {"iso10360-5": check_iso10360_5, "iso230-10": check_iso230_10}
+CHECKS: Mapping[str, Callable[..., StandardCheck]] = {
+    "iso10360-5": check_iso10360_5,
+    "iso230-10": check_iso230_10,
+}
 """By the name of the command line."""
 
 
