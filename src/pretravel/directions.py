@@ -187,6 +187,45 @@ def sphere_pattern_25() -> FloatArray:
     )
 
 
+def ring_pattern(polar: npt.ArrayLike, count: int) -> FloatArray:
+    """Rings around the pole, about equally dense, every other one turned by half a step.
+
+    Parameters
+    ----------
+    polar : (p,) float
+        Of the rings; zero is the pole, one direction. [rad]
+    count : int
+        Directions on the equator; a ring has the sine of its polar angle of them, four
+        at least.
+
+    Returns
+    -------
+    (n, 3) float
+
+    Raises
+    ------
+    PretravelError
+        Fewer than four on the equator; polar angles not between 0 and 180°.
+
+    >>> ring_pattern([0.0, math.pi / 6, math.pi / 2], 12).shape
+    (19, 3)
+    """
+    angles = np.atleast_1d(np.asarray(polar, dtype=np.float64))
+    if not 4 <= count <= 10_000:
+        raise PretravelError(f"{count} directions on the equator: it lies between 4 and 10000")
+    if np.any((angles < 0.0) | (angles > math.pi)):
+        raise PretravelError("polar angles of rings lie between 0 and 180 degrees")
+    rings = []
+    for index, angle in enumerate(angles):
+        if math.sin(angle) < 1e-9:
+            rings.append(from_angles(angle, 0.0))
+            continue
+        own = max(round(count * math.sin(angle)), 4)
+        azimuth = 2.0 * math.pi / own * (np.arange(own) + 0.5 * (index % 2))
+        rings.append(from_angles(angle, azimuth))
+    return np.concatenate(rings)
+
+
 def five_point_pattern() -> FloatArray:
     """Four directions on the equator, at azimuth 0, 90, 180 and 270°, and the pole, (5, 3).
 

@@ -12,15 +12,19 @@ from pretravel import __version__
 from pretravel.cli import (
     check,
     compensate,
+    convert,
     demo,
+    export,
     faces,
     fem,
     hysteresis,
     identify,
     laboratory,
+    machine,
     plan,
     predict,
     probes,
+    program,
     qualify,
     rig,
     separate,
@@ -62,6 +66,10 @@ for command in (
     slide.slide,
     faces.faces,
     plan.plan,
+    machine.machine,
+    convert.convert,
+    convert.formats,
+    export.export,
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,
@@ -77,6 +85,8 @@ for command in (
     example = (command.__doc__ or "").rpartition("Example: ")[2].strip()
     summary = (command.__doc__ or "").rpartition("Example: ")[0].strip()
     app.command(help=summary, epilog=f"Example: {example}")(command)
+
+app.add_typer(program.app)
 
 
 def run() -> None:

@@ -111,6 +111,31 @@ def map_grid(
     }
 
 
+def effective_radius_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
+    """A map as effective radii over polar angle and azimuth, where it is supported.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        polar_deg, azimuth_deg (probe frame), effective_radius_mm, pretravel_um, u_um.
+    """
+    values = map_grid(pretravel_map)
+    polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
+    held = np.isfinite(values["pretravel_um"])
+    pretravel = values["pretravel_um"][held]
+    return {
+        "polar_deg": polar[held],
+        "azimuth_deg": azimuth[held],
+        "effective_radius_mm": pretravel_map.tip_radius - pretravel * MICROMETRE,
+        "pretravel_um": pretravel,
+        "u_um": values["u_um"][held],
+    }
+
+
 def map_dataset(
     pretravel_map: PretravelMap, table: Mapping[str, npt.ArrayLike] | None = None
 ) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Compensated points as CSV, NetCDF or JSON."""
+"""Compensated points as CSV, Parquet, NetCDF, JSON or QIF."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.errors import PretravelError
-from pretravel.formats.csv_table import write_csv_table
 from pretravel.formats.netcdf import write_dataset
+from pretravel.formats.qif import write_qif
+from pretravel.formats.tables import write_table
 from pretravel.metrology.compensation import Points
 from pretravel.units import MICROMETRE
 from pretravel.whole_file import whole_file
@@ -70,7 +71,7 @@ def points_dataset(points: Points) -> xr.Dataset:
 
 
 def write_points(path: str | Path, points: Points, note: str = "") -> None:
-    """Write points in the format of the path's ending: .csv, .nc or .json.
+    """Write points in the format of the path's ending: .csv, .parquet, .nc, .json or .qif.
 
     Parameters
     ----------
@@ -85,8 +86,8 @@ def write_points(path: str | Path, points: Points, note: str = "") -> None:
         Another ending.
     """
     ending = Path(path).suffix.lower()
-    if ending == ".csv":
-        write_csv_table(path, points_table(points))
+    if ending in (".csv", ".parquet"):
+        write_table(path, points_table(points))
     elif ending == ".nc":
         write_dataset(path, points_dataset(points).assign_attrs(note=note))
     elif ending == ".json":
@@ -96,7 +97,18 @@ def write_points(path: str | Path, points: Points, note: str = "") -> None:
         rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    elif ending == ".qif":
+        write_qif(
+            path,
+            points.positions,
+            points.normals,
+            points.labels,
+            compensated=True,
+            tip_radius=None,
+            deviations=points.deviation,
+        )
     else:
         raise PretravelError(
-            f"points cannot be written to '{path}': the ending must be .csv, .nc or .json"
+            f"points cannot be written to '{path}': the ending must be .csv, .parquet, .nc, .json "
+            "or .qif"
         )

@@ -10,11 +10,12 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.directions import UNIT_TOLERANCE
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
+from pretravel.formats.csv_table import CsvTable
+from pretravel.formats.tables import read_table, write_table
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad import Part
 from pretravel.surface.local_geometry import Surface
-from pretravel.surface.shapes import Sphere
+from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
@@ -33,6 +34,7 @@ def read_touches(path: str | Path) -> Touches:
     Parameters
     ----------
     path : str or Path
+        CSV, or Parquet by its ending.
 
     Returns
     -------
@@ -50,7 +52,7 @@ def read_touches(path: str | Path) -> Touches:
     >>> len(read_touches(file))
     1
     """
-    table = read_csv_table(path)
+    table = read_table(path)
     table.require(*_POSITION, *_NORMAL, what="touches")
     approaches = _optional_vectors(table, _APPROACH, "approach", unit=True)
     try:
@@ -96,7 +98,7 @@ def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "
     InputError
         As `read_touches`.
     """
-    table = read_csv_table(path)
+    table = read_table(path)
     table.require(*_NORMAL, what="targets")
     normals = _unit_vectors(table, _NORMAL, "normal")
     approaches = None
@@ -130,8 +132,33 @@ def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "
     )
 
 
+def read_plan(path: str | Path) -> Targets:
+    """Targets that were run, all told by the file: points, normals, approaches where it has them.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Targets
+
+    Raises
+    ------
+    InputError
+        As `read_targets`; a file without points.
+    """
+    table = read_table(path)
+    table.require(*(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
+    # A plane is not asked for points: they are there.
+    return read_targets(
+        path, Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        approach="file" if table.has(*_APPROACH) else "normal",
+    )  # fmt: skip
+
+
 def write_touches(path: str | Path, touches: Touches) -> None:
-    """Write touches as CSV, with all the columns they have.
+    """Write touches as CSV or Parquet, by the ending, with all the columns they have.
 
     Parameters
     ----------
@@ -152,7 +179,7 @@ def write_touches(path: str | Path, touches: Touches) -> None:
         columns["feed_mm_min"] = touches.feeds
     if touches.nominal_points is not None:
         columns |= {name: touches.nominal_points[:, i] for i, name in enumerate(_NOMINAL)}
-    write_csv_table(path, columns)
+    write_table(path, columns)
 
 
 def _unit_vectors(table: CsvTable, names: tuple[str, ...], what: str) -> FloatArray:

@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pretravel.cli.arguments import check_files, vector
+
+if TYPE_CHECKING:
+    from pretravel.formats.readings import Readings
+
+_OUTPUTS = (".csv", ".parquet", ".qif", ".msr", ".txt")
+
+
+def convert(
+    readings: Annotated[
+        Path, typer.Argument(help="Log or results of a control, CMM or CAM: see pretravel formats.")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="Touches: .csv, .parquet, .qif; .msr or .txt for Fusion."
+        ),
+    ],
+    file_format: Annotated[
+        str | None, typer.Option("--from", help="Format of the file; found out when not given.")
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(help="The targets that were run, .csv, for files that tell positions alone."),
+    ] = None,
+    machine: Annotated[
+        Path | None,
+        typer.Option(help="Machine file: tip diameter, and the overtravel by which misses show."),
+    ] = None,
+    units: Annotated[
+        str | None, typer.Option(help="mm or inch, for files that do not tell.")
+    ] = None,
+    tip_diameter: Annotated[float | None, typer.Option(help="Diameter of the tip, mm.")] = None,
+    offset: Annotated[
+        str | None,
+        typer.Option(help="Work coordinates x,y,z in the machine's, mm, for grbl logs."),
+    ] = None,
+    radius_taken_off: Annotated[
+        float | None,
+        typer.Option(help="DMIS: radius that its points have had taken off, mm; 0: tip centres."),
+    ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(help="Where the work coordinates were turned: work, or machine axes."),
+    ] = None,
+    feed: Annotated[
+        float | None, typer.Option(help="Feed of the touches, mm/min, where the file tells none.")
+    ] = None,
+) -> None:
+    """Read what a control, CMM or CAM wrote, and write touches.
+
+    Positions alone are joined with the plan by the lines they lie on; nothing is counted.
+
+    Example: pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv
+    """
+    from pretravel.errors import PretravelError
+    from pretravel.formats.catalogue import format_of, read_readings
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.machine_file import read_machine
+    from pretravel.formats.print_file import read_print_file
+    from pretravel.formats.touches_csv import read_plan
+
+    inputs = [readings, *([plan] if plan else []), *([machine] if machine else [])]
+    check_files([(output, _OUTPUTS)], inputs)
+    known = None if machine is None else read_machine(machine)
+    if tip_diameter is None and known is not None:
+        tip_diameter = known.tip_diameter
+    kind = file_format or format_of(readings)
+    if kind == "print":
+        if output.suffix.lower() != ".csv":
+            raise PretravelError("a print-out becomes a table of features: -o features.csv")
+        features = read_print_file(readings, units)
+        write_csv_table(
+            output,
+            {
+                "component": [f.component for f in features],
+                "feature": [f.feature for f in features],
+                "quantity": [f.quantity for f in features],
+                "nominal": [f.nominal for f in features],
+                "actual": [f.actual for f in features],
+                "deviation": [f.deviation for f in features],
+            },
+        )
+        typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
+        return
+    found = read_readings(
+        readings,
+        kind,
+        plan=None if plan is None else read_plan(plan),
+        units=units,
+        tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
+        overtravel=None if known is None else known.overtravel,
+        offset=None if offset is None else vector(offset, "--offset"),
+        taken_off=radius_taken_off,
+    )
+    _write(found, output, frame, feed, tip_diameter)
+    typer.echo(f"{len(found.touches)} touches ({kind})")
+    for note in found.notes():
+        typer.echo(f"Warning: {note}", err=True)
+
+
+def _write(
+    found: Readings,
+    output: Path,
+    frame: str | None,
+    feed: float | None,
+    tip_diameter: float | None,
+) -> None:
+    import math
+
+    from pretravel.errors import PretravelError
+    from pretravel.formats.fusion_inspection import write_fusion
+    from pretravel.formats.qif import write_qif
+    from pretravel.formats.touches_csv import write_touches
+    from pretravel.touches import moved, with_feed
+
+    touches = found.touches
+    if frame not in (None, "work", "machine"):
+        raise PretravelError(f"--frame {frame}: it is work or machine")
+    if abs(found.rotation) > 1e-9:
+        turn = math.degrees(found.rotation)
+        if frame is None:
+            raise PretravelError(
+                f"the work coordinates were turned by {turn:g}°, and a table cannot say so: "
+                "--frame machine turns the touches into the machine's axes (to qualify), --frame "
+                f"work leaves them (then: pretravel compensate --place 0,0,0,0,0,{turn:g})"
+            )
+        if frame == "machine":
+            touches = moved(touches, found.placement)
+    touches = with_feed(touches, feed)
+    labels = touches.labels or tuple(str(i + 1) for i in range(len(touches)))
+    ending = output.suffix.lower()
+    if ending in (".csv", ".parquet"):
+        write_touches(output, touches)
+        return
+    radius = found.tip_radius if tip_diameter is None else 0.5 * tip_diameter
+    if ending == ".qif":
+        write_qif(
+            output, touches.positions, touches.normals, labels, compensated=False, tip_radius=radius
+        )
+        return
+    if radius is None:
+        raise PretravelError("a Fusion results file tells the tip's radius: give --tip-diameter")
+    write_fusion(
+        output, touches.positions, touches.normals, touches.nominal_points, labels, radius,
+        name=output.stem,
+    )  # fmt: skip
+
+
+def formats() -> None:
+    """List the file formats: what is read and written, and what that was verified against.
+
+    Example: pretravel formats
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from pretravel.formats.catalogue import FORMATS
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("format", "what it is", "read", "written", "must be told", "verified against"):
+        table.add_column(name, overflow="fold")
+    for entry in FORMATS:
+        table.add_row(
+            entry.name, entry.what, entry.reads, entry.writes, entry.needs, entry.verified
+        )
+    Console(markup=False).print(table)

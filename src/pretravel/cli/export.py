@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import check_files
+
+CONTROLS = ("linuxcnc", "renishaw", "fanuc", "heidenhain", "csv")
+_MOST = {"linuxcnc": 1900, "fanuc": 400}
+
+
+def export(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map: .nc, or a .csv table.")],
+    to: Annotated[
+        str,
+        typer.Option(
+            help="linuxcnc (subroutines, a folder), renishaw (vector radii), fanuc (Macro B), "
+            "heidenhain (from a template, unverified), csv (a table of effective radii)."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File, or for linuxcnc the folder of subroutines."),
+    ] = None,
+    form: Annotated[
+        str,
+        typer.Option(help="linuxcnc: series (exact, harmonic maps), table (interpolated), auto."),
+    ] = "auto",
+    tolerance: Annotated[
+        float, typer.Option(help="Largest error of a table against the map, µm.")
+    ] = 0.02,
+    base: Annotated[
+        int | None, typer.Option(help="First variable: linuxcnc 3000, renishaw and fanuc 500.")
+    ] = None,
+    criterion: Annotated[
+        str, typer.Option(help="renishaw: make the largest residual small (max), or the rms.")
+    ] = "max",
+    template: Annotated[Path | None, typer.Option(help="heidenhain: the template to fill.")] = None,
+    show_template: Annotated[
+        bool, typer.Option("--show-template", help="heidenhain: print the template to edit.")
+    ] = False,
+    azimuth: Annotated[
+        float | None,
+        typer.Option(help="heidenhain: azimuth at which the probe is always touched, degrees."),
+    ] = None,
+    tip_diameter: Annotated[
+        float | None, typer.Option(help="Diameter of the tip, mm, if not the map's.")
+    ] = None,
+) -> None:
+    """Write a map as tables and macros for a control.
+
+    Example: pretravel export map.nc --to linuxcnc -o subroutines
+    """
+    from pretravel.controls import tables
+    from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
+    from pretravel.controls.lookup import describe_form, lookup_series, lookup_table
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.map_file import effective_radius_table, read_map
+    from pretravel.units import DEGREE, MICROMETRE
+    from pretravel.whole_file import whole_file
+
+    if to not in CONTROLS:
+        raise PretravelError(f"--to {to}: it is one of {', '.join(CONTROLS)}")
+    if show_template:
+        typer.echo(tables.heidenhain_template(), nl=False)
+        return
+    if output is None:
+        raise PretravelError("say where to write to: -o FILE, for linuxcnc -o FOLDER")
+    if form not in ("auto", "series", "table"):
+        raise PretravelError(f"--form {form}: it is auto, series or table")
+    if not tolerance > 0.0:
+        raise PretravelError(f"--tolerance {tolerance:g}: it must be positive, in µm")
+    pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
+    if to == "linuxcnc":
+        first = 3000 if base is None else base
+        if not 31 <= first < LAST_FREE - 500:
+            raise PretravelError(f"--base {first}: parameters 31 to 5000 are the user's")
+        if output.suffix or output.is_file():
+            raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
+        if not output.parent.is_dir():
+            raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
+        wanted = form if form != "auto" else (
+            "series" if pretravel_map.kind in ("harmonic", "mean") else "table"
+        )  # fmt: skip
+        chosen = (
+            lookup_series(pretravel_map)
+            if wanted == "series"
+            else lookup_table(
+                pretravel_map,
+                tolerance=tolerance * MICROMETRE,
+                most_values=min(_MOST["linuxcnc"], LAST_FREE - first),
+            )
+        )
+        texts = linuxcnc_subroutines(pretravel_map, chosen, base=first)
+        output.mkdir(exist_ok=True)
+        stale = output / "pretravel_table.ngc"
+        if stale.name not in texts:
+            stale.unlink(missing_ok=True)
+        for name, text in texts.items():
+            with whole_file(output / name) as temporary:
+                temporary.write_text(text, encoding="ascii")
+        typer.echo(f"{output}: {', '.join(sorted(texts))}")
+        typer.echo(describe_form(chosen))
+        if wanted == "table" and chosen.largest_error > tolerance * MICROMETRE:
+            typer.echo(
+                f"Warning: the table misses --tolerance {tolerance:g} µm: there are too few "
+                "parameters for a finer one",
+                err=True,
+            )
+        return
+    check_files([(output, (output.suffix.lower(),))], [map_file, *([template] if template else [])])
+    if to == "csv":
+        check_files([(output, (".csv",))])
+        write_csv_table(output, effective_radius_table(pretravel_map))
+        typer.echo(f"{output}: effective radii over the supported directions")
+        return
+    if to == "renishaw":
+        text = tables.renishaw_variables(
+            pretravel_map, base=500 if base is None else base, criterion=criterion
+        )
+    elif to == "fanuc":
+        table = lookup_table(
+            pretravel_map, tolerance=tolerance * MICROMETRE, most_values=_MOST["fanuc"]
+        )
+        text = tables.fanuc_macro(pretravel_map, table, base=500 if base is None else base)
+    else:
+        own = None
+        if template is not None:
+            try:
+                own = template.read_text(encoding="utf-8-sig")
+            except (OSError, UnicodeDecodeError) as error:
+                raise PretravelError(f"{template}: cannot be read as text: {error}") from None
+        text = tables.heidenhain_table(
+            pretravel_map, own, azimuth=None if azimuth is None else azimuth * DEGREE
+        )
+    with whole_file(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    typer.echo(f"{output}:")
+    remarks = [line for line in text.splitlines()[:8] if line.startswith(("(", ";"))]
+    typer.echo("\n".join(remarks))
+    if to == "heidenhain":
+        typer.echo("Warning: the columns are unverified: compare with your control's", err=True)

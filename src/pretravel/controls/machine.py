@@ -1,0 +1,134 @@
+"""A machine as a probing program needs to know it: probe, feeds, distances, work offset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.frames import Placement, probe_rotation
+
+WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+"""Coordinate systems of LinuxCNC, in the order of their numbers 1 to 9."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What a probing program needs to know of a machine. The probe axis is its z.
+
+    Attributes
+    ----------
+    name : str
+    tool : int
+        Number of the probe in the tool table; 0 when it is in the spindle already, its
+        length active.
+    tip_diameter, stem_diameter : float
+        Of the ball, and of the stylus above it. [mm]
+    stylus_length : float
+        From the ball's centre up to the body of the probe. [mm]
+    body_diameter : float
+        Of the probe above the stylus. [mm]
+    measuring_feed, positioning_feed : float
+        While a touch is expected; to where touches start, and back. [mm/min]
+    safe_height : float
+        Height of the tip's centre, work coordinates, at which it may travel anywhere. [mm]
+    start_distance : float
+        From the ball to the surface where a touch starts. [mm]
+    overtravel : float
+        Beyond the nominal surface before a touch counts as missed. [mm]
+    work_offset : str
+        G54 to G59.3.
+    work : Placement or None
+        Of the work coordinates in the machine's, where it is known. [mm]
+    limits : (3, 2) float or None
+        Lowest and highest position of each axis with the tool's length taken off:
+        of the tip, in machine coordinates. [mm]
+
+    Raises
+    ------
+    PretravelError
+        Sizes, feeds or distances that are not positive, an unknown work offset.
+
+    >>> Machine().measuring_feed
+    50.0
+    """
+
+    name: str = "machine"
+    tool: int = 0
+    tip_diameter: float = 6.0
+    stem_diameter: float = 4.5
+    stylus_length: float = 50.0
+    body_diameter: float = 40.0
+    measuring_feed: float = 50.0
+    positioning_feed: float = 1000.0
+    safe_height: float = 50.0
+    start_distance: float = 2.0
+    overtravel: float = 2.0
+    work_offset: str = "G54"
+    work: Placement | None = None
+    limits: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name in (
+            "tip_diameter",
+            "stem_diameter",
+            "stylus_length",
+            "body_diameter",
+            "measuring_feed",
+            "positioning_feed",
+            "start_distance",
+            "overtravel",
+        ):
+            value = getattr(self, name)
+            if not 0.0 < value < 1e6:
+                raise PretravelError(
+                    f"{name.replace('_', ' ')} {value:g}: a positive number is needed"
+                )
+        if not -1e5 < self.safe_height < 1e5:
+            raise PretravelError(f"safe height {self.safe_height:g} mm: that is no height")
+        if self.stem_diameter >= self.tip_diameter:
+            raise PretravelError(
+                f"stem diameter {self.stem_diameter:g} mm: it must be thinner than the tip "
+                f"({self.tip_diameter:g} mm), or the stem touches first"
+            )
+        if self.tool < 0:
+            raise PretravelError(f"tool {self.tool}: a tool number is not negative")
+        if self.work_offset not in WORK_OFFSETS:
+            raise PretravelError(
+                f"work offset '{self.work_offset}': it is one of {', '.join(WORK_OFFSETS)}"
+            )
+        if self.limits is not None and not np.all(self.limits[:, 0] < self.limits[:, 1]):
+            raise PretravelError("limits of an axis: the first number must be below the second")
+
+    @property
+    def tip_radius(self) -> float:
+        """[mm]"""
+        return 0.5 * self.tip_diameter
+
+    @property
+    def retreat(self) -> float:
+        """From the nominal surface to the ball's centre where a touch starts. [mm]"""
+        return self.tip_radius + self.start_distance
+
+
+def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Placement:
+    """Work coordinates in the machine: an offset, and a turn about z.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Of the work origin in machine coordinates. [mm]
+    rotation : float
+        Counter-clockwise about z (G10 L2 R). [rad]
+
+    Returns
+    -------
+    Placement
+
+    >>> turned = work_placement(1.0, 2.0, 3.0, np.pi / 2)
+    >>> turned.points(np.array([[1.0, 0.0, 0.0]])).round(9).tolist()
+    [[1.0, 3.0, 3.0]]
+    """
+    return Placement(probe_rotation(rotation=rotation), np.array([x, y, z]))

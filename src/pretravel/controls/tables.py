@@ -1,0 +1,243 @@
+"""Maps as variables, macros and tables of controls other than LinuxCNC."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from string import Formatter
+
+import numpy as np
+
+from pretravel.controls.lookup import LookupTable, describe_form, supported_band
+from pretravel.controls.sector_tables import resampled_sectors, touched_sectors
+from pretravel.directions import from_angles
+from pretravel.errors import PretravelError
+from pretravel.map_bases import SECTOR_NAMES
+from pretravel.pretravel_map import PretravelMap
+from pretravel.units import DEGREE, MICROMETRE
+
+_VECTORS = 10
+"""The first of the eight vector radii, counted from the base variable."""
+
+
+def renishaw_variables(
+    pretravel_map: PretravelMap, *, base: int = 500, program: int = 9799, criterion: str = "max"
+) -> str:
+    """Macro variables of a vector calibration: two axis radii and eight vector radii.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    base : int
+        Variable of the X radius, as the probing macros have it set.
+    program : int
+        Number of the program that sets them.
+    criterion : str
+        See `resampled_sectors`.
+
+    Returns
+    -------
+    str
+        A program to run once on the control. Offsets of the stylus (base + 2, base + 3) stay as
+        they are.
+
+    Raises
+    ------
+    PretravelError
+        A base that is no common variable; a map that does not hold all around the equator.
+    """
+    if not 100 <= base <= 100_000:
+        raise PretravelError(f"--base {base}: a common variable is 100 or above")
+    table = resampled_sectors(pretravel_map, criterion)
+    touched = touched_sectors(pretravel_map)
+    numbers = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
+    names = ["X radius", "Y radius", *(f"{name} degrees" for name in SECTOR_NAMES[2:])]
+    lines = [
+        "%",
+        f"O{program} (pretravel: vector radii, variables {base} to {numbers[-1]})",
+        f"(from a map of kind {pretravel_map.kind}; radius less pretravel, mm)",
+        (
+            f"(nearest-sector lookup leaves {table.largest / MICROMETRE:.2f} um at most, "
+            f"{table.rms / MICROMETRE:.2f} um rms, in the XY plane)"
+        ),
+        (
+            f"(touched at the sectors' angles it would leave {touched.largest / MICROMETRE:.2f} um "
+            f"at most, {touched.rms / MICROMETRE:.2f} um rms)"
+        ),
+        f"(stylus offsets, variables {base + 2} and {base + 3}, stay as they are)",
+        *(
+            f"#{number}={pretravel_map.tip_radius - value:.5f} ({name})"
+            for number, name, value in zip(numbers, names, table.pretravel, strict=True)
+        ),
+        "M99",
+        "%",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def fanuc_macro(
+    pretravel_map: PretravelMap, form: LookupTable, *, base: int = 500, program: int = 9750
+) -> str:
+    """Two Macro B programs: one fills a table, one looks a direction up in it.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    form : LookupTable
+        Of that map.
+    base : int
+        First common variable of the table.
+    program : int
+        Number of the program that fills it; the next one looks up:
+        G65 P9751 I.. J.. K.. (outward unit normal) leaves the pretravel in #100, in mm,
+        or -1 where the map does not hold.
+
+    Returns
+    -------
+    str
+        Not tried on a Fanuc control; its arithmetic was run by another interpreter.
+    """
+    rows, columns = form.values.shape
+    turn = pretravel_map.rotation
+    names = {0: "#11", 1: "#12", 2: "#13"}
+    to_probe = [
+        f"#{7 + column}=" + "+".join(
+            f"[{turn[machine, column]:.9f}]*{names[machine]}" for machine in range(3)
+        )
+        for column in range(3)
+    ]  # fmt: skip
+    low, high = form.band.lowest / DEGREE, form.band.highest / DEGREE
+    head = [
+        f"(pretravel: {describe_form(form)})",
+        f"(map of kind {pretravel_map.kind}; tip radius {pretravel_map.tip_radius:.6f} mm)",
+        "(NOT TRIED ON A FANUC CONTROL)",
+    ]
+    lines = [
+        "%",
+        f"O{program} (FILLS #{base} TO #{base + rows * columns - 1})",
+        *head,
+        *(f"#{base + i}={value:.7f}" for i, value in enumerate(form.values.ravel())),
+        "M99",
+        f"O{program + 1} (G65 P{program + 1} I J K: PRETRAVEL ALONG THE NORMAL TO #100)",
+        *head,
+        "#11=#4",
+        "#12=#5",
+        "#13=#6",
+        *to_probe,
+        "#14=SQRT[#7*#7+#8*#8]",
+        "#15=0",
+        "IF[#14GT0]THEN #15=ATAN[#8]/[#7]",
+        "IF[#15LT0]THEN #15=#15+360",
+        "#16=0",
+        "IF[#14GT0]THEN #16=ATAN[#14]/[#9]",
+        "IF[[#14EQ0]AND[#9LT0]]THEN #16=180",
+        f"#17=[#16-{low:.9f}]/{form.polar_step / DEGREE:.9f}",
+        "IF[#17LT0]THEN #17=0",
+        "#18=FIX[#17]",
+        f"IF[#18GT{form.rows - 2}]THEN #18={form.rows - 2}",
+        "#19=#17-#18",
+        "IF[#19GT1]THEN #19=1",
+        f"#20=#15/{form.azimuth_step / DEGREE:.9f}",
+        "#21=FIX[#20]",
+        "#22=#20-#21",
+        *_weights("#19", 23),
+        *_weights("#22", 27),
+        "#31=0",
+        "#100=0",
+        "WHILE[#31LT4]DO1",
+        "#32=#21+#31-1",
+        f"IF[#32LT0]THEN #32=#32+{columns}",
+        f"IF[#32GE{columns}]THEN #32=#32-{columns}",
+        f"#33={base}+#18*{columns}+#32",
+        f"#1=#23*#[#33]+#24*#[#33+{columns}]+#25*#[#33+{2 * columns}]+#26*#[#33+{3 * columns}]",
+        "#100=#100+#1*#[27+#31]",
+        "#31=#31+1",
+        "END1",
+        f"IF[#16LT{low - 1e-3:.6f}]THEN #100=-1",
+        f"IF[#16GT{high + 1e-3:.6f}]THEN #100=-1",
+        "M99",
+        "%",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _weights(share: str, first: int) -> list[str]:
+    """Of four neighbours, at a share from the second to the third (Catmull-Rom)."""
+    f = share
+    return [
+        f"#{first}=0.5*{f}*[{f}*[2-{f}]-1]",
+        f"#{first + 1}=0.5*[{f}*{f}*[3*{f}-5]+2]",
+        f"#{first + 2}=0.5*{f}*[{f}*[4-3*{f}]+1]",
+        f"#{first + 3}=0.5*{f}*{f}*[{f}-1]",
+    ]
+
+
+def heidenhain_template() -> str:
+    """The template that `heidenhain_table` fills when it is given none; to be edited."""
+    return files("pretravel.controls").joinpath("data/heidenhain.3DTC.template").read_text("utf-8")
+
+
+def heidenhain_table(
+    pretravel_map: PretravelMap,
+    template: str | None = None,
+    *,
+    azimuth: float | None = None,
+    step_deg: float = 5.0,
+) -> str:
+    """A table of deviation over the polar angle, as a template has it.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    template : str, optional
+        Lines with ``{angle_deg}`` or ``{deviation_mm}`` stand for the rows (``{number}`` counts
+        them); others may have ``{title}`` and ``{residual_um}``.
+    azimuth : float, optional
+        Of a probe that the spindle turns so that it is always touched there; the mean all
+        around when not given. [rad]
+    step_deg : float
+
+    Returns
+    -------
+    str
+        The columns of such tables are not published: it is marked as unverified.
+
+    Raises
+    ------
+    PretravelError
+        A template with other names, or without rows.
+    """
+    text = heidenhain_template() if template is None else template
+    band = supported_band(pretravel_map)
+    low, high = band.lowest / DEGREE, band.highest / DEGREE
+    if not step_deg > 0.0:
+        raise PretravelError(f"--step {step_deg:g}: it must be positive, in degrees")
+    angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
+    around = np.arange(0.0, 360.0, 5.0) * DEGREE if azimuth is None else np.array([azimuth])
+    values = np.array(
+        [
+            pretravel_map.pretravel(from_angles(angle * DEGREE, around), extrapolate=True)
+            for angle in angles
+        ]
+    )
+    mean = values.mean(axis=1)
+    residual = float(np.max(np.abs(values - mean[:, None]))) / MICROMETRE
+    lines, rows = [], 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            names = {name for _, name, _, _ in Formatter().parse(line) if name is not None}
+            if names & {"angle_deg", "deviation_mm", "number"}:
+                rows += 1
+                lines += [
+                    line.format(number=i, angle_deg=angle, deviation_mm=-value)
+                    for i, (angle, value) in enumerate(zip(angles, mean, strict=True))
+                ]
+            else:
+                lines.append(line.format(title="pretravel", residual_um=residual))
+        except (KeyError, ValueError, IndexError) as error:
+            raise PretravelError(
+                f"template, line {number}: {error}; known are number, angle_deg, deviation_mm (in "
+                "rows), title and residual_um"
+            ) from None
+    if rows == 0:
+        raise PretravelError("the template has no line with {angle_deg} and {deviation_mm}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,138 @@
+"""Files that LinuxCNC keeps: parameters (.var) with work offsets, and the tool table."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from pretravel.controls.machine import WORK_OFFSETS, work_placement
+from pretravel.errors import InputError
+from pretravel.formats.readings import UNITS, file_lines, finite
+from pretravel.frames import Placement
+from pretravel.units import DEGREE
+
+_FIRST, _APART, _TURN = 5221, 20, 9
+_G92_ON, _G92 = 5210, 5211
+_ACTIVE = 5220
+
+
+def read_work_offset(path: str | Path, offset: str | None = None, units: str = "mm") -> tuple[
+    str, Placement
+]:  # fmt: skip
+    r"""A work offset from a parameter file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file that PARAMETER_FILE in the INI names.
+    offset : str, optional
+        G54 to G59.3; that which was active last when not given.
+    units : str
+        Of the machine (LINEAR_UNITS): mm or inch.
+
+    Returns
+    -------
+    str, Placement
+        Its name; of the work coordinates in the machine's. G92 is in it where it is on.
+
+    Raises
+    ------
+    InputError
+        Lines that are not a number and a value, an unknown offset: with the line.
+
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "linuxcnc.var"
+    >>> _ = file.write_text("5220\t1\n5221\t10\n5222\t20\n5223\t-30\n5230\t90\n")
+    >>> name, work = read_work_offset(file)
+    >>> name, work.shift.tolist()
+    ('G54', [10.0, 20.0, -30.0])
+    """
+    values: dict[int, float] = {}
+    for number, line in enumerate(file_lines(path, "a parameter file"), start=1):
+        cells = line.split()
+        if not cells:
+            continue
+        if len(cells) != 2 or not cells[0].isdigit():
+            raise InputError(
+                f"'{line.strip()[:40]}': a parameter's number and its value are needed",
+                path=path,
+                line=number,
+            )
+        values[int(cells[0])] = finite(cells[1:], path, number)[0]
+    if offset is None:
+        index = int(values.get(_ACTIVE, 1.0)) - 1
+        if not 0 <= index < len(WORK_OFFSETS):
+            raise InputError(f"parameter {_ACTIVE} names no work offset", path=path)
+        offset = WORK_OFFSETS[index]
+    if offset.upper() not in WORK_OFFSETS:
+        raise InputError(
+            f"work offset '{offset}': it is one of {', '.join(WORK_OFFSETS)}", path=path
+        )
+    base = _FIRST + _APART * WORK_OFFSETS.index(offset.upper())
+    if any(base + i not in values for i in range(3)):
+        raise InputError(f"it has no parameters {base} to {base + 2} ({offset})", path=path)
+    scale = UNITS[units]
+    x, y, z = (scale * values[base + i] for i in range(3))
+    placement = work_placement(x, y, z, values.get(base + _TURN, 0.0) * DEGREE)
+    if values.get(_G92_ON, 0.0):
+        # Inside the turned coordinates.
+        more = [scale * values.get(_G92 + i, 0.0) for i in range(3)]
+        placement = Placement(placement.rotation, placement.shift + placement.rotation @ more)
+    return offset.upper(), placement
+
+
+@dataclass(frozen=True)
+class Tool:
+    """One tool of a table: number, length along z and diameter. [mm]"""
+
+    number: int
+    length: float
+    diameter: float
+
+
+def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
+    r"""One tool of a tool table.
+
+    Parameters
+    ----------
+    path : str or Path
+    number : int
+    units : str
+        Of the machine: mm or inch.
+
+    Returns
+    -------
+    Tool
+
+    Raises
+    ------
+    InputError
+        No such tool; lines that are not words of a letter and a number.
+
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "tool.tbl"
+    >>> _ = file.write_text("T99 P3 D6.0 Z101.5 ;probe\n")
+    >>> read_tool(file, 99)
+    Tool(number=99, length=101.5, diameter=6.0)
+    """
+    scale = UNITS[units]
+    known = []
+    for line_number, line in enumerate(file_lines(path, "a tool table"), start=1):
+        text = line.partition(";")[0].strip()
+        if not text:
+            continue
+        words = re.findall(r"([A-Za-z])\s*([-+]?\d*\.?\d+)", text)
+        if not words or re.sub(r"[A-Za-z]\s*[-+]?\d*\.?\d+", "", text).strip():
+            raise InputError(
+                f"'{text[:40]}' is no line of a tool table: T1 P1 D6.0 Z100.0",
+                path=path,
+                line=line_number,
+            )
+        values = {letter.upper(): float(value) for letter, value in words}
+        known.append(int(values.get("T", -1)))
+        if known[-1] == number:
+            return Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
+    raise InputError(
+        f"there is no tool {number}; there are {', '.join(f'T{n}' for n in known)}", path=path
+    )
