@@ -6,7 +6,7 @@ STAMP := .venv/.installed
 # Test workers share the cores; threads of the linear algebra would fight over them.
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.PHONY: help venv demo check check-all format lint types contracts test benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible format lint types contracts test benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -22,7 +22,7 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 
 check: lint types contracts test  ## everything that must pass before a commit
 
-check-all: lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
+check-all: linuxcnc-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
 	$(SINGLE) $(BIN)/pytest -n auto -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 
@@ -43,6 +43,15 @@ contracts: $(STAMP)
 test: $(STAMP)  ## the tests and doctests
 	$(SINGLE) $(BIN)/pytest -n auto -m "not slow"
 
+linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linuxcnc.md on it
+	examples/linuxcnc/install
+	rm -rf linuxcnc-demo
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python examples/linuxcnc/follow_guide linuxcnc-demo
+	@echo "look at linuxcnc-demo: points.csv, points.png, map.png, compare.png, verify.png"
+
+linuxcnc-if-possible:
+	@examples/linuxcnc/install || echo "LinuxCNC cannot be installed here: tests on the real control are NOT run"
+
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py
 
@@ -52,4 +61,4 @@ lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 		--no-header --upgrade pyproject.toml -o requirements-dev.lock
 
 clean:  ## remove what make made
-	rm -rf .venv demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -64,6 +64,13 @@ _PUBLIC = {
     "fit_cylinder": "metrology.fitting",
     # both branches
     "identify": "identification.probe",
+    "verify": "metrology.drift",
+    "compare_corrections": "metrology.comparison",
+    # the machine
+    "Machine": "controls.machine",
+    "plan_program": "controls.program",
+    "read_machine": "formats.machine_file",
+    "read_readings": "formats.catalogue",
     # files
     "read_touches": "formats.touches_csv",
     "write_touches": "formats.touches_csv",
@@ -75,18 +82,24 @@ _PUBLIC = {
 __all__ = ["__version__", *_PUBLIC]
 
 if TYPE_CHECKING:
+    from pretravel.controls.machine import Machine
+    from pretravel.controls.program import plan_program
     from pretravel.errors import (
         DescriptionError,
         ExtrapolationError,
         InputError,
         PretravelError,
     )
+    from pretravel.formats.catalogue import read_readings
+    from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches, write_touches
     from pretravel.identification.probe import identify
     from pretravel.identification.qualification import qualify
+    from pretravel.metrology.comparison import compare_corrections
     from pretravel.metrology.compensation import Points, apply, embed, point_sources
+    from pretravel.metrology.drift import verify
     from pretravel.metrology.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
     from pretravel.metrology.monte_carlo import monte_carlo
     from pretravel.metrology.qualification import Qualification

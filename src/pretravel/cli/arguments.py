@@ -15,7 +15,7 @@ _MOST_VALUES = 100_000
 
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".nc", ".csv", ".json", ".html")
-POINTS = (".csv", ".nc", ".json", ".html")
+POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr", ".html")
 
 
 def check_files(

@@ -51,9 +51,9 @@ def check(
     from functools import partial
 
     from pretravel.errors import PretravelError
+    from pretravel.formats.catalogue import read_touches_of
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import read_map
-    from pretravel.formats.touches_csv import read_touches
     from pretravel.laboratory_pictures import plot_check
     from pretravel.laboratory_report import standard_report
     from pretravel.metrology.standards import CHECKS, check_iso10360_5
@@ -81,7 +81,7 @@ def check(
         raise PretravelError("--size-limit and --u-diameter go with iso10360-5, which has a size")
     if size_limit is not None and tip_diameter is None and map_file is None:
         raise PretravelError("--size-limit asks for a size error: give --tip-diameter or --map")
-    measured = read_touches(touches)
+    measured = read_touches_of(touches, machine_axes=True).touches
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     limits = {
         name: limit * MICROMETRE

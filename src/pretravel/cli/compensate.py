@@ -10,7 +10,9 @@ from pretravel.cli.options import Frame, Picture, Place
 
 
 def compensate(
-    touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz.")],
+    touches: Annotated[
+        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a log of our programs.")
+    ],
     map_file: Annotated[
         str,
         typer.Option(
@@ -22,7 +24,9 @@ def compensate(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", help="Surface points: .csv, .nc or .json; or a page, .html."
+            "--output",
+            "-o",
+            help="Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); a page, .html.",
         ),
     ],
     nominal: Annotated[
@@ -56,9 +60,10 @@ def compensate(
     --plot points.png
     """
     from pretravel.errors import PretravelError
+    from pretravel.formats.catalogue import read_touches_of
+    from pretravel.formats.fusion_inspection import write_fusion_points
     from pretravel.formats.map_file import described_map, read_map
     from pretravel.formats.points import write_points
-    from pretravel.formats.touches_csv import read_touches
     from pretravel.frames import parse_placement
     from pretravel.metrology.compensation import apply, compensation_warnings, placed
     from pretravel.report import points_report
@@ -73,7 +78,10 @@ def compensate(
             f"--map {map_file}: neither a map (.nc, .csv) nor a probe (.toml, or a name of "
             "pretravel probes)"
         )
-    measured = with_feed(read_touches(touches), feed)
+    readings = read_touches_of(touches, machine_axes=False)
+    measured = with_feed(readings.touches, feed)
+    if place is None:  # a log tells how its work coordinates are turned
+        part_in_machine = readings.placement
     pretravel_map = (
         read_map(map_file, tip_diameter=tip_diameter)
         if Path(map_file).suffix.lower() in (".nc", ".csv", ".json")
@@ -92,7 +100,7 @@ def compensate(
     if frame == "machine":
         points = placed(points, part_in_machine)
     report = points_report(points)
-    warnings = compensation_warnings(measured, points, pretravel_map)
+    warnings = readings.notes() + compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":
         from pretravel.page import write_page
         from pretravel.plotting import plot_points
@@ -100,6 +108,8 @@ def compensate(
         title = f"pretravel compensate: {touches.name}"
         sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
         write_page(output, title, sections, {"Compensated points": plot_points(points)})
+    elif output.suffix.lower() == ".msr":
+        write_fusion_points(output, points, measured.nominal_points, pretravel_map.tip_radius)
     else:
         write_points(
             output,

@@ -8,7 +8,7 @@ import typer
 from pretravel.cli.arguments import check_files, vector
 
 if TYPE_CHECKING:
-    from pretravel.formats.readings import Readings
+    from pretravel.formats.readings import FileReadings
 
 _OUTPUTS = (".csv", ".parquet", ".qif", ".msr", ".txt")
 
@@ -107,7 +107,7 @@ def convert(
 
 
 def _write(
-    found: Readings,
+    found: FileReadings,
     output: Path,
     frame: str | None,
     feed: float | None,

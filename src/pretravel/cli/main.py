@@ -11,6 +11,7 @@ import typer
 from pretravel import __version__
 from pretravel.cli import (
     check,
+    compare,
     compensate,
     convert,
     demo,
@@ -30,6 +31,7 @@ from pretravel.cli import (
     separate,
     simulate,
     slide,
+    verify,
 )
 from pretravel.errors import PretravelError
 
@@ -70,6 +72,9 @@ for command in (
     convert.convert,
     convert.formats,
     export.export,
+    compare.compare,
+    verify.verify,
+    verify.history,
     simulate.simulate,
     qualify.qualify,
     compensate.compensate,

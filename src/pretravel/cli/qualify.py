@@ -17,7 +17,9 @@ from pretravel.cli.options import Picture
 
 
 def qualify(
-    touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz.")],
+    touches: Annotated[
+        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a log of our programs.")
+    ],
     diameter: Annotated[
         float, typer.Option(help="Calibrated diameter of the sphere (or ring), mm.")
     ],
@@ -70,8 +72,8 @@ def qualify(
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
     from pretravel.errors import PretravelError
+    from pretravel.formats.catalogue import read_touches_of
     from pretravel.formats.map_file import write_map
-    from pretravel.formats.touches_csv import read_touches
     from pretravel.identification.qualification import choose, physical_warnings
     from pretravel.report import kinds_report, qualification_report
     from pretravel.units import DEGREE, MICROMETRE
@@ -91,7 +93,8 @@ def qualify(
         raise PretravelError("--lobe-azimuth and --transducer go with --kind wozniak")
     if lobe_azimuth is not None and transducer == "piezo":
         raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
-    measured = read_touches(touches)
+    readings = read_touches_of(touches, machine_axes=True)
+    measured = readings.touches
     with working(f"qualifying on {len(measured)} touches"):
         choice = choose(
             measured,
@@ -109,7 +112,7 @@ def qualify(
     report = qualification_report(result)
     if choice.scores:
         report += "\n\n" + kinds_report(choice.scores)
-    warnings = [*physical_warnings(result), *result.warnings]
+    warnings = [*readings.notes(), *physical_warnings(result), *result.warnings]
     if output is not None and output.suffix.lower() == ".html":
         from pretravel.page import write_page
         from pretravel.plotting import plot_qualification

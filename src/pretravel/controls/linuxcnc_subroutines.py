@@ -49,7 +49,7 @@ def linuxcnc_subroutines(
         ),
         f"({describe_form(form)})",
         (
-            f"(holds for normals {form.band.lowest / DEGREE:.2f} to {form.band.highest / DEGREE:.2f} "
+            f"(holds {form.band.lowest / DEGREE:.2f} to {form.band.highest / DEGREE:.2f} "
             "degrees from the probe axis; stops the program outside)"
         ),
         f"(tip radius {pretravel_map.tip_radius:.7f} mm)",

@@ -117,7 +117,7 @@ def sectoral_factor(order: int) -> float:
     """
     index = np.arange(2, order + 1)
     first = 1.0 if order == 0 else math.sqrt(3.0)
-    return first * float(np.prod(np.sqrt((2 * index + 1) / (2 * index))))
+    return float(first * np.prod(np.sqrt((2 * index + 1) / (2 * index))))
 
 
 def recurrence(degree: int, order: int) -> tuple[float, float]:
@@ -164,12 +164,12 @@ class LookupTable:
     def polar_step(self) -> float:
         """[rad]"""
         width = self.band.highest - self.band.lowest
-        return width / (self.rows - 1) if width > 0.0 else _FINE
+        return width / (self.rows - 1) if width > 0.0 else float(_FINE)
 
     @property
     def azimuth_step(self) -> float:
         """[rad]"""
-        return 2.0 * math.pi / self.values.shape[1]
+        return float(2.0 * math.pi / self.values.shape[1])
 
     @cached_property
     def number(self) -> int:

@@ -8,10 +8,10 @@ from string import Formatter
 import numpy as np
 
 from pretravel.controls.lookup import LookupTable, describe_form, supported_band
-from pretravel.controls.sector_tables import resampled_sectors, touched_sectors
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.map_bases import SECTOR_NAMES
+from pretravel.metrology.sector_tables import resampled_sectors, touched_sectors
 from pretravel.pretravel_map import PretravelMap
 from pretravel.units import DEGREE, MICROMETRE
 

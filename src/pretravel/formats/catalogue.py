@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pretravel.errors import InputError, PretravelError
@@ -12,9 +12,10 @@ from pretravel.formats.fusion_inspection import read_fusion
 from pretravel.formats.grbl_log import read_grbl_log
 from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
 from pretravel.formats.qif import read_qif
-from pretravel.formats.readings import Readings, Rows, file_lines, join
+from pretravel.formats.readings import FileReadings, Rows, file_lines, join
 from pretravel.formats.touches_csv import read_touches
 from pretravel.probing.targets import Targets
+from pretravel.touches import moved
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ def read_readings(
     overtravel: float | None = None,
     offset: tuple[float, float, float] | None = None,
     taken_off: float | None = None,
-) -> Readings:
+) -> FileReadings:
     """Touches from a file of any format, with what else it tells.
 
     Parameters
@@ -174,7 +175,7 @@ def read_readings(
 
     Returns
     -------
-    Readings
+    FileReadings
 
     Raises
     ------
@@ -186,9 +187,9 @@ def read_readings(
     kind = file_format or format_of(path)
     if kind not in _NAMES:
         raise PretravelError(f"format '{kind}' is not known; there are {', '.join(_NAMES)}")
-    found: Readings | Rows
+    found: FileReadings | Rows
     if kind in ("csv", "parquet"):
-        found = Readings(read_touches(path))
+        found = FileReadings(read_touches(path))
     elif kind == "linuxcnc":
         found = read_own_log(path)
     elif kind == "probeopen":
@@ -211,7 +212,7 @@ def read_readings(
         )
     else:
         raise InputError(f"{kind} files hold no readings", path=path)
-    if isinstance(found, Readings):
+    if isinstance(found, FileReadings):
         return found
     if plan is None:
         raise InputError(
@@ -225,3 +226,27 @@ def read_readings(
             path=path,
         )
     return join(found, plan, tip_radius, overtravel=overtravel)
+
+
+def read_touches_of(path: str | Path, *, machine_axes: bool) -> FileReadings:
+    """Touches of a file that tells all by itself: CSV, Parquet, QIF, a log of our programs.
+
+    Parameters
+    ----------
+    path : str or Path
+    machine_axes : bool
+        Turn them out of turned work coordinates, as qualifying needs it.
+
+    Returns
+    -------
+    FileReadings
+
+    Raises
+    ------
+    InputError
+        As the formats' readers; files that need more to be told: `pretravel convert` takes it.
+    """
+    found = read_readings(path)
+    if machine_axes and found.rotation:
+        found = replace(found, touches=moved(found.touches, found.placement), rotation=0.0)
+    return found

@@ -9,7 +9,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.readings import UNITS, Readings, file_lines, finite, scale_of
+from pretravel.formats.readings import UNITS, FileReadings, file_lines, finite, scale_of
 from pretravel.touches import Touches
 
 _POINT = re.compile(r"^(FA?)\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*POINT\s*,\s*(.*)$", re.I)
@@ -20,7 +20,7 @@ _ROUNDED = 5e-3
 
 def read_dmis(
     path: str | Path, taken_off: float | None = None, units: str | None = None
-) -> Readings:
+) -> FileReadings:
     r"""Touches from the measured points of a DMIS output file.
 
     Parameters
@@ -34,7 +34,7 @@ def read_dmis(
 
     Returns
     -------
-    Readings
+    FileReadings
         Tip centres, with nominal points where ``F(label)`` gives them.
 
     Raises
@@ -126,7 +126,7 @@ def read_dmis(
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
     missed = tuple(label for label in nominal if label not in actual)
-    return Readings(touches, missed=missed)
+    return FileReadings(touches, missed=missed)
 
 
 def _joined(lines: list[str]) -> list[tuple[int, str]]:

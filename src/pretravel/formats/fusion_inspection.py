@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.readings import Readings, file_lines, scale_of
+from pretravel.formats.readings import FileReadings, file_lines, scale_of
+from pretravel.metrology.compensation import Points
 from pretravel.touches import Touches
 from pretravel.units import DEGREE
 from pretravel.whole_file import whole_file
@@ -21,7 +22,7 @@ _ROUNDED = 5e-3
 _LABEL = ";LABEL "
 
 
-def read_fusion(path: str | Path, units: str | None = None) -> Readings:
+def read_fusion(path: str | Path, units: str | None = None) -> FileReadings:
     r"""Touches from a results file of Fusion's inspection programs.
 
     Parameters
@@ -32,7 +33,7 @@ def read_fusion(path: str | Path, units: str | None = None) -> Readings:
 
     Returns
     -------
-    Readings
+    FileReadings
         Tip centres, nominal points and normals in the work coordinates (turned back by G330);
         a G800 without its G801 is a miss. The control has taken off eccentricity, but no radius.
         G802 is left alone: its sign differs between posts.
@@ -146,7 +147,7 @@ def read_fusion(path: str | Path, units: str | None = None) -> Readings:
         )
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
-    return Readings(
+    return FileReadings(
         touches,
         missed=tuple(missed),
         warnings=tuple(warnings),
@@ -237,6 +238,39 @@ def write_fusion(
     lines.append("END")
     with whole_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def write_fusion_points(
+    path: str | Path, points: Points, nominal_points: FloatArray | None, tip_radius: float
+) -> None:
+    """Compensated points as a results file: the tip as it would stand if nothing gave.
+
+    Parameters
+    ----------
+    path : str or Path
+    points : Points
+    nominal_points : (n, 3) float or None
+        Those of the touches; without them the feet on the nominal surface, where deviations are
+        known. [mm]
+    tip_radius : float
+        [mm]
+
+    Raises
+    ------
+    PretravelError
+        Neither nominal points nor deviations.
+    """
+    if nominal_points is None and points.deviation is not None:
+        nominal_points = points.positions - points.deviation[:, None] * points.normals
+    write_fusion(
+        path,
+        points.positions + tip_radius * points.normals,
+        points.normals,
+        nominal_points,
+        points.labels,
+        tip_radius,
+        name=Path(path).stem,
+    )
 
 
 def _text(letters: str, values: FloatArray) -> str:

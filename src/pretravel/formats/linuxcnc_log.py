@@ -10,7 +10,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.controls.linuxcnc import LOG_COLUMNS, LOG_HEAD, POINT_COLUMNS
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.readings import Readings, Rows, file_lines, finite, scale_of
+from pretravel.formats.readings import FileReadings, Rows, file_lines, finite, scale_of
 from pretravel.touches import Touches
 from pretravel.units import DEGREE
 
@@ -19,7 +19,7 @@ _ROTARY = slice(3, 6)
 _MOVED = 1e-4  # rotary axes that differ by more were moved. [deg]
 
 
-def read_own_log(path: str | Path) -> Readings:
+def read_own_log(path: str | Path) -> FileReadings:
     r"""The log of a program written by pretravel.
 
     Parameters
@@ -28,7 +28,7 @@ def read_own_log(path: str | Path) -> Readings:
 
     Returns
     -------
-    Readings
+    FileReadings
         In work coordinates; those that touched. Surface points, where the control worked
         them out.
 
@@ -143,7 +143,7 @@ def read_own_log(path: str | Path) -> Readings:
         )
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
-    return Readings(touches, tuple(missed), rotation, tuple(warnings), points)
+    return FileReadings(touches, tuple(missed), rotation, tuple(warnings), points)
 
 
 def read_probeopen(path: str | Path, units: str | None = None) -> Rows:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.readings import Readings, Rows, file_lines
+from pretravel.formats.readings import FileReadings, Rows, file_lines
 from pretravel.touches import Touches
 from pretravel.units import INCH
 from pretravel.whole_file import whole_file
@@ -95,7 +95,7 @@ def read_point_sets(path: str | Path) -> list[PointSet]:
     return sets
 
 
-def read_qif(path: str | Path) -> Readings | Rows:
+def read_qif(path: str | Path) -> FileReadings | Rows:
     """Touches of a QIF document: its points that are not compensated.
 
     Parameters
@@ -104,7 +104,7 @@ def read_qif(path: str | Path) -> Readings | Rows:
 
     Returns
     -------
-    Readings, or Rows
+    FileReadings, or Rows
         Rows where there are no normals: to be joined with a plan.
 
     Raises
@@ -137,7 +137,7 @@ def read_qif(path: str | Path) -> Readings | Rows:
         )
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
-    return Readings(touches, tip_radius=float(one[0]) if len(one) == 1 and one[0] > 0 else None)
+    return FileReadings(touches, tip_radius=float(one[0]) if len(one) == 1 and one[0] > 0 else None)
 
 
 def _file_scale(root: ET.Element, path: str | Path) -> float:

@@ -27,7 +27,7 @@ UNITS = {"mm": 1.0, "inch": INCH}
 
 
 @dataclass(frozen=True, eq=False)
-class Readings:
+class FileReadings:
     """Touches of a file, with what else it tells.
 
     Attributes
@@ -144,7 +144,7 @@ def scale_of(units: str | None, path: str | Path, why: str) -> float:
 
 def join(
     rows: Rows, plan: Targets, tip_radius: float, *, overtravel: float | None = None
-) -> Readings:
+) -> FileReadings:
     """Positions joined with the targets on whose lines they lie. Nothing is counted.
 
     Parameters
@@ -161,7 +161,7 @@ def join(
 
     Returns
     -------
-    Readings
+    FileReadings
 
     Raises
     ------
@@ -243,7 +243,7 @@ def join(
         raise InputError("none of its readings is a contact", path=rows.path)
     own_rows = [own for own, _ in taken]
     read_rows = [row for _, row in taken]
-    return Readings(
+    return FileReadings(
         Touches(
             positions=rows.positions[read_rows],
             normals=plan.normals[own_rows],

@@ -132,6 +132,23 @@ def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "
     )
 
 
+def read_normals(path: str | Path) -> FloatArray:
+    """The columns nx, ny, nz of touches or targets, (n, 3).
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    InputError
+        As `read_touches`.
+    """
+    table = read_table(path)
+    table.require(*_NORMAL, what="directions")
+    return _unit_vectors(table, _NORMAL, "normal")
+
+
 def read_plan(path: str | Path) -> Targets:
     """Targets that were run, all told by the file: points, normals, approaches where it has them.
 

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.options import Picture
+
+
+def compare(
+    map_file: Annotated[
+        str, typer.Argument(metavar="MAP", help="Map: .nc or .csv; or a probe, whose prediction.")
+    ],
+    part: Annotated[
+        Path | None,
+        typer.Option(help="Touches or targets of a part (columns nx,ny,nz): what it means there."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html.")
+    ] = None,
+    plot: Picture = None,
+) -> None:
+    """What would a full map bring? What simpler corrections leave of it, in µm.
+
+    One mean radius, two axis radii, four directions, eight sectors as touched and resampled,
+    Woźniak's constant, the full map: on the equator, in all directions, on a part.
+
+    Example: pretravel compare map.nc --part part.csv --plot compare.png
+    """
+    import json
+
+    from pretravel.controls_report import comparison_report, comparison_table, plot_comparison
+    from pretravel.errors import PretravelError
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.map_file import described_map, read_map
+    from pretravel.formats.touches_csv import read_normals
+    from pretravel.metrology.comparison import compare_corrections
+    from pretravel.whole_file import whole_file
+
+    inputs: list[Path | str] = [map_file, *([part] if part else [])]
+    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
+    known = Path(map_file).suffix.lower()
+    if known not in (".nc", ".csv", ".json", ".toml", ""):
+        raise PretravelError(f"{map_file}: neither a map (.nc, .csv) nor a probe")
+    with working("comparing"):
+        pretravel_map = (
+            read_map(map_file)
+            if known in (".nc", ".csv", ".json")
+            else described_map(map_file, "analytic")
+        )
+        result = compare_corrections(pretravel_map, None if part is None else read_normals(part))
+    report = comparison_report(result)
+    columns = comparison_table(result)
+    if output is not None and output.suffix.lower() == ".csv":
+        write_csv_table(output, columns)
+    elif output is not None and output.suffix.lower() == ".json":
+        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        with whole_file(output) as temporary:
+            temporary.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    elif output is not None:
+        from pretravel.page import write_page
+
+        title = f"pretravel compare: {Path(map_file).name}"
+        write_page(output, title, [("Result", report)], {"Corrections": plot_comparison(result)})
+    if plot is not None:
+        from pretravel.plotting import save
+
+        save(plot_comparison(result, f"{Path(map_file).name}: what corrections leave"), plot)
+    typer.echo(report)

@@ -1,0 +1,150 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pretravel.cli.arguments import PICTURES, check_files
+from pretravel.cli.options import Picture
+
+CHANGED = 1
+"""Exit code when the probe has changed, for scripts; 2 is an error."""
+
+
+def verify(
+    touches: Annotated[
+        Path, typer.Argument(help="New touches on the reference: .csv, or a log of our programs.")
+    ],
+    map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
+    diameter: Annotated[
+        float, typer.Option(help="Calibrated diameter of the sphere (or ring), mm.")
+    ],
+    ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
+    false_alarms: Annotated[
+        float, typer.Option(help="Share of unchanged probes that may be called changed, %.")
+    ] = 1.0,
+    history: Annotated[
+        Path | None,
+        typer.Option(help="History of this probe, one file: .sqlite; made where there is none."),
+    ] = None,
+    accept: Annotated[
+        Path | None,
+        typer.Option(help="Qualify on the new touches and write their map here, .nc."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html.")
+    ] = None,
+    plot: Picture = None,
+) -> None:
+    """Has the probe changed since it was qualified? Exit code 0: no; 1: yes.
+
+    The old map is kept unless --accept names a new one.
+
+    Example: pretravel verify today.csv --map map.nc --diameter 24.9987 --history probe.sqlite
+    """
+    import json
+
+    from pretravel.controls_report import (
+        plot_verification,
+        verification_document,
+        verification_report,
+    )
+    from pretravel.errors import PretravelError
+    from pretravel.formats.catalogue import read_touches_of
+    from pretravel.formats.map_file import read_map, write_map
+    from pretravel.formats.probe_history import add_verification, read_history
+    from pretravel.metrology.drift import verify as verify_probe
+    from pretravel.whole_file import whole_file
+
+    check_files(
+        [
+            (output, (".json", ".html")),
+            (plot, PICTURES),
+            (accept, (".nc",)),
+        ],
+        [touches, map_file, *([history] if history else [])],
+    )
+    if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
+        raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
+    pretravel_map = read_map(map_file)
+    readings = read_touches_of(touches, machine_axes=True)
+    result = verify_probe(
+        readings.touches, pretravel_map, diameter, ring=ring, false_alarm_rate=0.01 * false_alarms
+    )
+    decision = "kept"
+    if accept is not None:
+        from pretravel.identification.qualification import qualify
+
+        again = qualify(
+            readings.touches,
+            diameter,
+            kind=pretravel_map.kind,
+            ring=ring,
+            tip_diameter=2.0 * pretravel_map.tip_radius,
+            axis=tuple(pretravel_map.rotation[:, 2]),
+        )
+        write_map(accept, again.pretravel_map)
+        decision = f"accepted {accept.name}"
+    entries = []
+    if history is not None:
+        add_verification(
+            history,
+            result,
+            map_name=map_file.name,
+            touches_name=touches.name,
+            decision=decision,
+        )
+        entries = read_history(history)
+    report = verification_report(result, decision)
+    if output is not None and output.suffix.lower() == ".json":
+        with whole_file(output) as temporary:
+            document = verification_document(result, decision)
+            temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    elif output is not None:
+        from pretravel.page import write_page
+
+        title = f"pretravel verify: {touches.name} against {map_file.name}"
+        figures = {"Differences, and the control chart": plot_verification(result, entries)}
+        write_page(output, title, [("Result", report)], figures)
+    if plot is not None:
+        from pretravel.plotting import save
+
+        save(plot_verification(result, entries, f"{touches.name} against {map_file.name}"), plot)
+    typer.echo(report)
+    for note in [*readings.notes(), *result.warnings]:
+        typer.echo(f"Warning: {note}", err=True)
+    if result.changed:
+        raise typer.Exit(CHANGED)
+
+
+def history(
+    path: Annotated[Path, typer.Argument(metavar="HISTORY", help="Of one probe: .sqlite.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html.")
+    ] = None,
+    plot: Picture = None,
+) -> None:
+    """Show the history of a probe: every verification, as table and control chart.
+
+    Example: pretravel history probe.sqlite --plot chart.png
+    """
+    from pretravel.controls_report import history_report, history_table, plot_history
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.probe_history import read_history
+
+    check_files([(output, (".csv", ".html")), (plot, PICTURES)], [path])
+    entries = read_history(path)
+    report = history_report(entries)
+    if output is not None and output.suffix.lower() == ".csv":
+        write_csv_table(output, history_table(entries))
+    elif output is not None:
+        from pretravel.page import write_page
+
+        title = f"pretravel history: {path.name}"
+        write_page(output, title, [("Verifications", report)], {"Chart": plot_history(entries)})
+    if plot is not None:
+        from pretravel.plotting import save
+
+        save(plot_history(entries, path.name), plot)
+    typer.echo(report)

@@ -1,0 +1,182 @@
+"""The history of one probe: every verification, in one SQLite file."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from pretravel.errors import InputError
+from pretravel.metrology.drift import Verification
+from pretravel.units import DEGREE, MICROMETRE
+
+_APPLICATION = 0x70726574  # "pret": says whose file it is
+_VERSION = 1
+_PATIENCE = 30.0
+"""How long a writer waits for another one. [s]"""
+_COLUMNS = (
+    "time", "map", "touches_file", "touches", "directions", "false_alarm_rate", "changed",
+    "p_form", "p_map", "p_repeatability", "size_um", "u_size_um", "amplitude_percent",
+    "u_amplitude_percent", "turn_deg", "u_turn_deg", "repeatability_um", "largest_um", "decision",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One verification, as kept: units are in the names of `columns`.
+
+    Attributes
+    ----------
+    number : int
+    values : mapping of str to value
+    """
+
+    number: int
+    values: dict[str, float | int | str | None]
+
+    def __getitem__(self, column: str) -> float | int | str | None:
+        return self.values[column]
+
+
+def add_verification(
+    path: str | Path,
+    result: Verification,
+    *,
+    map_name: str,
+    touches_name: str,
+    decision: str,
+    time: datetime | None = None,
+) -> int:
+    """Add a verification to a probe's history, which is made where there is none.
+
+    Parameters
+    ----------
+    path : str or Path
+        One file for each probe. Several programs may write to it at once; each waits its turn.
+    result : Verification
+    map_name, touches_name : str
+    decision : str
+        kept, or accepted NEW_MAP.
+    time : datetime, optional
+        Now, when not given.
+
+    Returns
+    -------
+    int
+        Number of the entry.
+
+    Raises
+    ------
+    InputError
+        Another kind of file; a file that cannot be written to, or stays locked.
+    """
+    moment = (time or datetime.now(UTC)).astimezone(UTC).isoformat(timespec="seconds")
+    row: tuple[float | int | str, ...] = (
+        moment,
+        map_name,
+        touches_name,
+        result.touches,
+        len(result.directions),
+        result.false_alarm_rate,
+        int(result.changed),
+        result.p_form,
+        result.p_map,
+        result.p_repeatability,
+        result.size.value / MICROMETRE,
+        result.size.u / MICROMETRE,
+        100.0 * result.amplitude.value,
+        100.0 * result.amplitude.u,
+        result.turn.value / DEGREE,
+        result.turn.u / DEGREE,
+        result.repeatability / MICROMETRE,
+        result.largest / MICROMETRE,
+        decision,
+    )
+    with _history(path, create=True) as connection:
+        marks = ", ".join("?" * len(_COLUMNS))
+        # nan has no place in SQLite: it becomes NULL.
+        cursor = connection.execute(
+            f"INSERT INTO verification ({', '.join(_COLUMNS)}) VALUES ({marks})",
+            [None if value != value else value for value in row],
+        )
+        return int(cursor.lastrowid or 0)
+
+
+def read_history(path: str | Path) -> list[Entry]:
+    """Every verification of a probe, oldest first.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of Entry
+
+    Raises
+    ------
+    InputError
+        No such file, another kind of file, nothing in it.
+    """
+    if not Path(path).is_file():
+        raise InputError(
+            "there is no such history; pretravel verify … --history makes it", path=path
+        )
+    with _history(path, create=False) as connection:
+        rows = connection.execute(
+            f"SELECT number, {', '.join(_COLUMNS)} FROM verification ORDER BY time, number"
+        ).fetchall()
+    if not rows:
+        raise InputError("nothing was verified yet", path=path)
+    return [Entry(int(row[0]), dict(zip(_COLUMNS, row[1:], strict=True))) for row in rows]
+
+
+@contextmanager
+def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
+    place = Path(path)
+    if create and not place.parent.is_dir():
+        raise InputError(f"cannot be made: the folder {place.parent} does not exist", path=path)
+    try:
+        connection = sqlite3.connect(place, timeout=_PATIENCE, isolation_level=None)
+    except sqlite3.Error as error:
+        raise InputError(f"cannot be opened: {error}", path=path) from None
+    try:
+        # One writer at a time, from its first look to its last word.
+        connection.execute("BEGIN IMMEDIATE" if create else "BEGIN")
+        _prepare(connection, path, create=create)
+        yield connection
+        connection.execute("COMMIT")
+    except sqlite3.OperationalError as error:
+        raise InputError(f"cannot be used: {error}", path=path) from None
+    except sqlite3.DatabaseError as error:
+        raise InputError(f"this is not the history of a probe ({error})", path=path) from None
+    finally:
+        connection.close()
+
+
+def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) -> None:
+    (application,) = connection.execute("PRAGMA application_id").fetchone()
+    (version,) = connection.execute("PRAGMA user_version").fetchone()
+    (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    if create and tables == 0 and application == 0:
+        connection.execute(f"PRAGMA application_id = {_APPLICATION}")
+        connection.execute(f"PRAGMA user_version = {_VERSION}")
+        columns = ", ".join(
+            f"{name} TEXT NOT NULL"
+            if name in ("time", "map", "touches_file", "decision")
+            else f"{name} REAL"
+            for name in _COLUMNS
+        )
+        connection.execute(
+            f"CREATE TABLE verification (number INTEGER PRIMARY KEY AUTOINCREMENT, {columns})"
+        )
+        return
+    if application != _APPLICATION:
+        raise InputError("this is a database, but not the history of a probe", path=path)
+    if version != _VERSION:
+        raise InputError(
+            f"its format has version {version}; this pretravel knows {_VERSION}", path=path
+        )

@@ -1,0 +1,45 @@
+"""The real LinuxCNC, with a simulated machine; never skipped in silence."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SIMULATOR = Path(__file__).parent.parent.parent / "examples" / "linuxcnc"
+MODULE = "pretravel_probe.so"
+
+
+def linuxcnc_is_here() -> bool:
+    """LinuxCNC, and our probe among its modules."""
+    if shutil.which("linuxcnc") is None:
+        return False
+    return any(Path(folder, MODULE).exists() for folder in ("/usr/lib/linuxcnc/modules",))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def control() -> None:
+    if not linuxcnc_is_here():
+        pytest.skip(
+            "LinuxCNC is NOT INSTALLED: the real control was not tested (examples/linuxcnc/install)"
+        )
+
+
+def environment() -> dict[str, str]:
+    """With the command pretravel of this Python on the path."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR))
+
+
+def run_program(program: Path, probe: Path | None = None, code: int = 0) -> str:
+    """Run G-code on the simulated machine; gives what the control said."""
+    command = [str(SIMULATOR / "simulate"), str(program), *([str(probe)] if probe else [])]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, env=environment(), timeout=600
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout + done.stderr

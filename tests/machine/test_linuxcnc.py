@@ -1,0 +1,371 @@
+"""On the real LinuxCNC: the guide to the letter, other probes, subroutines, logs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.controls.linuxcnc import linuxcnc_program
+from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.lookup import lookup_series, lookup_table
+from pretravel.controls.machine import Machine, work_placement
+from pretravel.controls.program import SphereObstacle, plan_program
+from pretravel.controls.tables import fanuc_macro, renishaw_variables
+from pretravel.directions import fibonacci_cap, ring_pattern
+from pretravel.errors import InputError
+from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
+from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.map_file import read_map
+from pretravel.formats.readings import join
+from pretravel.identification.qualification import qualify
+from pretravel.metrology.compensation import apply
+from pretravel.pretravel_map import PretravelMap
+from pretravel.probing.targets import Targets
+from pretravel.touches import moved
+from pretravel.units import DEGREE, MICROMETRE
+from tests.machine.conftest import SIMULATOR, environment, run_program
+from tests.unit.test_command_line import rows
+
+DIAMETER = 24.9987
+# The last digit of a log is 1e-7 mm; three of them make a point.
+SAME = 5e-7
+QUICK = Machine(measuring_feed=300.0, positioning_feed=20000.0, safe_height=40.0)
+OFFSETS = "G21\nG10 L2 P1 X100 Y50 Z-30 R0\nG10 L2 P2 X-80 Y20 Z-60 R{turn}\n"
+
+
+def hal(path: Path, **changes: float) -> Path:
+    """A probe.hal with other parameters: the last setp of each counts."""
+    lines = [(SIMULATOR / "probe.hal").read_text()]
+    lines += [
+        f"setp pretravel-probe.0.{name.replace('_', '-')} {value}"
+        for name, value in changes.items()
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def numbers(path: Path) -> np.ndarray:
+    return np.array([[float(c) for c in line.split(",")] for line in path.read_text().split()])
+
+
+class TestGuide:
+    def test_every_command_of_the_guide_in_order(self, tmp_path: Path) -> None:
+        done = subprocess.run(
+            [sys.executable, str(SIMULATOR / "follow_guide"), str(tmp_path)],
+            capture_output=True, text=True, check=False, env=environment(), timeout=900,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+        log = read_own_log(tmp_path / "part.log")
+        assert log.missed == ()
+        assert len(log.touches) == len(rows(tmp_path / "plan.csv"))
+        points = {row["label"]: row for row in rows(tmp_path / "points.csv")}
+        assert set(points) == set(log.compensated)
+        for label, on_the_control in log.compensated.items():
+            here = [float(points[label][name]) for name in ("x_mm", "y_mm", "z_mm")]
+            assert here == pytest.approx(on_the_control, abs=SAME)
+        # The simulated part is its drawing; the simulated latch is exact. What is left is the
+        # map's error between 51 directions, of which it says up to 0.08 µm.
+        deviation = np.array([float(row["deviation_um"]) for row in points.values()])
+        assert np.max(np.abs(deviation)) < 0.1
+        for picture in ("map.png", "compare.png", "plan.png", "points.png", "verify.png"):
+            assert (tmp_path / picture).stat().st_size > 10_000
+
+
+class TestOtherProbes:
+    """Probes whose maps the software does not know, and a part in turned work coordinates."""
+
+    PART = Targets(
+        np.array([[-30.0, -20, 0], [-20, 15, 0], [-40, 10, -6], [-40, -15, -6], [-25, 30, -5],
+                  [-10, -30, -7], [20, 0, 12]]),
+        np.array([[0.0, 0, 1], [0, 0, 1], [-1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0],
+                  [0, 0, 1]]),
+        labels=("t1", "t2", "w1", "w2", "n1", "s1", "dome"),
+    )  # fmt: skip
+
+    @pytest.mark.parametrize(
+        ("turn", "latch", "left"),
+        [
+            # An exact latch: 0.3 µm is what the map may be off.
+            (0.0, 1, 0.3),
+            # One servo cycle late at 300 mm/min: up to 5 µm of travel, 2.5 of them mean and in the
+            # map, the rest even over ±2.5 in the map's touches and in the part's.
+            (30.0, 1, 0.3),
+        ],
+    )
+    def test_part_after_our_own_calibration(
+        self, tmp_path: Path, turn: float, latch: int, left: float
+    ) -> None:
+        probe = hal(
+            tmp_path / "other.hal",
+            across=0.014, lobe=0.006, lobe_azimuth=71.0, second=0.0012, oval=0.0011,
+            oval_azimuth=-20.0, axial=0.001, hardware_latch=latch,
+            # The block turned in the machine as the work coordinates are.
+            turn_1=turn, x_2=-80.0 + 20.0 * np.cos(turn * DEGREE),
+            y_2=20.0 + 20.0 * np.sin(turn * DEGREE),
+        )  # fmt: skip
+        offsets = tmp_path / "offsets.ngc"
+        offsets.write_text(OFFSETS.format(turn=turn) + "M2\n")
+        run_program(offsets, probe)
+        normals = ring_pattern(np.array([0.0, 25.0, 50.0, 70.0, 90.0]) * DEGREE, 16)
+        sphere = Targets(12.5 * normals, normals)
+        program = plan_program(
+            sphere, QUICK, title="sphere", obstacles=[SphereObstacle(np.zeros(3), 12.5)]
+        )
+        (tmp_path / "sphere.ngc").write_text(linuxcnc_program(program, "sphere.log"))
+        run_program(tmp_path / "sphere.ngc", probe)
+        readings = read_own_log(tmp_path / "sphere.log")
+        pretravel_map = qualify(readings.touches, DIAMETER, tip_diameter=6.0).pretravel_map
+        form = lookup_series(pretravel_map)
+        for name, text in linuxcnc_subroutines(pretravel_map, form).items():
+            (tmp_path / name).write_text(text)
+        part_machine = Machine(
+            measuring_feed=300.0, positioning_feed=20000.0, safe_height=40.0, work_offset="G55"
+        )
+        part = plan_program(self.PART, part_machine, title="part")
+        text = linuxcnc_program(part, "part.log", compensated=True)
+        (tmp_path / "part.ngc").write_text(text)
+        run_program(tmp_path / "part.ngc", probe)
+        log = read_own_log(tmp_path / "part.log")
+        assert log.rotation == pytest.approx(turn * DEGREE, abs=1e-9)
+        points = apply(log.touches, pretravel_map.seen_from(log.placement))
+        for label, position in zip(points.labels, points.positions, strict=True):
+            assert position == pytest.approx(log.compensated[label], abs=SAME)
+        assert points.deviation is not None
+        assert np.max(np.abs(points.deviation)) < left * MICROMETRE
+        # Without the turn the map would be taken in wrong directions: several micrometres.
+        if turn:
+            wrong = apply(log.touches, pretravel_map)
+            assert wrong.deviation is not None
+            assert np.max(np.abs(wrong.deviation)) > 3.0 * MICROMETRE
+
+
+@pytest.fixture(scope="module")
+def example_map() -> PretravelMap:
+    return _example_map()
+
+
+def _example_map() -> PretravelMap:
+    from pretravel.formats.touches_csv import read_touches
+    from tests.conftest import EXAMPLES
+
+    touches = read_touches(EXAMPLES / "sphere_touches.csv")
+    return qualify(touches, DIAMETER, tip_diameter=6.0).pretravel_map
+
+
+class TestSubroutines:
+    """What is exported, evaluated by the control's interpreter."""
+
+    DIRECTIONS = fibonacci_cap(60, 94.0 * DEGREE)
+
+    def evaluated(self, tmp_path: Path, calls: list[str], before: str = "") -> np.ndarray:
+        lines = ["G21 G54", before, "(LOGOPEN,values.log)"]
+        for call in calls:
+            lines += [call, "(LOG,%.12f#<_value>)"]
+        program = tmp_path / "values.ngc"
+        program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
+        run_program(program)
+        return numbers(tmp_path / "values.log")[:, 0]
+
+    @pytest.mark.parametrize("form", ["series", "table"])
+    @pytest.mark.parametrize("turn", [0.0, -50.0])
+    def test_lookup_gives_what_its_header_promises(
+        self, tmp_path: Path, example_map: PretravelMap, form: str, turn: float
+    ) -> None:
+        chosen = (
+            lookup_series(example_map)
+            if form == "series"
+            else lookup_table(example_map, tolerance=2e-5, most_values=1900)
+        )
+        for name, text in linuxcnc_subroutines(example_map, chosen).items():
+            (tmp_path / name).write_text(text)
+        calls = [
+            "o<pretravel_lookup> call " + " ".join(f"[{value:.15f}]" for value in n)
+            for n in self.DIRECTIONS
+        ]
+        found = self.evaluated(tmp_path, calls, f"G10 L2 P1 R{turn}")
+        # Normals in work coordinates, the map in the machine's.
+        machine = work_placement(0, 0, 0, turn * DEGREE).vectors(self.DIRECTIONS)
+        assert found == pytest.approx(chosen.value(machine), abs=1e-9)
+        truth = example_map.pretravel(machine)
+        promised = chosen.largest_error + 1e-9
+        assert np.max(np.abs(found - truth)) <= promised
+        header = (tmp_path / "pretravel_lookup.ngc").read_text().splitlines()[1]
+        told = float(re.search(r"map ([\d.]+) um", header)[1])  # type: ignore[index]
+        assert told == pytest.approx(chosen.largest_error / MICROMETRE, abs=5.1e-4)
+
+    def test_outside_the_map_it_stops(self, tmp_path: Path, example_map: PretravelMap) -> None:
+        for name, text in linuxcnc_subroutines(example_map, lookup_series(example_map)).items():
+            (tmp_path / name).write_text(text)
+        program = tmp_path / "outside.ngc"
+        program.write_text("G21\no<pretravel_lookup> call [0] [0] [-1]\nM2\n")
+        assert "the map does not hold 180" in run_program(program, code=1)
+
+    def test_macro_b_in_another_interpreter(
+        self, tmp_path: Path, example_map: PretravelMap
+    ) -> None:
+        """Macro B of Fanuc, its words changed into those of LinuxCNC, its arithmetic as it is."""
+        table = lookup_table(example_map, tolerance=2e-5, most_values=400)
+        text = fanuc_macro(example_map, table, base=500)
+        load, look = re.split(r"^O\d+ .*$", text, flags=re.M)[1:]
+        label = iter(range(100, 1000))
+
+        def translated(body: str) -> list[str]:
+            lines = []
+            for line in body.splitlines():
+                if found := re.fullmatch(r"IF(\[.*\])THEN (.*)", line):
+                    condition = re.sub(r"(GT|LT|GE|LE|EQ|NE|AND)", r" \1 ", found[1])
+                    name = next(label)
+                    left, _, right = found[2].partition("=")
+                    lines += [f"o{name} if {condition}", f"{left}=[{right}]", f"o{name} endif"]
+                elif found := re.fullmatch(r"WHILE(\[.*\])DO1", line):
+                    condition = re.sub(r"(GT|LT|GE|LE|EQ|NE)", r" \1 ", found[1])
+                    lines.append(f"o99 while {condition}")
+                elif line == "END1":
+                    lines.append("o99 endwhile")
+                elif line.startswith("#"):
+                    left, _, right = line.partition("=")
+                    lines.append(f"{left}=[{right}]")
+            return lines
+
+        lines = ["G21", *translated(load), "(LOGOPEN,values.log)"]
+        # A sub keeps #1 to #30 for itself, Fanuc #1 to #33.
+        lines += ["o<macro> sub", "#4=#1", "#5=#2", "#6=#3", *translated(look), "o<macro> endsub"]
+        for n in self.DIRECTIONS:
+            lines += [
+                "o<macro> call " + " ".join(f"[{value:.15f}]" for value in n),
+                "(LOG,%.9f#100)",
+            ]
+        program = tmp_path / "macro.ngc"
+        program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
+        run_program(program)
+        found = numbers(tmp_path / "values.log")[:, 0]
+        # Seven decimals of the table's nodes.
+        assert found == pytest.approx(table.value(self.DIRECTIONS), abs=2e-7)
+
+    def test_vector_radii_by_nearest_sector(
+        self, tmp_path: Path, example_map: PretravelMap
+    ) -> None:
+        """The residual of the header, by a lookup written in O-words from the table's meaning."""
+        text = renishaw_variables(example_map, base=600)
+        told = float(re.search(r"leaves ([\d.]+) um at most", text)[1])  # type: ignore[index]
+        lines = ["G21", *(line for line in text.splitlines() if line.startswith("#"))]
+        # Sectors every 30°: X, 30, 60, Y, 120, 150, X, 210, 240, Y, 300, 330.
+        order = [600, 610, 611, 601, 612, 613, 600, 614, 615, 601, 616, 617]
+        lines += [f"#{700 + i}=#{variable}" for i, variable in enumerate(order)]
+        lines += ["(LOGOPEN,values.log)"]
+        azimuth = np.arange(0.25, 360.0, 5.0)
+        for angle in azimuth:
+            lines += [f"#1=[FIX[[{angle}+15]/30] MOD 12]", "#2=#[700+#1]", "(LOG,%.7f#2)"]
+        program = tmp_path / "sectors.ngc"
+        program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
+        run_program(program)
+        radius = numbers(tmp_path / "values.log")[:, 0]
+        from pretravel.directions import from_angles
+
+        truth = example_map.tip_radius - example_map.pretravel(
+            from_angles(np.pi / 2, azimuth * DEGREE)
+        )
+        off = np.max(np.abs(radius - truth)) / MICROMETRE
+        assert told * 0.9 < off <= told + 0.02
+
+
+class TestLogs:
+    """Files that the control itself writes, in the ways in which they can mislead."""
+
+    def test_misses_repeats_inches_and_a_turn(self, tmp_path: Path) -> None:
+        program = tmp_path / "logs.ngc"
+        program.write_text(
+            OFFSETS.format(turn=25)
+            + "\n".join([
+                "G54 G61", "G0 X0 Y0 Z40",
+                "(PROBEOPEN mm.txt)",
+                "G1 Z18 F6000", "G38.3 Z12 F300", "G1 Z18 F6000",
+                "G38.3 Z12 F300", "G1 Z18 F6000",  # the same again: no second row
+                "G38.3 Z17 F300", "G1 Z18 F6000",  # a miss: its end
+                "G0 X18", "G1 Z0 F6000", "G38.3 X12 F300", "G1 X18 F6000",
+                "(PROBECLOSE)",
+                "(PROBEOPEN inch.txt)",
+                "G20", "G38.3 X[12/25.4] F12", "G1 X[18/25.4] F240", "G21",
+                "(PROBECLOSE)",
+                "(LOGOPEN,lines.txt)", "(LOG,G21)",
+                "G38.3 X12 F300", "(LOG,G1 X#5061 Y#5062 Z#5063)", "G1 X18 F6000",
+                "(LOGCLOSE)", "G0 Z40", "M2\n",
+            ])
+        )  # fmt: skip
+        run_program(program)
+        plan = Targets(
+            np.array([[0.0, 0, 12.5], [0.0, 0, 12.5], [12.5, 0, 0]]),
+            np.array([[0.0, 0, 1], [0, 0, 1], [1, 0, 0]]),
+            labels=("pole.1", "pole.2", "x"),
+        )
+        mm = read_probeopen(tmp_path / "mm.txt", "mm")
+        assert len(mm.positions) == 3  # two touches and a miss: the repeat left no row
+        # The miss lies on the pole's line, where its move ended; overtravel tells it.
+        with pytest.raises(InputError, match="two runs"):
+            join(mm, Targets(plan.points[1:], plan.normals[1:], labels=("pole", "x")), 3.0)
+        found = join(mm, plan, 3.0)
+        assert found.touches.labels == ("pole.1", "pole.2", "x")
+        inch = join(read_probeopen(tmp_path / "inch.txt", "inch"), plan, 3.0)
+        assert inch.touches.positions[0] == pytest.approx(found.touches.positions[2], abs=3e-5)
+        with pytest.raises(InputError, match=r"no target.*--units"):
+            join(read_probeopen(tmp_path / "inch.txt", "mm"), plan, 3.0)
+        lines = join(read_log_positions(tmp_path / "lines.txt"), plan, 3.0)
+        assert lines.touches.positions[0] == pytest.approx(inch.touches.positions[0], abs=3e-5)
+        name, work = read_work_offset(tmp_path / ".machine" / "machine.var")
+        assert name == "G54"
+        assert work.shift == pytest.approx([100.0, 50.0, -30.0], abs=1e-6)
+        assert work.vectors(np.array([[1.0, 0, 0]]))[0] == pytest.approx(
+            [np.cos(25 * DEGREE), np.sin(25 * DEGREE), 0.0], abs=1e-9
+        )
+        tool = read_tool(tmp_path / ".machine" / "machine.tbl", 1)
+        assert (tool.number, tool.length, tool.diameter) == (1, 0.0, 6.0)
+        # In machine coordinates the touch is where the sphere is.
+        there = moved(inch.touches, work)
+        center = np.array([100.032, 50.041, -29.974])
+        distance = float(np.linalg.norm(there.positions[0] - center))
+        assert 15.49935 - 0.02 < distance < 15.49935
+
+    def test_miss_and_tripped_start_in_our_own_program(self, tmp_path: Path) -> None:
+        away = Targets([[0.0, 0, 12.5], [0, 0, 30]], [[0.0, 0, 1]] * 2, labels=("hit", "air"))
+        program = plan_program(away, QUICK, title="one in the air")
+        (tmp_path / "miss.ngc").write_text(linuxcnc_program(program, "miss.log"))
+        offsets = tmp_path / "offsets.ngc"
+        offsets.write_text(OFFSETS.format(turn=0) + "M2\n")
+        run_program(offsets)
+        run_program(tmp_path / "miss.ngc")
+        log = read_own_log(tmp_path / "miss.log")
+        assert log.touches.labels == ("hit",)
+        assert log.missed == ("air",)
+        inside = Targets([[0.0, 0, 8.0]], [[0.0, 0, 1]], labels=("inside",))
+        program = plan_program(inside, QUICK, title="inside")
+        (tmp_path / "in.ngc").write_text(linuxcnc_program(program, "in.log"))
+        # On the way to its start the tip meets the sphere: the control stops by itself.
+        assert "tripped" in run_program(tmp_path / "in.ngc", code=1)
+
+
+class TestMapFromTheLog:
+    def test_log_and_table_give_the_same_map(self, tmp_path: Path) -> None:
+        """A log of ours is read by qualify as its conversion is."""
+        from tests.unit.test_command_line import run
+
+        offsets = tmp_path / "offsets.ngc"
+        offsets.write_text(OFFSETS.format(turn=0) + "M2\n")
+        run_program(offsets)
+        normals = ring_pattern(np.array([0.0, 45.0, 90.0]) * DEGREE, 8)
+        program = plan_program(
+            Targets(12.5 * normals, normals), QUICK, title="s",
+            obstacles=[SphereObstacle(np.zeros(3), 12.5)],
+        )  # fmt: skip
+        (tmp_path / "s.ngc").write_text(linuxcnc_program(program, "s.log"))
+        run_program(tmp_path / "s.ngc")
+        run("convert", tmp_path / "s.log", "-o", tmp_path / "s.csv")
+        for source in ("s.log", "s.csv"):
+            run("qualify", tmp_path / source, "--diameter", DIAMETER, "--tip-diameter", 6,
+                "-o", tmp_path / f"{source}.nc")  # fmt: skip
+        one, two = (read_map(tmp_path / f"{name}.nc") for name in ("s.log", "s.csv"))
+        assert one.coefficients == pytest.approx(two.coefficients, abs=1e-12)
