@@ -274,21 +274,7 @@ class TestLogs:
         program = tmp_path / "logs.ngc"
         program.write_text(
             "G21\nG10 L2 P1 X100 Y50 Z-30 R25\n"
-            + "\n".join([
-                "G54 G61", "G0 X0 Y0 Z40",
-                "(PROBEOPEN mm.txt)",
-                "G1 Z18 F6000", "G38.3 Z12 F300", "G1 Z18 F6000",
-                "G38.3 Z12 F300", "G1 Z18 F6000",  # the same again: no second row
-                "G38.3 Z17 F300", "G1 Z18 F6000",  # a miss: its end
-                "G0 X18", "G1 Z0 F6000", "G38.3 X12 F300", "G1 X18 F6000",
-                "(PROBECLOSE)",
-                "(PROBEOPEN inch.txt)",
-                "G20", "G38.3 X[12/25.4] F12", "G1 X[18/25.4] F240", "G21",
-                "(PROBECLOSE)",
-                "(LOGOPEN,lines.txt)", "(LOG,G21)",
-                "G38.3 X12 F300", "(LOG,G1 X#5061 Y#5062 Z#5063)", "G1 X18 F6000",
-                "(LOGCLOSE)", "G0 Z40", "M2\n",
-            ])
+            + "G54 G61\nG0 X0 Y0 Z40\n(PROBEOPEN mm.txt)\nG1 Z18 F6000\nG38.3 Z12 F300\nG1 Z18 F6000\nG38.3 Z12 F300\nG1 Z18 F6000\nG38.3 Z17 F300\nG1 Z18 F6000\nG0 X18\nG1 Z0 F6000\nG38.3 X12 F300\nG1 X18 F6000\n(PROBECLOSE)\n(PROBEOPEN inch.txt)\nG20\nG38.3 X[12/25.4] F12\nG1 X[18/25.4] F240\nG21\n(PROBECLOSE)\n(LOGOPEN,lines.txt)\n(LOG,G21)\nG38.3 X12 F300\n(LOG,G1 X#5061 Y#5062 Z#5063)\nG1 X18 F6000\n(LOGCLOSE)\nG0 Z40\nM2\n"
         )  # fmt: skip
         run_program(program)
         plan = Targets(

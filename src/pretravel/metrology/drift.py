@@ -227,8 +227,10 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
         return []
     if touches.feeds is None:
         return [
-            "the touches do not tell their feed, and another than that of the map "
-            f"({pretravel_map.feed:g} mm/min) looks like a change of size",
+            (
+                "the touches do not tell their feed, and another than that of the map "
+                f"({pretravel_map.feed:g} mm/min) looks like a change of size"
+            ),
         ]
     if np.any(np.abs(touches.feeds / pretravel_map.feed - 1.0) > 0.01):
         raise PretravelError(
