@@ -267,30 +267,67 @@ class TestSubroutines:
         assert told * 0.9 < off <= told + 0.02
 
 
+MISLEADING = """
+G21
+G10 L2 P1 X100 Y50 Z-30 R25
+G54 G61
+G0 X0 Y0 Z40
+(PROBEOPEN mm.txt)
+G1 Z18 F6000
+G38.3 Z12 F300
+G1 Z18 F6000
+(the same again: the control writes no second row)
+G38.3 Z12 F300
+G1 Z40 F6000
+(in the air: a row like others, where the move ended)
+G0 X60
+G1 Z18 F6000
+G38.3 Z13.5 F300
+G1 Z40 F6000
+G0 X18
+G1 Z0 F6000
+G38.3 X12 F300
+G1 X18 F6000
+(PROBECLOSE)
+(PROBEOPEN inch.txt)
+G20
+G38.3 X[12/25.4] F12
+G1 X[18/25.4] F240
+G21
+(PROBECLOSE)
+(LOGOPEN,lines.txt)
+(LOG,G21)
+G38.3 X12 F300
+(LOG,G1 X#5061 Y#5062 Z#5063)
+G1 X18 F6000
+(LOGCLOSE)
+G0 Z40
+M2
+"""
+
+
 class TestLogs:
     """Files that the control itself writes, in the ways in which they can mislead."""
 
     def test_misses_repeats_inches_and_a_turn(self, tmp_path: Path) -> None:
         program = tmp_path / "logs.ngc"
-        program.write_text(
-            "G21\nG10 L2 P1 X100 Y50 Z-30 R25\n"
-            + "G54 G61\nG0 X0 Y0 Z40\n(PROBEOPEN mm.txt)\nG1 Z18 F6000\nG38.3 Z12 F300\nG1 Z18 F6000\nG38.3 Z12 F300\nG1 Z18 F6000\nG38.3 Z17 F300\nG1 Z18 F6000\nG0 X18\nG1 Z0 F6000\nG38.3 X12 F300\nG1 X18 F6000\n(PROBECLOSE)\n(PROBEOPEN inch.txt)\nG20\nG38.3 X[12/25.4] F12\nG1 X[18/25.4] F240\nG21\n(PROBECLOSE)\n(LOGOPEN,lines.txt)\n(LOG,G21)\nG38.3 X12 F300\n(LOG,G1 X#5061 Y#5062 Z#5063)\nG1 X18 F6000\n(LOGCLOSE)\nG0 Z40\nM2\n"
-        )  # fmt: skip
+        program.write_text(MISLEADING)
         run_program(program)
         plan = Targets(
-            np.array([[0.0, 0, 12.5], [0.0, 0, 12.5], [12.5, 0, 0]]),
-            np.array([[0.0, 0, 1], [0, 0, 1], [1, 0, 0]]),
-            labels=("pole.1", "pole.2", "x"),
+            np.array([[0.0, 0, 12.5], [0.0, 0, 12.5], [60.0, 0, 12.5], [12.5, 0, 0]]),
+            np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
+            labels=("pole.1", "pole.2", "air", "x"),
         )
         mm = read_probeopen(tmp_path / "mm.txt", "mm")
-        assert len(mm.positions) == 3  # two touches and a miss: the repeat left no row
-        # The miss lies on the pole's line, where its move ended; overtravel tells it.
-        with pytest.raises(InputError, match="two runs"):
-            join(mm, Targets(plan.points[1:], plan.normals[1:], labels=("pole", "x")), 3.0)
-        found = join(mm, plan, 3.0)
-        assert found.touches.labels == ("pole.1", "pole.2", "x")
+        assert len(mm.positions) == 3  # the repeat left no row, the miss one
+        found = join(mm, plan, 3.0, overtravel=2.0)
+        assert found.touches.labels == ("pole.1", "x")
+        assert found.missed == ("air",)
+        assert "pole.2" in found.notes()[0]
+        # Not told where moves ended, the miss is no contact that anyone could know of: it is named.
+        assert any("air" in note and "miss" in note for note in join(mm, plan, 3.0).notes())
         inch = join(read_probeopen(tmp_path / "inch.txt", "inch"), plan, 3.0)
-        assert inch.touches.positions[0] == pytest.approx(found.touches.positions[2], abs=3e-5)
+        assert inch.touches.positions[0] == pytest.approx(found.touches.positions[1], abs=3e-5)
         with pytest.raises(InputError, match=r"no target.*--units"):
             join(read_probeopen(tmp_path / "inch.txt", "mm"), plan, 3.0)
         lines = join(read_log_positions(tmp_path / "lines.txt"), plan, 3.0)

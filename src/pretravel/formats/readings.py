@@ -22,6 +22,9 @@ ALONG = 10.0
 AT_THE_END = 0.02
 """A reading this close to the end of its move (and no contact told) was none. [mm]"""
 
+_ODD = 0.5
+"""Readings this much further along their lines than most are pointed out. [mm]"""
+
 UNITS = {"mm": 1.0, "inch": INCH}
 """Of files that do not tell theirs."""
 
@@ -184,6 +187,7 @@ def join(
     waiting = {g: list(np.flatnonzero(group == g)) for g in first}
     representatives = np.array(list(first.values()))
     taken: list[tuple[int, int]] = []
+    beyond: list[float] = []
     missed: list[str] = []
     for row, (position, line) in enumerate(zip(rows.positions, rows.lines, strict=True)):
         seen = position - centers[representatives]
@@ -226,11 +230,12 @@ def join(
         own = waiting[target].pop(0)
         contact = None if rows.contact is None else rows.contact[row]
         if contact is None and overtravel is not None:
-            contact = along[chosen] < overtravel - AT_THE_END
+            contact = bool(along[chosen] < overtravel - AT_THE_END)
         if contact is False:
             missed.append(labels[own])
             continue
         taken.append((int(own), row))
+        beyond.append(float(along[chosen]))
     absent = [labels[i] for left in waiting.values() for i in left]
     warnings = []
     if absent:
@@ -239,6 +244,8 @@ def join(
             f"{len(absent)} touches of the plan have no reading: {shown}. (A control may leave out "
             "a reading that equals the one before; or the run ended early.)"
         )
+    if rows.contact is None and overtravel is None:
+        warnings.append(_perhaps_missed([labels[own] for own, _ in taken], np.array(beyond)))
     if not taken:
         raise InputError("none of its readings is a contact", path=rows.path)
     own_rows = [own for own, _ in taken]
@@ -255,6 +262,26 @@ def join(
         ),
         missed=tuple(missed),
         warnings=tuple(warnings),
+    )
+
+
+def _perhaps_missed(labels: list[str], beyond: FloatArray) -> str:
+    """What to say where a miss looks like a touch; names those that lie where a miss would."""
+    told = (
+        "a miss leaves a reading like a touch, where its move ended; tell where that is (--machine)"
+    )
+    if not len(beyond):
+        return told
+    deep = beyond - np.median(beyond)
+    odd = [
+        f"{label} ({depth:+.2f} mm)"
+        for label, depth in zip(labels, deep, strict=True)
+        if abs(depth) > _ODD
+    ]
+    if not odd:
+        return told
+    return (
+        f"{told}. These lie further along than the others, as a miss would: {', '.join(odd[:10])}"
     )
 
 
