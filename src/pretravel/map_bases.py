@@ -84,8 +84,8 @@ class SectorBasis:
 
     Radii at 30, 60, 120, 150, 210, 240, 300 and 330 degrees, one shared by +X and
     -X, one shared by +Y and -Y; the nearest in azimuth is taken, whatever the
-    polar angle. Halfway between two sectors both count half. For comparison:
-    it leaves up to 0.71 of a lobe's amplitude.
+    polar angle. Halfway between two sectors both count half. For comparison: it leaves up to
+    0.71 of a lobe's amplitude in a sector, and all of it where opposite directions share one.
 
     >>> basis = SectorBasis()
     >>> SECTOR_NAMES[int(basis.design(np.array([[0.8, 0.6, 0.0]])).argmax())]
