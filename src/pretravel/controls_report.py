@@ -62,7 +62,7 @@ def comparison_report(result: Comparison) -> str:
             "the others are taken without any error of touching."
         )
     lines.append(
-        "Radii of controls know one plane: within 45° of the axis their length along it is taken."
+        "Radii of controls know one plane, and their length the axis; between them both are mixed."
     )
     return "\n".join(lines)
 
@@ -243,8 +243,12 @@ def _chart(axes: Axes, entries: Sequence[Entry]) -> None:
     axes.fill_between(number, -3.0 * u, 3.0 * u, color="0.92", step="mid", label="± 3 u")
     axes.plot(number, size, "-", color=COLOURS[0], lw=1.0)
     changed = np.array([bool(entry["changed"]) for entry in known])
-    axes.plot(number[~changed], size[~changed], "o", ms=5, color=COLOURS[0], label="no change")
-    axes.plot(number[changed], size[changed], "s", ms=6, color=COLOURS[1], label="changed")
+    for rows, mark, colour, name in (
+        (~changed, "o", COLOURS[0], "no change"),
+        (changed, "s", COLOURS[1], "changed"),
+    ):
+        if rows.any():
+            axes.plot(number[rows], size[rows], mark, ms=5, color=colour, label=name)
     for i, entry in zip(number, known, strict=True):
         if str(entry["decision"]) != "kept":
             axes.axvline(i + 0.5, color="0.4", lw=0.8, ls="--")

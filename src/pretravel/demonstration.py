@@ -10,6 +10,7 @@ import numpy as np
 
 from pretravel import plotting
 from pretravel.arrays import BoolArray, FloatArray
+from pretravel.controls_report import comparison_report, plot_comparison
 from pretravel.directions import azimuth_angle, from_angles
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
@@ -17,6 +18,7 @@ from pretravel.formats.map_file import write_map
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.qualification import ALL_KINDS, qualify
+from pretravel.metrology.comparison import compare_corrections
 from pretravel.metrology.compensation import apply
 from pretravel.metrology.kind_choice import distances_from_reference
 from pretravel.metrology.qualification import Qualification
@@ -53,6 +55,8 @@ _CAPTIONS = {
     "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with "
     "the touched directions, over azimuth at four polar angles with the touches, and what is left.",
     "points.png": "The part: deviation from its nominal, pretravel taken off, uncertainty.",
+    "compare.png": "What corrections of today's controls would leave of this probe: over the azimuth on "
+    "the equator, and the largest error over directions and on the part.",
     "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind "
     "of map leaves when it is fitted to all directions.",
 }
@@ -166,6 +170,7 @@ def demonstrate(data: Path, output: Path) -> str:
 
     best = qualify(sphere, SPHERE_DIAMETER, tip_diameter=TIP_DIAMETER, kind=BEST)
     points = apply(part, best.pretravel_map)
+    compared = compare_corrections(best.pretravel_map, part.normals)
     write_map(output / "map.nc", best.pretravel_map)
     write_points(output / "points.csv", points)
     pictures = {
@@ -173,6 +178,7 @@ def demonstrate(data: Path, output: Path) -> str:
             best, "Reference sphere, six-seat probe fitted"
         ),
         "points.png": plotting.plot_points(points, "The part, compensated"),
+        "compare.png": plot_comparison(compared, "What corrections of today's controls leave"),
         "kp3_ring.png": _ring_picture(ring),
     }
     for name, figure in pictures.items():
@@ -184,6 +190,7 @@ def demonstrate(data: Path, output: Path) -> str:
         ("The part, compensated", points_report(points)),
         ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part, best)),
         ("", _READ_SPHERE.format(noise=noise)),
+        ("What today's corrections would leave of this probe", comparison_report(compared)),
         ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
         ("", _READ_RING),
     ]

@@ -16,8 +16,6 @@ from pretravel.metrology.sector_tables import equator, resampled_sectors, touche
 from pretravel.pretravel_map import PretravelMap
 from pretravel.units import DEGREE
 
-ALONG_THE_AXIS = 45.0 * DEGREE
-"""Nearer to the axis than this a control takes its length along the axis, not a radius. [rad]"""
 _COUNT = 4000  # directions over the sphere
 _AXIS = np.array([[0.0, 0.0, 1.0]])
 
@@ -89,8 +87,9 @@ def compare_corrections(
 
     Notes
     -----
-    Radii of controls are for the plane of the table. Further than 45° from it the control's
-    length along the axis is taken, which is right at the axis itself (where the map holds).
+    Radii of controls are for the plane of the table. Their length is set along the axis, which
+    shifts every point along it: between axis and plane the correction goes over from
+    the one to the other with the normal's part along the axis (where the map holds on the axis).
     Woźniak's constant and lobe azimuth are fitted to the map over all directions.
 
     >>> from pretravel.direction_support import DirectionSupport
@@ -155,7 +154,7 @@ def _corrections(
             value = across(n)
             if axial is None:
                 return value
-            return np.where(n[:, 2] > np.cos(ALONG_THE_AXIS), axial, value)
+            return np.asarray(value + np.maximum(n[:, 2], 0.0) * (axial - value))
 
         return correction
 
