@@ -55,7 +55,7 @@ _CAPTIONS = {
     "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with "
     "the touched directions, over azimuth at four polar angles with the touches, and what is left.",
     "points.png": "The part: deviation from its nominal, pretravel taken off, uncertainty.",
-    "compare.png": "What corrections of today's controls would leave of this probe: over the azimuth on "
+    "compare.png": "What today's corrections would leave of this probe: over the azimuth on "
     "the equator, and the largest error over directions and on the part.",
     "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind "
     "of map leaves when it is fitted to all directions.",
