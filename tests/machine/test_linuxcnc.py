@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
 from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
 from pretravel.formats.map_file import read_map
 from pretravel.formats.readings import join
+from pretravel.frames import probe_rotation
 from pretravel.identification.qualification import qualify
 from pretravel.metrology.compensation import apply
 from pretravel.pretravel_map import PretravelMap
@@ -32,7 +34,7 @@ from tests.machine.conftest import SIMULATOR, environment, run_program
 from tests.unit.test_command_line import rows
 
 DIAMETER = 24.9987
-# The last digit of a log is 1e-7 mm; three of them make a point.
+# The last digit of a log is 1e-4 µm; three of them make a point.
 SAME = 5e-7
 QUICK = Machine(measuring_feed=300.0, positioning_feed=20000.0, safe_height=40.0)
 OFFSETS = "G21\nG10 L2 P1 X100 Y50 Z-30 R0\nG10 L2 P2 X-80 Y20 Z-60 R{turn}\n"
@@ -304,6 +306,77 @@ G1 X18 F6000
 G0 Z40
 M2
 """
+
+
+class TestPoints:
+    """Whole touches by subroutine: oblique, in inches, with a signal delay, missed."""
+
+    def test_oblique_touches_with_a_delay(self, tmp_path: Path, example_map: PretravelMap) -> None:
+        # A probe tilted and turned in its holder, and a delay: nothing that the control may skip.
+        pretravel_map = replace(
+            example_map, delay=0.004, u_delay=1e-5, feed=None,
+            rotation=probe_rotation((0.0, np.sin(0.05), np.cos(0.05)), 0.7),
+        )  # fmt: skip
+        for name, text in linuxcnc_subroutines(pretravel_map, lookup_series(pretravel_map)).items():
+            (tmp_path / name).write_text(text)
+        normals = ring_pattern(np.array([20.0, 60.0]) * DEGREE, 6)
+        tilt = np.tile([[0.3, -0.2, 0.1]], (len(normals), 1))
+        approaches = -normals + tilt - np.sum(tilt * normals, axis=1)[:, None] * normals
+        approaches /= np.linalg.norm(approaches, axis=1)[:, None]
+        targets = Targets(12.5 * normals, normals, approaches)
+        program = plan_program(targets, QUICK, title="oblique", feeds=[120, 300])
+        (tmp_path / "o.ngc").write_text(linuxcnc_program(program, "o.log", compensated=True))
+        (tmp_path / "offsets.ngc").write_text(OFFSETS.format(turn=0) + "M2\n")
+        run_program(tmp_path / "offsets.ngc")
+        run_program(tmp_path / "o.ngc")
+        log = read_own_log(tmp_path / "o.log")
+        assert len(log.touches) == 2 * len(normals)
+        points = apply(log.touches, pretravel_map)
+        for label, position in zip(points.labels, points.positions, strict=True):
+            assert position == pytest.approx(log.compensated[label], abs=SAME)
+
+    def test_one_call_a_point_in_mm_and_inch(
+        self, tmp_path: Path, example_map: PretravelMap
+    ) -> None:
+        for name, text in linuxcnc_subroutines(example_map, lookup_series(example_map)).items():
+            (tmp_path / name).write_text(text)
+        program = tmp_path / "points.ngc"
+        program.write_text(
+            OFFSETS.format(turn=0)
+            + """
+G54 G61 G0 X0 Y0 Z30
+(LOGOPEN,points.log)
+o<pretravel_head> call
+o<pretravel_point> call [0] [0] [12.5] [0] [0] [1] [300] [1] [2] [2] [6000]
+#100 = #<_pretravel_z>
+o<pretravel_point> call [7.5] [0] [10] [0.6] [0] [0.8] [300] [2]
+o<pretravel_point> call [0] [0] [25] [0] [0] [1] [300] [3]
+#101 = #<_pretravel_touched>
+(LOGCLOSE)
+G20
+(LOGOPEN,inch.log)
+o<pretravel_point> call [0] [0] [12.5/25.4] [0] [0] [1] [300/25.4] [4]
+#102=[#<_pretravel_travel>*1000]
+(LOG,%.9f#100,#101,#<_pretravel_z>,#102)
+(LOGCLOSE)
+G21 G0 Z40
+M2
+"""
+        )
+        run_program(program)
+        log = read_own_log(tmp_path / "points.log")
+        assert log.touches.labels == ("p1", "p2")
+        assert log.missed == ("p3",)
+        points = apply(log.touches, example_map)
+        for label, position in zip(points.labels, points.positions, strict=True):
+            assert position == pytest.approx(log.compensated[label], abs=SAME)
+        z, touched, inches, travel = numbers(tmp_path / "inch.log")[0]
+        assert touched == 0.0
+        assert inches * 25.4 == pytest.approx(z, abs=SAME)
+        along = example_map.pretravel([[0.0, 0.0, 1.0]])[0]
+        assert travel * 25.4e-3 == pytest.approx(along, abs=1e-7)
+        # A value below 1e-4 would be printed as zero by the control: logs are in µm.
+        assert along / 25.4 < 1e-4
 
 
 class TestLogs:

@@ -30,7 +30,7 @@ HEAD = (
     "pretravel-log,1,plan,2,end\nwork,G54,30.0000000,end\ncolumns," + ",".join(LOG_COLUMNS)
     + ",end\n"
 )  # fmt: skip
-TOUCH = "touch,{label},0.0,0.0,2.99,0,0,1,0,0,-1,50,0,0,0,{touched},end\n"
+TOUCH = "touch,{label},0.0,0.0,2990.0,0,0,1,0,0,-1,50,0,0,0,{touched},end\n"
 PLAN = Targets(
     np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 0, 0], [20.0, 0, -5]]),
     np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
@@ -89,7 +89,7 @@ class TestOwnLog:
             (HEAD + "touch,a,0,0,nan,0,0,1,0,0,-1,50,0,0,0,1,end\n", 4, "'nan' is not a finite"),
             (HEAD + "touch,a,0,0,end\n", 4, "3 values, 15 are needed"),
             (HEAD + "speech,a,end\n", 4, "'speech' is not a line"),
-            (HEAD.replace("nominal_x_mm", "nominal_x"), 3, "not those that this version knows"),
+            (HEAD.replace("nominal_x_mm", "nominal_x_in"), 3, "not those that this version knows"),
             (TOUCH.format(label="a", touched="1"), 1, "must begin with pretravel-log"),
             (HEAD + TOUCH.format(label="a", touched="0"), None, "no touch in it; 1 were missed"),
         ],

@@ -168,7 +168,7 @@ class TestText:
         text = linuxcnc_program(program, "a.log", compensated=True)
         assert max(map(len, text.splitlines())) <= 250
         assert text.isascii()
-        logs = [line for line in text.splitlines() if line.startswith("(LOG,%.7ftouch")]
+        logs = [line for line in text.splitlines() if line.startswith("(LOG,%.4ftouch")]
         assert len(logs) == 4
         assert program.labels[0] == "x" * 40 + "@50.1"
         for line in logs:
@@ -266,7 +266,7 @@ class TestCommands:
         mill, out = tmp_path / "mill.toml", tmp_path / "s.ngc"
         mill.write_text(run("machine"))
         run("program", "sphere", mill, "--diameter", 25, "--pattern", "iso10360-5", "-o", out)
-        assert out.read_text().count("(LOG,%.7ftouch") == 25
+        assert out.read_text().count("(LOG,%.4ftouch") == 25
         assert "0 and 180" in run(
             "program", "sphere", mill, "--diameter", 25, "--polar", "200", "-o", out, code=2
         )

@@ -159,16 +159,19 @@ def formats() -> None:
 
     Example: pretravel formats
     """
-    from rich.console import Console
-    from rich.table import Table
+    import textwrap
 
     from pretravel.formats.catalogue import FORMATS
 
-    table = Table(box=None, pad_edge=False)
-    for name in ("format", "what it is", "read", "written", "must be told", "verified against"):
-        table.add_column(name, overflow="fold")
     for entry in FORMATS:
-        table.add_row(
-            entry.name, entry.what, entry.reads, entry.writes, entry.needs, entry.verified
-        )
-    Console(markup=False).print(table)
+        typer.echo(f"{entry.name:11s}{entry.what}")
+        told = [
+            ("read as", entry.reads),
+            ("written from", entry.writes),
+            ("must be told", entry.needs),
+            ("verified against", entry.verified),
+        ]
+        for name, text in told:
+            if text:
+                lines = textwrap.wrap(f"{name}: {text}", 85)
+                typer.echo("\n".join(f"{'':11s}{line}" for line in lines))

@@ -13,17 +13,41 @@ from pretravel.controls.machine import Machine
 from pretravel.controls.program import ProbingProgram
 from pretravel.errors import PretravelError
 
-LOG_COLUMNS = (
-    "label", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "ax", "ay", "az", "feed_mm_min",
-    "nominal_x_mm", "nominal_y_mm", "nominal_z_mm", "touched",
+_BASE = (
+    "label", "x", "y", "z", "nx", "ny", "nz", "ax", "ay", "az", "feed_mm_min",
+    "nominal_x", "nominal_y", "nominal_z", "touched",
 )  # fmt: skip
-"""Of lines ``touch``: the tip's centre as it was latched, work coordinates."""
-POINT_COLUMNS = ("label", "x_mm", "y_mm", "z_mm", "pretravel_mm", "deviation_mm")
+
+
+def _with_units(measured: str, direction: str, nominal: str) -> tuple[str, ...]:
+    return tuple(
+        f"{name}{measured}" if name in ("x", "y", "z")
+        else f"{name}{direction}" if name in ("nx", "ny", "nz", "ax", "ay", "az")
+        else f"{name}{nominal}" if name.startswith("nominal")
+        else name
+        for name in _BASE
+    )  # fmt: skip
+
+
+LOG_COLUMNS = _with_units("_um", "", "_mm")
+"""Of lines ``touch``: the tip's centre as it was latched, work coordinates. What the control puts
+in is in micrometres: it prints parameters below 1e-4 as zero. What the program knows is text."""
+POINT_LOG_COLUMNS = _with_units("_um", "_millionths", "_um")
+"""Of lines ``touch`` of the subroutine pretravel_point, which has all of it in parameters."""
+POINT_COLUMNS = ("label", "x_um", "y_um", "z_um", "pretravel_um", "deviation_um")
 """Of lines ``point``: the surface point, as the control compensated it."""
 LOG_HEAD = "pretravel-log"
-_POINT = (
-    "#<_pretravel_x>,#<_pretravel_y>,#<_pretravel_z>,#<_pretravel_travel>,#<_pretravel_deviation>"
+MEASURED = "#<_touch_x_um>,#<_touch_y_um>,#<_touch_z_um>"
+"""What `TO_MICROMETRES` made of the last touch."""
+COMPENSATED = ",".join(
+    f"#<_pretravel_{name}_um>" for name in ("x", "y", "z", "travel", "deviation")
 )
+TO_MICROMETRES = """\
+#<_touch_x_um> = [#5061*1000]
+#<_touch_y_um> = [#5062*1000]
+#<_touch_z_um> = [#5063*1000]
+"""
+"""For programs in mm."""
 _LONGEST = 250  # characters of a line: the interpreter takes 255
 _TRIPPED = 0.002  # nearer to its start than this a touch was none. [mm]
 
@@ -35,7 +59,7 @@ G38.3 X#4 Y#5 Z#6 F#7
 o<pretravel_open> if [#5070 EQ 1 AND ABS[#5061-#1]+ABS[#5062-#2]+ABS[#5063-#3] LT {_TRIPPED}]
 (ABORT,the probe was tripped where the touch should start: it has not reseated or touches something)
 o<pretravel_open> endif
-G1 X#1 Y#2 Z#3 F#8
+{TO_MICROMETRES}G1 X#1 Y#2 Z#3 F#8
 o<pretravel_touch> endsub
 """
 
@@ -89,7 +113,7 @@ def linuxcnc_program(program: ProbingProgram, log: str, *, compensated: bool = F
         f"(LOG,{LOG_HEAD},1,{comment(program.title).replace(',', ' ')},{len(program)},end)",
         "#<base> = [5210+20*#5220]",
         "#<turn> = #[#<base>]",
-        f"(LOG,%.7fwork,{machine.work_offset},#<turn>,end)",
+        f"(LOG,%.9fwork,{machine.work_offset},#<turn>,end)",
         f"(LOG,columns,{','.join(LOG_COLUMNS)},end)",
         *([f"(LOG,point-columns,{','.join(POINT_COLUMNS)},end)"] if compensated else []),
         f"G0 Z{_number(machine.safe_height)}",
@@ -125,14 +149,14 @@ def _touch(program: ProbingProgram, row: int, label: str, compensated: bool) -> 
             *program.points[row],
         )
     )
-    lines.append(f"(LOG,%.7ftouch,{label},#5061,#5062,#5063,{told},#5070,end)")
+    lines.append(f"(LOG,%.4ftouch,{label},{MEASURED},{told},#5070,end)")
     if compensated:
         known = [*program.normals[row], *program.approaches[row], program.feeds[row]]
         lines += [
             f"o<pretravel_touched_{row + 1}> if [#5070 EQ 1]",
             "o<pretravel_compensate> call "
             + " ".join(f"[{_number(value)}]" for value in [*known, *program.points[row]]),
-            f"(LOG,%.7fpoint,{label},{_POINT},end)",
+            f"(LOG,%.4fpoint,{label},{COMPENSATED},end)",
             f"o<pretravel_touched_{row + 1}> endif",
         ]
     return lines

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from pretravel.controls.linuxcnc import LOG_COLUMNS, LOG_HEAD, POINT_COLUMNS, comment
+from pretravel.controls.linuxcnc import (
+    COMPENSATED,
+    LOG_HEAD,
+    MEASURED,
+    POINT_COLUMNS,
+    POINT_LOG_COLUMNS,
+    TO_MICROMETRES,
+    comment,
+)
 from pretravel.controls.lookup import (
     LookupSeries,
     LookupTable,
@@ -234,12 +242,25 @@ def _compensate(pretravel_map: PretravelMap, head: list[str]) -> list[str]:
         "#<dy> = [#<_pretravel_y>-#9]",
         "#<dz> = [#<_pretravel_z>-#10]",
         "#<_pretravel_deviation> = [#<dx>*#1+#<dy>*#2+#<dz>*#3]",
+        "(the same in micrometres, for logs: the control prints what is below 1e-4 as zero)",
+        *(
+            f"#<_pretravel_{name}_um> = [#<_pretravel_{name}>*1000/#<unit>]"
+            for name in ("x", "y", "z", "travel", "deviation")
+        ),
         "o<pretravel_compensate> endsub",
     ]
 
 
 def _point(pretravel_map: PretravelMap, head: list[str]) -> list[str]:
-    told = "#4,#5,#6,#<ax>,#<ay>,#<az>,#7,#1,#2,#3"
+    scaled = {
+        **{f"n{axis}": f"#{4 + i}*1000000" for i, axis in enumerate("xyz")},
+        **{f"a{axis}": f"0-#{4 + i}*1000000" for i, axis in enumerate("xyz")},
+        **{f"nominal_{axis}": f"#{1 + i}*1000" for i, axis in enumerate("xyz")},
+    }
+    normal, approach, nominal = (
+        ",".join(f"#<log_{name}>" for name in list(scaled)[k : k + 3]) for k in (0, 3, 6)
+    )
+    told = f"{normal},{approach},#7,{nominal}"
     return [
         *head,
         "(probes one point along its normal; straight from where the tip is to the start:)",
@@ -281,15 +302,14 @@ def _point(pretravel_map: PretravelMap, head: list[str]) -> list[str]:
         "G1 X#<sx> Y#<sy> Z#<sz> F#<quick>",
         "#<_pretravel_touched> = #5070",
         "o<pretravel_metric> if [#<_metric> EQ 1]",
-        f"(LOG,%.7ftouch,p#8,#5061,#5062,#5063,{told},#5070,end)",
+        *TO_MICROMETRES.splitlines(),
+        *(f"#<log_{name}> = [{value}]" for name, value in scaled.items()),
+        f"(LOG,touch,p%d#8,%.4f{MEASURED},{told},#5070,end)",
         "o<pretravel_metric> endif",
         "o<pretravel_hit> if [#5070 EQ 1]",
         "o<pretravel_compensate> call [#4] [#5] [#6] [#<ax>] [#<ay>] [#<az>] [#7] [#1] [#2] [#3]",
         "o<pretravel_metric_2> if [#<_metric> EQ 1]",
-        (
-            "(LOG,%.7fpoint,p#8,#<_pretravel_x>,#<_pretravel_y>,#<_pretravel_z>,"
-            "#<_pretravel_travel>,#<_pretravel_deviation>,end)"
-        ),
+        f"(LOG,point,p%d#8,%.4f{COMPENSATED},end)",
         "o<pretravel_metric_2> endif",
         "o<pretravel_hit> endif",
         "o<pretravel_point> endsub",
@@ -307,8 +327,8 @@ def _head(head: list[str]) -> list[str]:
         "#<base> = [5210+20*#5220]",
         "#<turn> = #[#<base>]",
         f"(LOG,{LOG_HEAD},1,points,0,end)",
-        "(LOG,%.7fwork,#5220,#<turn>,end)",
-        f"(LOG,columns,{','.join(LOG_COLUMNS)},end)",
+        "(LOG,%.9fwork,#5220,#<turn>,end)",
+        f"(LOG,columns,{','.join(POINT_LOG_COLUMNS)},end)",
         f"(LOG,point-columns,{','.join(POINT_COLUMNS)},end)",
         "o<pretravel_head> endsub",
     ]

@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.controls.linuxcnc import LOG_COLUMNS, LOG_HEAD, POINT_COLUMNS
+from pretravel.controls.linuxcnc import (
+    LOG_COLUMNS,
+    LOG_HEAD,
+    POINT_COLUMNS,
+    POINT_LOG_COLUMNS,
+)
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.readings import FileReadings, Rows, file_lines, finite, scale_of
 from pretravel.touches import Touches
-from pretravel.units import DEGREE
+from pretravel.units import DEGREE, MICROMETRE
 
 _PROBEOPEN_COLUMNS = 9
 _ROTARY = slice(3, 6)
+_SCALES = {"um": MICROMETRE, "millionths": 1e-6}
 _MOVED = 1e-4  # rotary axes that differ by more were moved. [deg]
 
 
@@ -42,7 +48,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     >>> file = Path(tempfile.mkdtemp()) / "one.log"
     >>> _ = file.write_text(
     ...     "pretravel-log,1,one,1,end\nwork,G54,0.0,end\ncolumns," + ",".join(LOG_COLUMNS)
-    ...     + ",end\ntouch,top,0,0,2.99,0,0,1,0,0,-1,50,0,0,0,1.0000000,end\ndone,1,end\n")
+    ...     + ",end\ntouch,top,0,0,2990.0,0,0,1,0,0,-1,50,0,0,0,1.0,end\ndone,1,end\n")
     >>> read_own_log(file).touches.positions.tolist()
     [[0.0, 0.0, 2.99]]
     """
@@ -53,6 +59,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     rows: list[list[float]] = []
     numbers: list[int] = []
     points: dict[str, FloatArray] = {}
+    columns = LOG_COLUMNS
     begun = finished = False
     for number, text in enumerate(lines, start=1):
         line = text.strip()
@@ -86,7 +93,8 @@ def read_own_log(path: str | Path) -> FileReadings:
         elif kind == "work":
             rotation = finite(values[1:2], path, number)[0] * DEGREE
         elif kind == "columns":
-            if tuple(values) != LOG_COLUMNS:
+            columns = tuple(values)
+            if columns not in (LOG_COLUMNS, POINT_LOG_COLUMNS):
                 raise InputError(
                     f"columns {', '.join(values)} are not those that this version knows "
                     f"({', '.join(LOG_COLUMNS)})",
@@ -114,7 +122,7 @@ def read_own_log(path: str | Path) -> FileReadings:
                     path=path,
                     line=number,
                 )
-            points[values[0]] = np.array(finite(values[1:4], path, number))
+            points[values[0]] = MICROMETRE * np.array(finite(values[1:4], path, number))
         elif kind == "done":
             finished = True
         elif kind != "point-columns":
@@ -123,9 +131,10 @@ def read_own_log(path: str | Path) -> FileReadings:
         raise InputError(
             "no touch in it" + (f"; {len(missed)} were missed" if missed else ""), path=path
         )
-    table = np.array(rows)
+    scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in columns[1:]]
+    table = np.array(rows) * np.array(scales)
     warnings = []
-    if not finished:
+    if not finished and told:  # a program of one's own tells no number, and no end
         there = len(rows) + len(missed)
         warnings.append(
             f"the program did not run to its end: {there} of its {told} touches are in the log"
