@@ -240,8 +240,12 @@ def _chart(axes: Axes, entries: Sequence[Entry]) -> None:
     number = np.arange(1, len(known) + 1)
     size = np.array([_value(entry, "size_um") for entry in known])
     u = np.array([_value(entry, "u_size_um") for entry in known])
-    axes.fill_between(number, -3.0 * u, 3.0 * u, color="0.92", step="mid", label="± 3 u")
-    axes.plot(number, size, "-", color=COLOURS[0], lw=1.0)
+    axes.errorbar(number, np.zeros(len(known)), 3.0 * u, fmt="none", ecolor="0.8", elinewidth=6,
+                  label="± 3 u")  # fmt: skip
+    maps = np.array([str(entry["map_id"]) for entry in known])
+    for own in dict.fromkeys(maps.tolist()):  # values of different maps are not joined
+        rows = maps == own
+        axes.plot(number[rows], size[rows], "-", color=COLOURS[0], lw=1.0)
     changed = np.array([bool(entry["changed"]) for entry in known])
     for rows, mark, colour, name in (
         (~changed, "o", COLOURS[0], "no change"),
@@ -252,6 +256,7 @@ def _chart(axes: Axes, entries: Sequence[Entry]) -> None:
     for i, entry in zip(number, known, strict=True):
         if str(entry["decision"]) != "kept":
             axes.axvline(i + 0.5, color="0.4", lw=0.8, ls="--")
+    axes.set_xlim(0.4, len(known) + 0.6)
     step = max(len(known) // 8, 1)
     names = [f"{datetime.fromisoformat(str(entry['time'])):%Y-%m-%d\n%H:%M}" for entry in known]
     axes.set_xticks(number[::step], names[::step], fontsize=7)

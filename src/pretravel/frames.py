@@ -54,6 +54,31 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     return np.asarray(tilt @ about_axis)
 
 
+def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatArray:
+    """Rotation by turns about fixed axes x, y and z, in that order: Rz Ry Rx.
+
+    Parameters
+    ----------
+    about_x, about_y, about_z : float
+        Counter-clockwise. [rad]
+
+    Returns
+    -------
+    (3, 3) float
+
+    >>> turned_about_axes(0.0, 0.0, math.pi / 2).round(12).tolist()
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    turn = np.eye(3)
+    for axis, angle in enumerate((about_x, about_y, about_z)):
+        c, s = math.cos(angle), math.sin(angle)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        about = np.eye(3)
+        about[i, i], about[i, j], about[j, i], about[j, j] = c, -s, s, c
+        turn = about @ turn
+    return turn
+
+
 @dataclass(frozen=True, eq=False)
 class Placement:
     """Where a part's frame is in the machine: x_machine = rotation x_part + shift.
@@ -120,11 +145,5 @@ def parse_placement(text: str | None, frame: str = "part") -> Placement:
         raise PretravelError(
             f"--place {text}: expected x,y,z in mm, or x,y,z,a,b,c with turns in degrees"
         )
-    turn = np.eye(3)
-    for axis, angle in enumerate(numbers[3:]):
-        c, s = math.cos(angle * DEGREE), math.sin(angle * DEGREE)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        about = np.eye(3)
-        about[i, i], about[i, j], about[j, i], about[j, j] = c, -s, s, c
-        turn = about @ turn
+    turn = turned_about_axes(*(angle * DEGREE for angle in numbers[3:] or (0.0, 0.0, 0.0)))
     return Placement(frozen(turn), frozen(numbers[:3]))

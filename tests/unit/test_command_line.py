@@ -394,7 +394,7 @@ def test_demo(tmp_path: Path) -> None:
     text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
     assert "harmonic map" in text
     made = {path.name for path in (tmp_path / "out").iterdir()}
-    pictures = {"qualification.png", "points.png", "kp3_ring.png"}
+    pictures = {"qualification.png", "points.png", "compare.png", "kp3_ring.png"}
     assert made == {"index.html", "map.nc", "points.csv", *pictures}
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)

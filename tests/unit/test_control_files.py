@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc import LOG_COLUMNS
+from pretravel.controls.machine import Machine, work_placement
 from pretravel.errors import InputError
 from pretravel.formats.catalogue import FORMATS, format_of, read_readings, read_touches_of
 from pretravel.formats.dmis import read_dmis
 from pretravel.formats.fusion_inspection import read_fusion, write_fusion
 from pretravel.formats.grbl_log import read_grbl_log
 from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.machine_file import machine_text
 from pretravel.formats.print_file import read_print_file
 from pretravel.formats.qif import NAMESPACE, read_point_sets, read_qif, write_qif
 from pretravel.formats.readings import FileReadings, Rows, join
@@ -72,6 +74,14 @@ class TestOwnLog:
         assert found.touches.feeds is not None
         assert found.touches.feeds.tolist() == [50.0]
         assert found.notes() == ["1 touch missed: b"]
+
+    def test_lost_lines_are_noticed(self, tmp_path: Path) -> None:
+        lost = self.WHOLE.replace(TOUCH.format(label="b", touched="0.0000000"), "")
+        assert "1 of its 2 touches" in read_own_log(written(tmp_path, lost)).notes()[0]
+        for line in ("work", "columns"):
+            kept = [text for text in self.WHOLE.splitlines() if not text.startswith(line)]
+            with pytest.raises(InputError, match="before the first touch"):
+                read_own_log(written(tmp_path, "\n".join(kept)))
 
     def test_that_ended_early_says_so(self, tmp_path: Path) -> None:
         early = self.WHOLE.replace("done,2,end\n", "").replace(
@@ -496,6 +506,22 @@ class TestCatalogue:
         with pytest.raises(InputError, match="--tip-diameter"):
             read_readings(path, plan=PLAN)
         assert read_readings(path, plan=PLAN, tip_radius=3.0).touches.labels == ("a",)
+
+    def test_turn_of_positions_comes_from_the_machine_file(self, tmp_path: Path) -> None:
+        log = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
+        (tmp_path / "plan.csv").write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,0,0,0,1\n")
+        mill = tmp_path / "mill.toml"
+        mill.write_text(machine_text(Machine(work=work_placement(1, 2, 3, 0.5))))
+        given = ["--plan", tmp_path / "plan.csv", "--machine", mill, "-o", tmp_path / "t.csv"]
+        assert "turned by 28.6479°" in run("convert", log, *given, code=2)
+        run("convert", log, *given, "--frame", "machine")
+        found = read_readings(log, plan=PLAN, tip_radius=3.0, overtravel=2.0)
+        assert "taken as not turned" in found.notes()[-1]
+
+    def test_decimal_commas(self, tmp_path: Path) -> None:
+        path = written(tmp_path, TestProbeOpen.ROW.format(x=0.0).replace(".", ","))
+        with pytest.raises(InputError, match="use a point as decimal sign"):
+            read_readings(path, units="mm", plan=PLAN, tip_radius=3.0)
 
     @pytest.mark.parametrize(
         ("text", "words"),

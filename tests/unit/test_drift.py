@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import sqlite3
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import cache
 from pathlib import Path
@@ -170,7 +171,14 @@ class TestRefused:
 
 def _write(path: Path, result: Verification, count: int) -> None:
     for _ in range(count):
-        add_verification(path, result, map_name="m.nc", touches_name="t.csv", decision="kept")
+        add_verification(
+            path,
+            result,
+            pretravel_map=old_map(),
+            map_name="m.nc",
+            touches_name="t.csv",
+            decision="kept",
+        )
 
 
 class TestHistory:
@@ -196,8 +204,8 @@ class TestHistory:
         results = [check(touches(seed, size=0.001 * seed)) for seed in (1, 2)]
         for day, result in ((1, results[1]), (0, results[0])):
             add_verification(
-                path, result, map_name="m", touches_name="t", decision="kept",
-                time=start + timedelta(days=day),
+                path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
+                decision="kept", time=start + timedelta(days=day),
             )  # fmt: skip
         entries = read_history(path)
         assert [entry["time"] for entry in entries] == [
@@ -216,12 +224,28 @@ class TestHistory:
         before = [text.read_bytes(), foreign.read_bytes()]
         for path, words in ((text, "not the history"), (foreign, "but not the history")):
             with pytest.raises(InputError, match=words):
-                add_verification(path, result, map_name="m", touches_name="t", decision="kept")
+                add_verification(
+                    path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
+                    decision="kept",
+                )  # fmt: skip
             with pytest.raises(InputError, match=words):
                 read_history(path)
         assert [text.read_bytes(), foreign.read_bytes()] == before
         with pytest.raises(InputError, match="no such history"):
             read_history(tmp_path / "c.sqlite")
+
+    def test_another_probe_is_refused(self, tmp_path: Path) -> None:
+        path, result = tmp_path / "probe.sqlite", check(touches(1))
+        told = {"map_name": "m", "touches_name": "t", "decision": "kept"}
+        add_verification(path, result, pretravel_map=old_map(), **told)  # type: ignore[arg-type]
+        other = replace(old_map(), tip_radius=2.0)
+        with pytest.raises(InputError, match="a probe with a tip of 6 mm"):
+            add_verification(path, result, pretravel_map=other, **told)  # type: ignore[arg-type]
+
+    def test_touches_of_the_map_itself_are_noticed(self, tmp_path: Path) -> None:
+        own = replace(touches(1), source="day.csv")
+        fresh = qualify(own, 25.0, tip_diameter=6.0).pretravel_map
+        assert "anew" in " ".join(verify(own, fresh, 25.0).warnings)
 
     def test_commands_from_touches_to_the_chart(self, tmp_path: Path) -> None:
         write_map(tmp_path / "map.nc", old_map())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -254,6 +255,20 @@ class TestExportCommand:
         assert "largest error against the map 0.000 um" in lookup
         for text in (path.read_text() for path in out.iterdir()):
             assert max(map(len, text.splitlines())) <= 250
+
+    def test_a_delay_wants_the_feed(self, tmp_path: Path) -> None:
+        path = tmp_path / "rest.nc"
+        write_map(path, replace(example_map(), delay=0.01, u_delay=1e-4, feed=None))
+        out = tmp_path / "r.txt"
+        assert "--feed" in run("export", path, "--to", "renishaw", "-o", out, code=2)
+        run("export", path, "--to", "renishaw", "-o", out, "--feed", 60)
+        slow = re.search(r"^#500=([\d.]+)", out.read_text(), re.M)
+        run("export", path, "--to", "renishaw", "-o", out, "--feed", 120)
+        fast = re.search(r"^#500=([\d.]+)", out.read_text(), re.M)
+        # 1 mm/s more for 10 ms.
+        assert slow is not None
+        assert fast is not None
+        assert float(slow[1]) - float(fast[1]) == pytest.approx(0.010, abs=1.1e-5)
 
     @pytest.mark.parametrize(
         ("options", "words"),

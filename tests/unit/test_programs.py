@@ -114,7 +114,7 @@ class TestRefusals:
         [
             (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 15.750 mm at least"),
             # 60° below the equator the stem would cut through the sphere.
-            (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the probe"),
+            (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the"),
             (replace(MACHINE, stylus_length=10.0), from_angles(np.pi / 2, 0.0), "stem or body"),
         ],
     )
@@ -156,6 +156,33 @@ class TestRefusals:
         twice = Targets([[0.0, 0, 0]] * 2, [[0.0, 0, 1]] * 2, labels=("a", "a"))
         with pytest.raises(PretravelError, match="two targets are called 'a'"):
             plan_program(twice, MACHINE, title="t")
+
+
+class TestTargetsAndParts:
+    def test_off_the_part(self) -> None:
+        part = PartObstacle(read_step_part(str(PART)))
+        far = Targets([[0.0, 0, 0], [0, 0, 9.0]], [[0.0, 0, 1]] * 2, labels=("on", "far"))
+        with pytest.raises(PretravelError, match=r"far\) is .* off the surface"):
+            plan_program(far, MACHINE, title="p", obstacles=[part])
+
+    def test_downward_targets_want_the_part(self) -> None:
+        below = Targets([[0.0, 0, -20]], [[0.0, 0, -1]], labels=("below",))
+        with pytest.raises(PretravelError, match=r"below\): its normal points down"):
+            plan_program(below, MACHINE, title="p")
+
+    def test_left_out_by_name(self) -> None:
+        part = PartObstacle(read_step_part(str(PART)))
+        both = Targets([[-30.0, 0, 0], [0, 0, -20]], [[0.0, 0, 1], [0, 0, -1]], labels=("a", "b"))
+        program = plan_program(both, MACHINE, title="p", obstacles=[part], leave_out=True)
+        assert program.labels == ("a",)
+        assert program.left_out == ("b",)
+        with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*--leave-out"):
+            plan_program(both, MACHINE, title="p", obstacles=[part])
+
+    def test_a_feed_twice(self) -> None:
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        with pytest.raises(PretravelError, match="a feed is there twice"):
+            plan_program(one, MACHINE, title="p", feeds=[50, 50])
 
 
 class TestText:
@@ -211,25 +238,30 @@ class TestMachineFile:
     @pytest.mark.parametrize(
         ("text", "line", "words"),
         [
-            ("[probes]\n", 1, r"no table \[probes\]"),
-            ("\n[feeds]\nmeasuring = 3\n", 3, "no key 'measuring'"),
-            ("[feeds]\nmeasuring_mm_min = 'fast'\n", 2, "a number is needed"),
-            ("[feeds]\nmeasuring_mm_min = -3\n", None, "a positive number"),
-            ("[probe]\ntool = 1.5\n", 2, "a number is needed"),
-            ("[probe]\nstem_diameter_mm = 6\n", None, "must be thinner than the tip"),
-            ("[work]\noffset = 'G53'\n", None, "it is one of G54"),
-            ("[work]\nx_mm = 3\n", 1, "without y_mm, z_mm"),
-            ("[limits]\nx_mm = [1]\n", 2, "two numbers are needed"),
-            ("[limits]\nx_mm = [1, 0]\ny_mm = [0, 1]\nz_mm = [0, 1]\n", None, "below the second"),
-            ("[feeds\n", None, "not TOML"),
+            ("[probe] -> [probes]", True, r"no table \[probes\]"),
+            ("measuring_mm_min -> measuring", True, "no key 'measuring'"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = 'fast'", True, "a number is needed"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = -3", False, "a positive number"),
+            ("tool = 0 -> tool = 1.5", True, "a number is needed"),
+            ("stem_diameter_mm = 4.5 -> stem_diameter_mm = 6", False, "must be thinner than"),
+            ('"G54" -> "G53"', False, "it is one of G54"),
+            ("# x_mm = 0 -> x_mm = 3", True, "without y_mm, z_mm"),
+            ("# [limits] -> [limits]", True, "has no x_mm"),
+            ("# [limits]\n# x_mm = [ -> [limits]\nx_mm = [1, ", True, "two numbers are needed"),
+            ("safe_height_mm -> # safe", True, "safe_height_mm is missing"),
+            ('offset = "G54" ->  #', True, "offset is missing"),
+            ("[probe] -> [probe", True, "not TOML"),
+            ("", False, "is missing"),
         ],
     )
-    def test_refused(self, tmp_path: Path, text: str, line: int | None, words: str) -> None:
+    def test_refused(self, tmp_path: Path, text: str, line: bool, words: str) -> None:
+        """Appended to, or put in place of a line of, a good file."""
         path = tmp_path / "mill.toml"
-        path.write_text(text)
+        old, _, new = text.partition(" -> ")
+        path.write_text(machine_text(Machine()).replace(old, new) if new else text)
         with pytest.raises(InputError, match=words) as caught:
             read_machine(path)
-        assert (f"line {line}:" in str(caught.value)) == (line is not None)
+        assert ("line " in str(caught.value)) == line
 
     def test_printed_from_the_files_of_a_control(self, tmp_path: Path) -> None:
         var = tmp_path / "linuxcnc.var"

@@ -29,15 +29,13 @@ def compare(
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
-    import json
-
     from pretravel.controls_report import comparison_report, comparison_table, plot_comparison
     from pretravel.errors import PretravelError
-    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.catalogue import format_of, read_touches_of
     from pretravel.formats.map_file import described_map, read_map
+    from pretravel.formats.tables import write_table
     from pretravel.formats.touches_csv import read_normals
     from pretravel.metrology.comparison import compare_corrections
-    from pretravel.whole_file import whole_file
 
     inputs: list[Path | str] = [map_file, *([part] if part else [])]
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
@@ -50,15 +48,15 @@ def compare(
             if known in (".nc", ".csv", ".json")
             else described_map(map_file, "analytic")
         )
-        result = compare_corrections(pretravel_map, None if part is None else read_normals(part))
+        normals = None
+        if part is not None and format_of(part) in ("csv", "parquet"):
+            normals = read_normals(part)
+        elif part is not None:
+            normals = read_touches_of(part, machine_axes=True).touches.normals
+        result = compare_corrections(pretravel_map, normals)
     report = comparison_report(result)
-    columns = comparison_table(result)
-    if output is not None and output.suffix.lower() == ".csv":
-        write_csv_table(output, columns)
-    elif output is not None and output.suffix.lower() == ".json":
-        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-        with whole_file(output) as temporary:
-            temporary.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    if output is not None and output.suffix.lower() in (".csv", ".json"):
+        write_table(output, comparison_table(result))
     elif output is not None:
         from pretravel.page import write_page
 

@@ -60,6 +60,7 @@ def convert(
 
     Example: pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv
     """
+    from pretravel.controls.machine import work_turn
     from pretravel.errors import PretravelError
     from pretravel.formats.catalogue import format_of, read_readings
     from pretravel.formats.csv_table import write_csv_table
@@ -99,6 +100,7 @@ def convert(
         overtravel=None if known is None else known.overtravel,
         offset=None if offset is None else vector(offset, "--offset"),
         taken_off=radius_taken_off,
+        rotation=None if known is None or known.work is None else work_turn(known.work),
     )
     _write(found, output, frame, feed, tip_diameter)
     typer.echo(f"{len(found.touches)} touches ({kind})")

@@ -11,6 +11,17 @@ CONTROLS = ("linuxcnc", "renishaw", "fanuc", "heidenhain", "csv")
 _MOST = {"linuxcnc": 1900, "fanuc": 400}
 
 
+def _warn_of(error: float, tolerance_um: float) -> None:
+    from pretravel.units import MICROMETRE
+
+    if error > tolerance_um * MICROMETRE:
+        typer.echo(
+            f"Warning: the table misses --tolerance {tolerance_um:g} µm (its error is "
+            f"{error / MICROMETRE:.3f} µm): there are too few variables for a finer one",
+            err=True,
+        )
+
+
 def export(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map: .nc, or a .csv table.")],
     to: Annotated[
@@ -45,6 +56,13 @@ def export(
         float | None,
         typer.Option(help="heidenhain: azimuth at which the probe is always touched, degrees."),
     ] = None,
+    feed: Annotated[
+        float | None,
+        typer.Option(
+            help="Measuring feed, mm/min, for tables of a map that knows the signal delay; "
+            "linuxcnc takes it off by itself."
+        ),
+    ] = None,
     tip_diameter: Annotated[
         float | None, typer.Option(help="Diameter of the tip, mm, if not the map's.")
     ] = None,
@@ -59,7 +77,7 @@ def export(
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import effective_radius_table, read_map
-    from pretravel.units import DEGREE, MICROMETRE
+    from pretravel.units import DEGREE, MICROMETRE, delay_travel
     from pretravel.whole_file import whole_file
 
     if to not in CONTROLS:
@@ -74,6 +92,16 @@ def export(
     if not tolerance > 0.0:
         raise PretravelError(f"--tolerance {tolerance:g}: it must be positive, in µm")
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
+    travel = 0.0
+    if pretravel_map.delay is not None and to != "linuxcnc":
+        if feed is None or feed < 0.0:
+            raise PretravelError(
+                f"this map is one of the probe at rest and knows a signal delay of "
+                f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: say --feed"
+            )
+        travel = delay_travel(feed, pretravel_map.delay)
+    elif feed is not None:
+        raise PretravelError("--feed goes with tables of a map that knows the signal delay")
     if to == "linuxcnc":
         first = 3000 if base is None else base
         if not 31 <= first < LAST_FREE - 500:
@@ -104,28 +132,27 @@ def export(
                 temporary.write_text(text, encoding="ascii")
         typer.echo(f"{output}: {', '.join(sorted(texts))}")
         typer.echo(describe_form(chosen))
-        if wanted == "table" and chosen.largest_error > tolerance * MICROMETRE:
-            typer.echo(
-                f"Warning: the table misses --tolerance {tolerance:g} µm: there are too few "
-                "parameters for a finer one",
-                err=True,
-            )
+        if wanted == "table":
+            _warn_of(chosen.largest_error, tolerance)
         return
     check_files([(output, (output.suffix.lower(),))], [map_file, *([template] if template else [])])
     if to == "csv":
         check_files([(output, (".csv",))])
-        write_csv_table(output, effective_radius_table(pretravel_map))
+        write_csv_table(output, effective_radius_table(pretravel_map, travel))
         typer.echo(f"{output}: effective radii over the supported directions")
         return
     if to == "renishaw":
         text = tables.renishaw_variables(
-            pretravel_map, base=500 if base is None else base, criterion=criterion
+            pretravel_map, base=500 if base is None else base, criterion=criterion, travel=travel
         )
     elif to == "fanuc":
         table = lookup_table(
             pretravel_map, tolerance=tolerance * MICROMETRE, most_values=_MOST["fanuc"]
         )
-        text = tables.fanuc_macro(pretravel_map, table, base=500 if base is None else base)
+        text = tables.fanuc_macro(
+            pretravel_map, table, base=500 if base is None else base, travel=travel
+        )
+        _warn_of(table.largest_error, tolerance)
     else:
         own = None
         if template is not None:
@@ -134,7 +161,7 @@ def export(
             except (OSError, UnicodeDecodeError) as error:
                 raise PretravelError(f"{template}: cannot be read as text: {error}") from None
         text = tables.heidenhain_table(
-            pretravel_map, own, azimuth=None if azimuth is None else azimuth * DEGREE
+            pretravel_map, own, azimuth=None if azimuth is None else azimuth * DEGREE, travel=travel
         )
     with whole_file(output) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -5,6 +5,10 @@ from typing import Annotated
 
 import typer
 
+from pretravel.cli.arguments import check_files
+
+_LARGEST_TIP = 30.0  # mm
+
 
 def machine(
     parameters: Annotated[
@@ -17,8 +21,11 @@ def machine(
     tools: Annotated[
         Path | None, typer.Option(help="Tool table of LinuxCNC (.tbl): the tip's diameter.")
     ] = None,
-    tool: Annotated[int, typer.Option(help="Number of the probe in it.")] = 0,
+    tool: Annotated[int | None, typer.Option(help="Number of the probe in it.")] = None,
     units: Annotated[str, typer.Option(help="Of the machine's own files: mm or inch.")] = "mm",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Machine file: .toml; else printed.")
+    ] = None,
 ) -> None:
     """Print a machine file to edit: probe, feeds, safe height, work offset.
 
@@ -31,18 +38,31 @@ def machine(
     from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
     from pretravel.formats.machine_file import machine_text
     from pretravel.formats.readings import UNITS
+    from pretravel.whole_file import whole_file
 
     if units not in UNITS:
         raise PretravelError(f"--units {units}: it is mm or inch")
-    found = Machine(tool=tool)
+    if tools is not None and tool is None:
+        raise PretravelError(f"--tools {tools}: say which is the probe, --tool NUMBER")
+    check_files([(output, (".toml",))], [path for path in (parameters, tools) if path])
+    found = Machine(tool=tool or 0)
     if parameters is not None:
         name, work = read_work_offset(parameters, offset, units)
         found = replace(found, work_offset=name, work=work)
     elif offset is not None:
         found = replace(found, work_offset=offset.upper())
-    if tools is not None:
+    if tools is not None and tool is not None:
         entry = read_tool(tools, tool, units)
-        if entry.diameter > 0.0:
-            stem = min(found.stem_diameter, 0.75 * entry.diameter)
-            found = replace(found, tip_diameter=entry.diameter, stem_diameter=stem)
-    typer.echo(machine_text(found), nl=False)
+        if not 0.1 <= entry.diameter <= _LARGEST_TIP:
+            raise PretravelError(
+                f"{tools}: T{tool} has a diameter of {entry.diameter:g} mm, which is no tip's; put "
+                "it into the table (D), say --units, or leave --tools out and edit the file"
+            )
+        stem = min(found.stem_diameter, 0.75 * entry.diameter)
+        found = replace(found, tip_diameter=entry.diameter, stem_diameter=stem)
+    if output is None:
+        typer.echo(machine_text(found), nl=False)
+        return
+    with whole_file(output) as temporary:
+        temporary.write_text(machine_text(found), encoding="utf-8")
+    typer.echo(f"{output}: look at every line of it")

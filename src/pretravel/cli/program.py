@@ -32,6 +32,7 @@ Feeds = Annotated[
     str | None,
     typer.Option(help="Measuring feeds a,b,…, mm/min: every touch at each; else the machine's."),
 ]
+_RINGS = "0,20,40,60,75,90"
 _ENDINGS = (".ngc", ".nc", ".gcode", ".tap")
 
 
@@ -41,12 +42,20 @@ def sphere(
     diameter: Annotated[float, typer.Option(help="Of the reference sphere, mm.")],
     output: Output,
     pattern: Annotated[
-        str, typer.Option(help="rings (see --polar, --count) or iso10360-5 (25 touches).")
+        str,
+        typer.Option(
+            help="rings (--polar, --count), iso10360-5 (25 touches), iso230-10 (36 on the equator)."
+        ),
     ] = "rings",
     polar: Annotated[
-        str, typer.Option(help="Of the rings, degrees from the pole; 90 is the equator.")
-    ] = "0,20,40,60,75,90",
-    count: Annotated[int, typer.Option(help="Touches on the equator; other rings as dense.")] = 24,
+        str | None,
+        typer.Option(
+            help="Of the rings, degrees from the pole, 90 is the equator; 0,20,40,60,75,90."
+        ),
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option(help="Touches on the equator, other rings as dense; 24.")
+    ] = None,
     center: Annotated[
         str, typer.Option(help="Centre of the sphere x,y,z in work coordinates, mm.")
     ] = "0,0,0",
@@ -79,8 +88,10 @@ def sphere(
     if shank < 0.0 or shank >= diameter:
         raise PretravelError(f"--shank {shank:g}: a shank is thinner than its sphere")
     if pattern == "rings":
-        rings = [angle * DEGREE for angle in angle_range(polar, "--polar")]
-        directions = ring_pattern(rings, count)
+        rings = [angle * DEGREE for angle in angle_range(polar or _RINGS, "--polar")]
+        directions = ring_pattern(rings, 24 if count is None else count)
+    elif polar is not None or count is not None:
+        raise PretravelError(f"--polar and --count go with --pattern rings, not {pattern}")
     elif pattern in PATTERNS:
         directions = PATTERNS[pattern]()
     else:
@@ -124,6 +135,10 @@ def part(
             "--to linuxcnc.",
         ),
     ] = False,
+    leave_out: Annotated[
+        bool,
+        typer.Option("--leave-out", help="Targets that cannot be reached, instead of refusing."),
+    ] = False,
     approach: Annotated[
         str, typer.Option(help="normal, or file: by its columns ax,ay,az.")
     ] = "normal",
@@ -160,6 +175,7 @@ def part(
             feeds=_feeds(feeds),
             repeats=repeats,
             obstacles=[] if shape is None else [PartObstacle(shape)],
+            leave_out=leave_out,
         )
     _write(program, output, log, compensated=compensated)
 
@@ -182,6 +198,10 @@ def _write(program: ProbingProgram, output: Path, log: str | None, *, compensate
         f"{len(program)} touches, about {program.duration / 60.0:.1f} min; they are logged to "
         f"{name} beside the machine's INI file"
     )
+    if program.left_out:
+        names = ", ".join(program.left_out[:20]) + ("…" if len(program.left_out) > 20 else "")
+        count = len(program.left_out)
+        typer.echo(f"Warning: {count} targets left out that cannot be reached: {names}", err=True)
     for told in program.checked:
         typer.echo(f"checked: {told}")
     for told in program.unchecked:

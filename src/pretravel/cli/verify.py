@@ -67,6 +67,8 @@ def verify(
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
         raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
+    if not 0.0 < false_alarms < 50.0:
+        raise PretravelError(f"--false-alarms {false_alarms:g}: it lies between 0 and 50 %")
     pretravel_map = read_map(map_file)
     readings = read_touches_of(touches, machine_axes=True)
     result = verify_probe(
@@ -91,6 +93,7 @@ def verify(
         add_verification(
             history,
             result,
+            pretravel_map=pretravel_map,
             map_name=map_file.name,
             touches_name=touches.name,
             decision=decision,

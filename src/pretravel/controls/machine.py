@@ -132,3 +132,12 @@ def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Place
     [[1.0, 3.0, 3.0]]
     """
     return Placement(probe_rotation(rotation=rotation), np.array([x, y, z]))
+
+
+def work_turn(work: Placement) -> float:
+    """The turn about z of work coordinates in the machine. [rad]
+
+    >>> round(work_turn(work_placement(0.0, 0.0, 0.0, 0.3)), 12)
+    0.3
+    """
+    return float(np.arctan2(work.rotation[1, 0], work.rotation[0, 0]))

@@ -8,7 +8,7 @@ from the side that the normal points to.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -23,12 +23,18 @@ from pretravel.surface.cad import Part
 
 MARGIN = 0.1
 """Distance kept from what stands around, beside that of starts. [mm]"""
+_EDGES = 0.05
+"""Resolution of a face's edges when distances from it are worked out. [mm]"""
 _STEP = 0.25
 """Between places of a move that are looked at. [mm]"""
 _BODY_HEIGHT = 200.0
 """How far up the body of the probe, and the spindle behind it, are thought to reach. [mm]"""
 _SIDEWAYS = (0.0, 2.0, 5.0, 10.0, 20.0, 40.0)
 """How far out along the normal's horizontal part a way down is looked for. [mm]"""
+_DOWNWARD = 0.02
+"""Normals with more than this part downwards are not touched from above."""
+_OFF_THE_PART = 0.1
+"""Targets further than this from the part's surface do not belong to it. [mm]"""
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -38,6 +44,10 @@ class Obstacle(Protocol):
     @property
     def top(self) -> float:
         """Its highest point. [mm]"""
+        ...
+
+    def off(self, points: FloatArray) -> FloatArray:
+        """How far points that are meant to be on its surface are from it, (n,). [mm]"""
         ...
 
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
@@ -71,6 +81,10 @@ class SphereObstacle:
     def top(self) -> float:
         """Its highest point. [mm]"""
         return float(self.center[2] + self.radius)
+
+    def off(self, points: FloatArray) -> FloatArray:
+        """See `Obstacle`."""
+        return np.asarray(np.abs(np.linalg.norm(points - self.center, axis=1) - self.radius))
 
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
         """See `Obstacle`."""
@@ -125,6 +139,11 @@ class PartObstacle:
     def top(self) -> float:
         """Its highest point. [mm]"""
         return float(self.part.box[1][2])
+
+    def off(self, points: FloatArray) -> FloatArray:
+        """See `Obstacle`."""
+        distances = [face.distance(points, _EDGES) for face in self.part.faces]
+        return np.asarray(np.min(distances, axis=0))
 
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
         """See `Obstacle`."""
@@ -194,6 +213,8 @@ class ProbingProgram:
         Up from the last start to the safe height. [mm]
     checked, unchecked : tuple of str
         What was and what could not be looked at, for people.
+    left_out : tuple of str
+        Targets that the probe cannot get to.
     """
 
     title: str
@@ -209,6 +230,7 @@ class ProbingProgram:
     leave: FloatArray
     checked: tuple[str, ...]
     unchecked: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.labels)
@@ -233,6 +255,7 @@ def plan_program(
     feeds: Sequence[float] = (),
     repeats: int = 1,
     obstacles: Sequence[Obstacle] = (),
+    leave_out: bool = False,
 ) -> ProbingProgram:
     """Free ways to touch targets, each at every feed, each so many times.
 
@@ -247,6 +270,8 @@ def plan_program(
     repeats : int
     obstacles : sequence of Obstacle
         All that is known to stand around.
+    leave_out : bool
+        Targets that the probe cannot get to, instead of refusing.
 
     Returns
     -------
@@ -255,8 +280,9 @@ def plan_program(
     Raises
     ------
     PretravelError
-        A safe height that is not safe; touches that tip, stem or body cannot come to; moves
-        beyond the machine's limits; feeds or repeats that are not positive.
+        A safe height that is not safe; touches that tip, stem or body cannot come to; targets
+        off the surfaces told, or facing down without any; moves beyond the machine's limits;
+        feeds or repeats that are not positive.
 
     >>> up = Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], labels=("top",))
     >>> program = plan_program(up, Machine(), title="one", repeats=2)
@@ -266,27 +292,66 @@ def plan_program(
     if not 1 <= repeats <= 1000:
         raise PretravelError(f"{repeats} repeats: it lies between 1 and 1000")
     feeds = tuple(feeds) or (machine.measuring_feed,)
+    if len(set(feeds)) < len(feeds):
+        raise PretravelError("a feed is there twice; repeats are told by --repeats")
     for feed in feeds:
         if not 0.0 < feed <= 1e5:
             raise PretravelError(f"feed {feed:g} mm/min: it must be positive")
     approaches = np.asarray(targets.approaches)
+    downward = np.flatnonzero(targets.normals[:, 2] < -_DOWNWARD)
+    if len(downward) and not obstacles:
+        raise PretravelError(
+            f"{targets.name(int(downward[0]))}: its normal points down"
+            f"{f', as of {len(downward) - 1} more' if len(downward) > 1 else ''}, and the way to "
+            "it can only be found with the part's geometry: --surface part.step"
+        )
     contacts = targets.points + machine.tip_radius * targets.normals
     starts = contacts - machine.start_distance * approaches
     ends = contacts + machine.overtravel * approaches
+    if obstacles:
+        off = np.min([obstacle.off(targets.points) for obstacle in obstacles], axis=0)
+        if off.max() > _OFF_THE_PART:
+            row = int(np.argmax(off))
+            raise PretravelError(
+                f"{targets.name(row)} is {off[row]:.3f} mm off the surface that was told "
+                f"({int(np.sum(off > _OFF_THE_PART))} targets are more than {_OFF_THE_PART:g} mm "
+                "off): are both in the same work coordinates, and in mm?"
+            )
     _check_height(targets, starts, machine, obstacles)
     down = _ways_down(targets, starts, machine, obstacles)
+    blocked = np.array([way is None for way in down])
+    met = np.zeros(len(starts), dtype=bool)
     for obstacle in obstacles:
-        met = np.flatnonzero(obstacle.blocks_touch(machine, starts, contacts))
-        if len(met):
-            row = int(met[0])
-            raise PretravelError(
-                f"{targets.name(row)}: tip, stem or body of the probe would run into something "
-                f"before the target is touched ({describe(targets.normals[row])}"
-                f"{f', as {len(met) - 1} more' if len(met) > 1 else ''}). Leave it out, or use a "
-                "longer or thinner stylus ([probe] in the machine file)"
-            )
-    checked, unchecked = _check_limits(down, starts, ends, targets, machine)
-    ways = _ways_between(down, starts, machine, obstacles)
+        free = np.flatnonzero(~blocked)
+        if len(free):
+            met[free] |= obstacle.blocks_touch(machine, starts[free], contacts[free])
+    unreached = np.flatnonzero(blocked | met)
+    if len(unreached) and leave_out and len(unreached) < len(targets):
+        kept = np.setdiff1d(np.arange(len(targets)), unreached)
+        names = targets.labels or tuple(str(i + 1) for i in range(len(targets)))
+        rest = plan_program(
+            Targets(targets.points[kept], targets.normals[kept], approaches[kept],
+                    tuple(names[i] for i in kept)),
+            machine, title=title, feeds=feeds, repeats=repeats, obstacles=obstacles,
+        )  # fmt: skip
+        return replace(rest, left_out=tuple(names[i] for i in unreached))
+    if len(unreached):
+        row = int(unreached[0])
+        why = (
+            "no free way from the safe height to where it starts"
+            if blocked[row]
+            else "it would run into something before the target is touched"
+        )
+        names_ = ", ".join(targets.name(int(i)) for i in unreached[1:10])
+        more = f"; the same for {names_}{'…' if len(unreached) > 10 else ''}" if names_ else ""
+        raise PretravelError(
+            f"{targets.name(row)} ({describe(targets.normals[row])}): tip, stem or body of the "
+            f"probe cannot get there: {why}{more}. Leave them out (--leave-out), or use a longer "
+            "or thinner stylus ([probe] in the machine file)"
+        )
+    free_ways = [way for way in down if way is not None]
+    checked, unchecked = _check_limits(free_ways, starts, ends, targets, machine)
+    ways = _ways_between(free_ways, starts, machine, obstacles)
     if obstacles:
         checked.append("moves against what was told to stand around")
     else:
@@ -313,7 +378,7 @@ def plan_program(
         ends=frozen(ends[rows]),
         feeds=frozen(every_feed),
         ways=tuple(every_way),
-        leave=frozen(down[-1][::-1]),
+        leave=frozen(free_ways[-1][::-1]),
         checked=tuple(checked),
         unchecked=tuple(unchecked),
     )
@@ -354,13 +419,16 @@ def _check_height(
 
 def _ways_down(
     targets: Targets, starts: FloatArray, machine: Machine, obstacles: Sequence[Obstacle]
-) -> list[FloatArray]:
-    """The first of a few ways from the safe height that meets nothing: all but the start."""
+) -> list[FloatArray | None]:
+    """The first of a few ways from the safe height that meets nothing: all but the start.
+
+    None where there is none.
+    """
     sideways = np.array(targets.normals)
     sideways[:, 2] = 0.0
     length = np.linalg.norm(sideways, axis=1)
     sideways = np.where((length > 1e-3)[:, None], sideways / np.maximum(length, 1e-12)[:, None], 0)
-    ways: dict[int, FloatArray] = {}
+    ways: list[FloatArray | None] = [None] * len(starts)
     left = np.arange(len(starts))
     for distance in _SIDEWAYS:
         corner = starts[left] + distance * sideways[left]
@@ -372,18 +440,11 @@ def _ways_down(
             if distance > 0.0:
                 blocked |= obstacle.blocks(machine, corner, starts[left])
         for i in np.flatnonzero(~blocked):
-            row = int(left[i])
-            ways[row] = frozen([top[i]] if distance == 0.0 else [top[i], corner[i]])
+            ways[int(left[i])] = frozen([top[i]] if distance == 0.0 else [top[i], corner[i]])
         left = left[blocked]
         if not len(left):
-            return [ways[row] for row in range(len(starts))]
-    row = int(left[0])
-    more = f", as for {len(left) - 1} more" if len(left) > 1 else ""
-    raise PretravelError(
-        f"{targets.name(row)}: no free way from the safe height to where it starts "
-        f"({describe(targets.normals[row])}{more}): tip, stem or body of the probe would run into "
-        "something. Leave it out, or use a longer or thinner stylus ([probe] in the machine file)"
-    )
+            break
+    return ways
 
 
 def _ways_between(

@@ -7,6 +7,7 @@ from string import Formatter
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.controls.lookup import LookupTable, describe_form, supported_band
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
@@ -20,7 +21,12 @@ _VECTORS = 10
 
 
 def renishaw_variables(
-    pretravel_map: PretravelMap, *, base: int = 500, program: int = 9799, criterion: str = "max"
+    pretravel_map: PretravelMap,
+    *,
+    base: int = 500,
+    program: int = 9799,
+    criterion: str = "max",
+    travel: float = 0.0,
 ) -> str:
     """Macro variables of a vector calibration: two axis radii and eight vector radii.
 
@@ -33,6 +39,8 @@ def renishaw_variables(
         Number of the program that sets them.
     criterion : str
         See `resampled_sectors`.
+    travel : float
+        Of the machine in the signal's delay, where the map is one of the probe at rest. [mm]
 
     Returns
     -------
@@ -65,7 +73,7 @@ def renishaw_variables(
         ),
         f"(stylus offsets, variables {base + 2} and {base + 3}, stay as they are)",
         *(
-            f"#{number}={pretravel_map.tip_radius - value:.5f} ({name})"
+            f"#{number}={pretravel_map.tip_radius - value - travel:.5f} ({name})"
             for number, name, value in zip(numbers, names, table.pretravel, strict=True)
         ),
         "M99",
@@ -75,7 +83,12 @@ def renishaw_variables(
 
 
 def fanuc_macro(
-    pretravel_map: PretravelMap, form: LookupTable, *, base: int = 500, program: int = 9750
+    pretravel_map: PretravelMap,
+    form: LookupTable,
+    *,
+    base: int = 500,
+    program: int = 9750,
+    travel: float = 0.0,
 ) -> str:
     """Two Macro B programs: one fills a table, one looks a direction up in it.
 
@@ -90,6 +103,8 @@ def fanuc_macro(
         Number of the program that fills it; the next one looks up:
         G65 P9751 I.. J.. K.. (outward unit normal) leaves the pretravel in #100, in mm,
         or -1 where the map does not hold.
+    travel : float
+        Of the machine in the signal's delay, where the map is one of the probe at rest. [mm]
 
     Returns
     -------
@@ -115,7 +130,7 @@ def fanuc_macro(
         "%",
         f"O{program} (FILLS #{base} TO #{base + rows * columns - 1})",
         *head,
-        *(f"#{base + i}={value:.7f}" for i, value in enumerate(form.values.ravel())),
+        *(f"#{base + i}={value + travel:.7f}" for i, value in enumerate(form.values.ravel())),
         "M99",
         f"O{program + 1} (G65 P{program + 1} I J K: PRETRAVEL ALONG THE NORMAL TO #100)",
         *head,
@@ -182,6 +197,7 @@ def heidenhain_table(
     *,
     azimuth: float | None = None,
     step_deg: float = 5.0,
+    travel: float = 0.0,
 ) -> str:
     """A table of deviation over the polar angle, as a template has it.
 
@@ -190,7 +206,7 @@ def heidenhain_table(
     pretravel_map : PretravelMap
     template : str, optional
         Lines with ``{angle_deg}`` or ``{deviation_mm}`` stand for the rows (``{number}`` counts
-        them); others may have ``{title}`` and ``{residual_um}``.
+        them); others may have ``{title}``, ``{where}`` and ``{residual_um}``.
     azimuth : float, optional
         Of a probe that the spindle turns so that it is always touched there; the mean all
         around when not given. [rad]
@@ -212,15 +228,22 @@ def heidenhain_table(
     if not step_deg > 0.0:
         raise PretravelError(f"--step {step_deg:g}: it must be positive, in degrees")
     angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
-    around = np.arange(0.0, 360.0, 5.0) * DEGREE if azimuth is None else np.array([azimuth])
-    values = np.array(
-        [
-            pretravel_map.pretravel(from_angles(angle * DEGREE, around), extrapolate=True)
-            for angle in angles
-        ]
-    )
-    mean = values.mean(axis=1)
-    residual = float(np.max(np.abs(values - mean[:, None]))) / MICROMETRE
+    around = np.arange(0.0, 360.0, 5.0) * DEGREE
+
+    def values_at(azimuths: FloatArray) -> FloatArray:
+        return np.array(
+            [
+                pretravel_map.pretravel(from_angles(angle * DEGREE, azimuths), extrapolate=True)
+                for angle in angles
+            ]
+        )
+
+    everywhere = values_at(around)
+    mean = everywhere.mean(axis=1) if azimuth is None else values_at(np.array([azimuth]))[:, 0]
+    residual = float(np.max(np.abs(everywhere - mean[:, None]))) / MICROMETRE
+    where = "the mean over the azimuth" if azimuth is None else (
+        f"the probe touched at azimuth {azimuth / DEGREE:g} degrees"
+    )  # fmt: skip
     lines, rows = [], 0
     for number, line in enumerate(text.splitlines(), start=1):
         try:
@@ -228,15 +251,15 @@ def heidenhain_table(
             if names & {"angle_deg", "deviation_mm", "number"}:
                 rows += 1
                 lines += [
-                    line.format(number=i, angle_deg=angle, deviation_mm=-value)
+                    line.format(number=i, angle_deg=angle, deviation_mm=-value - travel)
                     for i, (angle, value) in enumerate(zip(angles, mean, strict=True))
                 ]
             else:
-                lines.append(line.format(title="pretravel", residual_um=residual))
+                lines.append(line.format(title="pretravel", residual_um=residual, where=where))
         except (KeyError, ValueError, IndexError) as error:
             raise PretravelError(
                 f"template, line {number}: {error}; known are number, angle_deg, deviation_mm (in "
-                "rows), title and residual_um"
+                "rows), title, where and residual_um"
             ) from None
     if rows == 0:
         raise PretravelError("the template has no line with {angle_deg} and {deviation_mm}")

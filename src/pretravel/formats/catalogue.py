@@ -135,7 +135,9 @@ def format_of(path: str | Path) -> str:
         return "dmis"
     if any(re.search(r"\bACTUAL\b.*\bDEV\b", line, re.I) for line in lines):
         return "print"
-    if re.fullmatch(r"[-+.\deE\s]+", head) and len(head.split()) >= 3:
+    if any(line.startswith("touch,") and line.endswith(",end") for line in lines):
+        return "linuxcnc"  # one that has lost its first line
+    if re.fullmatch(r"[-+.,\deE\s]+", head) and len(head.split()) >= 3:
         return "probeopen"
     if any(
         re.match(r"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*[-+]?[\d.]", line, re.I) for line in lines[:20]
@@ -154,6 +156,7 @@ def read_readings(
     overtravel: float | None = None,
     offset: tuple[float, float, float] | None = None,
     taken_off: float | None = None,
+    rotation: float | None = None,
 ) -> FileReadings:
     """Touches from a file of any format, with what else it tells.
 
@@ -172,6 +175,8 @@ def read_readings(
         Of the work coordinates, for logs in machine coordinates. [mm]
     taken_off : float, optional
         Radius that points of a DMIS file have had taken off. [mm]
+    rotation : float, optional
+        Of the work coordinates about the machine's z, for files of positions. [rad]
 
     Returns
     -------
@@ -225,7 +230,14 @@ def read_readings(
             "to join its positions with the plan the tip's diameter is needed (--tip-diameter)",
             path=path,
         )
-    return join(found, plan, tip_radius, overtravel=overtravel)
+    joined = join(found, plan, tip_radius, overtravel=overtravel)
+    if rotation is not None:
+        return replace(joined, rotation=rotation)
+    told = (
+        "the file does not tell how the work coordinates were turned in the machine (G10 L2 R): "
+        "taken as not turned; a machine file with [work] tells it (--machine)"
+    )
+    return replace(joined, warnings=(*joined.warnings, told))
 
 
 def read_touches_of(path: str | Path, *, machine_axes: bool) -> FileReadings:

@@ -224,6 +224,15 @@ def format_number(value: float) -> str:
     return f"{value:.{SIGNIFICANT_DIGITS}g}"
 
 
+def exact_number(value: float) -> str:
+    """Every digit, without an exponent: reads back the same.
+
+    >>> exact_number(0.1), exact_number(-0.0), exact_number(1e-7)
+    ('0.1', '0', '0.0000001')
+    """
+    return np.format_float_positional(value + 0.0, trim="-")
+
+
 def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
     """Write columns of equal length as CSV, whole or not at all.
 

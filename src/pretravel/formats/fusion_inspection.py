@@ -10,7 +10,9 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
+from pretravel.formats.csv_table import exact_number
 from pretravel.formats.readings import FileReadings, file_lines, scale_of
+from pretravel.frames import turned_about_axes
 from pretravel.metrology.compensation import Points
 from pretravel.touches import Touches
 from pretravel.units import DEGREE
@@ -80,7 +82,7 @@ def read_fusion(path: str | Path, units: str | None = None) -> FileReadings:
             continue
         words = _words(line[4:], path, number)
         if code == "G330":
-            turn = _turn(words.get("A", 0.0), words.get("B", 0.0), words.get("C", 0.0))
+            turn = turned_about_axes(*(words.get(letter, 0.0) * DEGREE for letter in "ABC"))
         elif code == "G800":
             close()
             _need(words, "NXYZIJK", "G800", path, number)
@@ -176,19 +178,6 @@ def _need(words: dict[str, float], letters: str, code: str, path: str | Path, li
         raise InputError(f"{code} has no {', '.join(missing)}", path=path, line=line)
 
 
-def _turn(a: float, b: float, c: float) -> FloatArray:
-    """Work plane to work coordinates: Rz(C) Ry(B) Rx(A), degrees."""
-    turn = np.eye(3)
-    for axis, angle in enumerate((a, b, c)):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        about = np.eye(3)
-        about[i, i] = about[j, j] = np.cos(angle * DEGREE)
-        about[j, i] = np.sin(angle * DEGREE)
-        about[i, j] = -about[j, i]
-        turn = about @ turn
-    return turn
-
-
 def write_fusion(
     path: str | Path,
     centers: npt.ArrayLike,
@@ -234,7 +223,7 @@ def write_fusion(
     for number, (label, center, normal, nominal) in enumerate(rows, start=1):
         lines.append(f"{_LABEL}{label}")
         lines.append(f"G800 N{number} {_text('XYZ', nominal)} {_text('IJK', normal)}")
-        lines.append(f"G801 N{number} {_text('XYZ', center)} R{_exact(tip_radius)}")
+        lines.append(f"G801 N{number} {_text('XYZ', center)} R{exact_number(tip_radius)}")
     lines.append("END")
     with whole_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -274,9 +263,4 @@ def write_fusion_points(
 
 
 def _text(letters: str, values: FloatArray) -> str:
-    return " ".join(f"{a}{_exact(v)}" for a, v in zip(letters, values, strict=True))
-
-
-def _exact(value: float) -> str:
-    """Every digit, without an exponent: reads back the same."""
-    return np.format_float_positional(value + 0.0, trim="-")
+    return " ".join(f"{a}{exact_number(v)}" for a, v in zip(letters, values, strict=True))

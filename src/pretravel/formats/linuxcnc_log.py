@@ -60,6 +60,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     numbers: list[int] = []
     points: dict[str, FloatArray] = {}
     columns = LOG_COLUMNS
+    seen: set[str] = set()
     begun = finished = False
     for number, text in enumerate(lines, start=1):
         line = text.strip()
@@ -75,6 +76,14 @@ def read_own_log(path: str | Path) -> FileReadings:
                 line=number,
             )
         kind, values = cells[0], cells[1:-1]
+        seen.add(kind)
+        if kind in ("touch", "point") and not {"work", "columns"} <= seen and begun:
+            raise InputError(
+                "the lines 'work' and 'columns' must come before the first touch: without them "
+                "neither the turn of the work coordinates nor the units are known",
+                path=path,
+                line=number,
+            )
         if kind == LOG_HEAD:
             if begun:
                 raise InputError(
@@ -134,8 +143,13 @@ def read_own_log(path: str | Path) -> FileReadings:
     scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in columns[1:]]
     table = np.array(rows) * np.array(scales)
     warnings = []
+    there = len(rows) + len(missed)
+    if finished and there != told:
+        warnings.append(
+            f"lines have been lost: {there} of its {told} touches are in the log, though the "
+            "program ran to its end"
+        )
     if not finished and told:  # a program of one's own tells no number, and no end
-        there = len(rows) + len(missed)
         warnings.append(
             f"the program did not run to its end: {there} of its {told} touches are in the log"
         )

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.controls.machine import Machine, work_placement
+from pretravel.controls.machine import Machine, work_placement, work_turn
 from pretravel.errors import InputError, PretravelError
 from pretravel.frames import Placement
 from pretravel.units import DEGREE
@@ -28,6 +28,14 @@ _KEYS = {
     "work": ("offset", "x_mm", "y_mm", "z_mm", "rotation_deg"),
     "limits": ("x_mm", "y_mm", "z_mm"),
 }
+
+_REQUIRED = {
+    "probe": ("tip_diameter_mm", "stem_diameter_mm", "stylus_length_mm", "body_diameter_mm"),
+    "feeds": ("measuring_mm_min", "positioning_mm_min"),
+    "distances": ("safe_height_mm",),
+    "work": ("offset",),
+}
+"""What moves are made and checked with: never assumed."""
 
 _TEMPLATE = """\
 # A machine, for pretravel program: edit, then give it to every program for this machine.
@@ -97,7 +105,7 @@ def machine_text(machine: Machine) -> str:
 
 
 def _work_lines(work: Placement) -> list[str]:
-    turn = float(np.degrees(np.arctan2(work.rotation[1, 0], work.rotation[0, 0])))
+    turn = work_turn(work) / DEGREE
     lines = [f"{axis}_mm = {value:.10g}" for axis, value in zip("xyz", work.shift, strict=True)]
     return [*lines, f"rotation_deg = {turn:.10g}"]
 
@@ -108,7 +116,7 @@ def read_machine(path: str | Path) -> Machine:
     Parameters
     ----------
     path : str or Path
-        TOML, as `machine_text` writes it; keys that are not there have that text's values.
+        TOML, as `machine_text` writes it.
 
     Returns
     -------
@@ -117,11 +125,12 @@ def read_machine(path: str | Path) -> Machine:
     Raises
     ------
     InputError
-        Not TOML, unknown tables or keys, values of the wrong type or size, with the line.
+        Not TOML, tables or keys that are unknown or missing, values of the wrong type or
+        size, with the line.
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "mill.toml"
-    >>> _ = file.write_text("[feeds]\nmeasuring_mm_min = 30\n")
+    >>> _ = file.write_text(machine_text(Machine(measuring_feed=30.0)))
     >>> read_machine(file).measuring_feed
     30.0
     """
@@ -167,6 +176,15 @@ def read_machine(path: str | Path) -> Machine:
             )
         return found
 
+    for table, keys in _REQUIRED.items():
+        for key in keys:
+            if key not in document.get(table, {}):
+                raise InputError(
+                    f"[{table}] {key} is missing: moves depend on it. pretravel machine prints a "
+                    "whole file to edit",
+                    path=path,
+                    line=_line(text, table),
+                )
     usual = Machine()
     given = document.get("work", {})
     work = None
@@ -185,6 +203,12 @@ def read_machine(path: str | Path) -> Machine:
     if "limits" in document:
         pairs = [document["limits"].get(f"{axis}_mm") for axis in "xyz"]
         for axis, pair in zip("xyz", pairs, strict=True):
+            if pair is None:
+                raise InputError(
+                    f"[limits] has no {axis}_mm; all three axes are needed",
+                    path=path,
+                    line=_line(text, "limits"),
+                )
             if not (isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))):
                 raise InputError(
                     f"[limits] {axis}_mm = {pair}: two numbers are needed, [lowest, highest]",

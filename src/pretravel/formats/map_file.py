@@ -111,12 +111,16 @@ def map_grid(
     }
 
 
-def effective_radius_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
+def effective_radius_table(
+    pretravel_map: PretravelMap, travel: float = 0.0
+) -> dict[str, npt.ArrayLike]:
     """A map as effective radii over polar angle and azimuth, where it is supported.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
+    travel : float
+        Of the machine in the signal's delay, where the map is one of the probe at rest. [mm]
 
     Returns
     -------
@@ -126,7 +130,7 @@ def effective_radius_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLi
     values = map_grid(pretravel_map)
     polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
     held = np.isfinite(values["pretravel_um"])
-    pretravel = values["pretravel_um"][held]
+    pretravel = values["pretravel_um"][held] + travel / MICROMETRE
     return {
         "polar_deg": polar[held],
         "azimuth_deg": azimuth[held],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,6 @@ from pretravel.formats.qif import write_qif
 from pretravel.formats.tables import write_table
 from pretravel.metrology.compensation import Points
 from pretravel.units import MICROMETRE
-from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,17 +84,10 @@ def write_points(path: str | Path, points: Points, note: str = "") -> None:
         Another ending.
     """
     ending = Path(path).suffix.lower()
-    if ending in (".csv", ".parquet"):
+    if ending in (".csv", ".parquet", ".json"):
         write_table(path, points_table(points))
     elif ending == ".nc":
         write_dataset(path, points_dataset(points).assign_attrs(note=note))
-    elif ending == ".json":
-        columns = {
-            name: np.asarray(values).tolist() for name, values in points_table(points).items()
-        }
-        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-        with whole_file(path) as temporary:
-            temporary.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     elif ending == ".qif":
         write_qif(
             path,

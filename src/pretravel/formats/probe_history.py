@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,16 +12,20 @@ from pathlib import Path
 
 from pretravel.errors import InputError
 from pretravel.metrology.drift import Verification
+from pretravel.pretravel_map import PretravelMap
 from pretravel.units import DEGREE, MICROMETRE
 
 _APPLICATION = 0x70726574  # "pret": says whose file it is
 _VERSION = 1
+_SAME_TIP = 0.05
+"""Tips of one probe, qualified again, differ by less. [mm]"""
 _PATIENCE = 30.0
 """How long a writer waits for another one. [s]"""
 _COLUMNS = (
-    "time", "map", "touches_file", "touches", "directions", "false_alarm_rate", "changed",
-    "p_form", "p_map", "p_repeatability", "size_um", "u_size_um", "amplitude_percent",
-    "u_amplitude_percent", "turn_deg", "u_turn_deg", "repeatability_um", "largest_um", "decision",
+    "time", "map", "map_id", "tip_diameter_mm", "touches_file", "touches", "directions",
+    "false_alarm_rate", "changed", "p_form", "p_map", "p_repeatability", "size_um", "u_size_um",
+    "amplitude_percent", "u_amplitude_percent", "turn_deg", "u_turn_deg", "repeatability_um",
+    "largest_um", "decision",
 )  # fmt: skip
 
 
@@ -45,6 +50,7 @@ def add_verification(
     path: str | Path,
     result: Verification,
     *,
+    pretravel_map: PretravelMap,
     map_name: str,
     touches_name: str,
     decision: str,
@@ -57,6 +63,8 @@ def add_verification(
     path : str or Path
         One file for each probe. Several programs may write to it at once; each waits its turn.
     result : Verification
+    pretravel_map : PretravelMap
+        That it was held against.
     map_name, touches_name : str
     decision : str
         kept, or accepted NEW_MAP.
@@ -71,12 +79,15 @@ def add_verification(
     Raises
     ------
     InputError
-        Another kind of file; a file that cannot be written to, or stays locked.
+        Another kind of file, or that of a probe with another tip; a file that cannot be written
+        to, or stays locked.
     """
     moment = (time or datetime.now(UTC)).astimezone(UTC).isoformat(timespec="seconds")
     row: tuple[float | int | str, ...] = (
         moment,
         map_name,
+        map_id(pretravel_map),
+        2.0 * pretravel_map.tip_radius,
         touches_name,
         result.touches,
         len(result.directions),
@@ -96,6 +107,15 @@ def add_verification(
         decision,
     )
     with _history(path, create=True) as connection:
+        last = connection.execute(
+            "SELECT tip_diameter_mm FROM verification ORDER BY number DESC LIMIT 1"
+        ).fetchone()
+        if last is not None and abs(last[0] - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
+            raise InputError(
+                f"this history is of a probe with a tip of {last[0]:g} mm; the map's has "
+                f"{2.0 * pretravel_map.tip_radius:g} mm. Keep a history for each probe",
+                path=path,
+            )
         marks = ", ".join("?" * len(_COLUMNS))
         # nan has no place in SQLite: it becomes NULL.
         cursor = connection.execute(
@@ -103,6 +123,12 @@ def add_verification(
             [None if value != value else value for value in row],
         )
         return int(cursor.lastrowid or 0)
+
+
+def map_id(pretravel_map: PretravelMap) -> str:
+    """Twelve digits that tell a map from others."""
+    content = pretravel_map.coefficients.tobytes() + pretravel_map.rotation.tobytes()
+    return hashlib.sha256(content).hexdigest()[:12]
 
 
 def read_history(path: str | Path) -> list[Entry]:
@@ -166,7 +192,7 @@ def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) 
         connection.execute(f"PRAGMA user_version = {_VERSION}")
         columns = ", ".join(
             f"{name} TEXT NOT NULL"
-            if name in ("time", "map", "touches_file", "decision")
+            if name in ("time", "map", "map_id", "touches_file", "decision")
             else f"{name} REAL"
             for name in _COLUMNS
         )

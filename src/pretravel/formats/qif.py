@@ -11,6 +11,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
+from pretravel.formats.csv_table import exact_number
 from pretravel.formats.readings import FileReadings, Rows, file_lines
 from pretravel.touches import Touches
 from pretravel.units import INCH
@@ -316,4 +317,4 @@ def write_qif(
 
 
 def _numbers(values: FloatArray) -> str:
-    return " ".join(np.format_float_positional(value + 0.0, trim="-") for value in np.ravel(values))
+    return " ".join(exact_number(value) for value in np.ravel(values))

@@ -303,6 +303,7 @@ def finite(cells: Sequence[str], path: str | Path, line: int) -> list[float]:
         except ValueError:
             value = np.nan
         if not np.isfinite(value):
-            raise InputError(f"'{cell}' is not a finite number", path=path, line=line)
+            hint = "; use a point as decimal sign" if "," in cell else ""
+            raise InputError(f"'{cell}' is not a finite number{hint}", path=path, line=line)
         values.append(value)
     return values

@@ -258,10 +258,10 @@ def compensation_warnings(
     if made_at is not None and touches.feeds is not None:
         slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
         if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
+            at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
             warnings.append(
-                f"the map was made at {made_at:g} mm/min, these touches at {slowest:g} to "
-                f"{fastest:g}; the delay travel (feed × signal delay) changes with the feed. "
-                "Qualify at the feed you measure with"
+                f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
+                "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
             )
     if touches.feeds is not None and not pretravel_map.states_uncertainty:
         warnings.append(

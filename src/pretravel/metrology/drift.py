@@ -140,6 +140,11 @@ def verify(
             "cannot be said; use a map of pretravel qualify"
         )
     warnings = _feed_warnings(touches, pretravel_map)
+    if touches.source and f"from {touches.source}" in pretravel_map.provenance.get("touches", ""):
+        warnings.append(
+            f"the map was made from touches of a file of this name, {touches.source}: on its own "
+            "touches a map shows no change. Touch the reference anew"
+        )
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
     seen = observe(touches, diameter, ring, 2.0 * pretravel_map.tip_radius, pretravel_map.rotation)
