@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 
 from pretravel.controls.linuxcnc import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
-from pretravel.controls.lookup import lookup_series, lookup_table
+from pretravel.controls.lookup import exact_lookup, lookup_series, lookup_table
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import SphereObstacle, plan_program
 from pretravel.controls.tables import fanuc_macro, renishaw_variables
@@ -146,12 +147,13 @@ def example_map() -> PretravelMap:
     return _example_map()
 
 
-def _example_map() -> PretravelMap:
+@cache
+def _example_map(kind: str = "harmonic") -> PretravelMap:
     from pretravel.formats.touches_csv import read_touches
     from tests.conftest import EXAMPLES
 
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    return qualify(touches, DIAMETER, tip_diameter=6.0).pretravel_map
+    return qualify(touches, DIAMETER, tip_diameter=6.0, kind=kind).pretravel_map
 
 
 class TestSubroutines:
@@ -168,16 +170,26 @@ class TestSubroutines:
         run_program(program)
         return numbers(tmp_path / "values.log")[:, 0]
 
-    @pytest.mark.parametrize("form", ["series", "table"])
-    @pytest.mark.parametrize("turn", [0.0, -50.0])
+    @pytest.mark.parametrize(
+        ("kind", "form", "turn"),
+        [
+            ("harmonic", "formula", 0.0),
+            ("harmonic", "formula", -50.0),
+            ("harmonic", "table", -50.0),
+            ("physical", "formula", 20.0),
+            ("physical", "table", 0.0),
+        ],
+    )
     def test_lookup_gives_what_its_header_promises(
-        self, tmp_path: Path, example_map: PretravelMap, form: str, turn: float
+        self, tmp_path: Path, kind: str, form: str, turn: float
     ) -> None:
+        example_map = _example_map(kind)
         chosen = (
-            lookup_series(example_map)
-            if form == "series"
+            exact_lookup(example_map)
+            if form == "formula"
             else lookup_table(example_map, tolerance=2e-5, most_values=1900)
         )
+        assert chosen is not None
         for name, text in linuxcnc_subroutines(example_map, chosen).items():
             (tmp_path / name).write_text(text)
         calls = [

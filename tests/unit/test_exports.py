@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from pretravel.controls.lookup import (
+    LookupSeats,
     LookupTable,
+    exact_lookup,
     lookup_series,
     lookup_table,
     recurrence,
@@ -30,7 +32,10 @@ from pretravel.map_bases import SECTOR_NAMES, HarmonicBasis, WozniakBasis
 from pretravel.metrology.comparison import compare_corrections
 from pretravel.metrology.sector_tables import resampled_sectors, touched_sectors
 from pretravel.pretravel_map import PretravelMap
+from pretravel.probe.catalogue import load_probe
 from pretravel.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.trigger.predict import predict
+from pretravel.trigger.response import probe_response, response_map
 from pretravel.units import DEGREE, MICROMETRE
 from tests.conftest import EXAMPLES
 from tests.unit.test_command_line import rows, run
@@ -52,6 +57,12 @@ def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) ->
         DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=30.0,
         rotation=np.eye(3) if rotation is None else rotation,
     )  # fmt: skip
+
+
+def predicted() -> PretravelMap:
+    probe = load_probe("omp40-2")
+    trigger = predict(probe, ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24))
+    return response_map(probe, probe_response(probe), trigger)
 
 
 class TestLookup:
@@ -77,6 +88,18 @@ class TestLookup:
         assert series.value(directions) == pytest.approx(
             pretravel_map.pretravel(directions), abs=1e-12
         )
+
+    def test_six_seats_are_exact(self) -> None:
+        for pretravel_map in (example_map("physical"), predicted()):
+            seats = exact_lookup(pretravel_map)
+            assert isinstance(seats, LookupSeats)
+            assert seats.largest_error < 1e-12
+            directions = fibonacci_cap(300, 85 * DEGREE)
+            machine = directions @ pretravel_map.rotation.T
+            assert seats.value(directions) == pytest.approx(
+                pretravel_map.pretravel(machine), abs=1e-12
+            )
+        assert exact_lookup(example_map("wozniak")) is None
 
     def test_series_of_every_degree_and_order(self) -> None:
         terms = degrees_and_orders(6)

@@ -37,7 +37,10 @@ def export(
     ] = None,
     form: Annotated[
         str,
-        typer.Option(help="linuxcnc: series (exact, harmonic maps), table (interpolated), auto."),
+        typer.Option(
+            help="linuxcnc: formula (exact: harmonic, mean, physical maps), table (interpolated), "
+            "auto."
+        ),
     ] = "auto",
     tolerance: Annotated[
         float, typer.Option(help="Largest error of a table against the map, µm.")
@@ -73,7 +76,7 @@ def export(
     """
     from pretravel.controls import tables
     from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
-    from pretravel.controls.lookup import describe_form, lookup_series, lookup_table
+    from pretravel.controls.lookup import describe_form, exact_lookup, lookup_table
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import effective_radius_table, read_map
@@ -87,8 +90,8 @@ def export(
         return
     if output is None:
         raise PretravelError("say where to write to: -o FILE, for linuxcnc -o FOLDER")
-    if form not in ("auto", "series", "table"):
-        raise PretravelError(f"--form {form}: it is auto, series or table")
+    if form not in ("auto", "formula", "table"):
+        raise PretravelError(f"--form {form}: it is auto, formula or table")
     if not tolerance > 0.0:
         raise PretravelError(f"--tolerance {tolerance:g}: it must be positive, in µm")
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
@@ -110,17 +113,15 @@ def export(
             raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
         if not output.parent.is_dir():
             raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
-        wanted = form if form != "auto" else (
-            "series" if pretravel_map.kind in ("harmonic", "mean") else "table"
-        )  # fmt: skip
-        chosen = (
-            lookup_series(pretravel_map)
-            if wanted == "series"
-            else lookup_table(
-                pretravel_map,
-                tolerance=tolerance * MICROMETRE,
-                most_values=min(_MOST["linuxcnc"], LAST_FREE - first),
+        exact = None if form == "table" else exact_lookup(pretravel_map)
+        if exact is None and form == "formula":
+            raise PretravelError(
+                f"a map of kind {pretravel_map.kind} has no formula for a control: --form table"
             )
+        chosen = exact or lookup_table(
+            pretravel_map,
+            tolerance=tolerance * MICROMETRE,
+            most_values=min(_MOST["linuxcnc"], LAST_FREE - first),
         )
         texts = linuxcnc_subroutines(pretravel_map, chosen, base=first)
         output.mkdir(exist_ok=True)
@@ -132,7 +133,7 @@ def export(
                 temporary.write_text(text, encoding="ascii")
         typer.echo(f"{output}: {', '.join(sorted(texts))}")
         typer.echo(describe_form(chosen))
-        if wanted == "table":
+        if exact is None:
             _warn_of(chosen.largest_error, tolerance)
         return
     check_files([(output, (output.suffix.lower(),))], [map_file, *([template] if template else [])])

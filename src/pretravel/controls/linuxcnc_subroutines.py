@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from pretravel.arrays import FloatArray
 from pretravel.controls.linuxcnc import (
     COMPENSATED,
     LOG_HEAD,
@@ -14,6 +17,8 @@ from pretravel.controls.linuxcnc import (
     comment,
 )
 from pretravel.controls.lookup import (
+    Lookup,
+    LookupSeats,
     LookupSeries,
     LookupTable,
     describe_form,
@@ -29,7 +34,7 @@ LAST_FREE = 5000
 
 
 def linuxcnc_subroutines(
-    pretravel_map: PretravelMap, form: LookupSeries | LookupTable, *, base: int = 3000
+    pretravel_map: PretravelMap, form: Lookup, *, base: int = 3000
 ) -> dict[str, str]:
     """Subroutines that look a map up, probe and compensate.
 
@@ -37,7 +42,7 @@ def linuxcnc_subroutines(
     ----------
     pretravel_map : PretravelMap
         What directions it holds for, tip radius, signal delay.
-    form : LookupSeries or LookupTable
+    form : LookupSeries, LookupSeats or LookupTable
         Of that map.
     base : int
         First parameter for a table.
@@ -77,9 +82,7 @@ def linuxcnc_subroutines(
     return {name: "\n".join(lines) + "\n" for name, lines in files.items()}
 
 
-def _lookup(
-    pretravel_map: PretravelMap, form: LookupSeries | LookupTable, head: list[str], base: int
-) -> list[str]:
+def _lookup(pretravel_map: PretravelMap, form: Lookup, head: list[str], base: int) -> list[str]:
     turn = pretravel_map.rotation
     # To the probe frame: the transposed rotation.
     to_probe = [
@@ -122,7 +125,12 @@ def _lookup(
         "(ABORT,pretravel_lookup: the map does not hold #<polar> degrees from the probe axis)",
         "o<pretravel_outside> endif",
     ]
-    lines += _series(form) if isinstance(form, LookupSeries) else _interpolate(form, base)
+    if isinstance(form, LookupSeries):
+        lines += _series(form)
+    elif isinstance(form, LookupSeats):
+        lines += _seats(form)
+    else:
+        lines += _interpolate(form, base)
     return [*lines, "o<pretravel_lookup> endsub [#<sum>]"]
 
 
@@ -151,6 +159,55 @@ def _series(form: LookupSeries) -> list[str]:
                     f"#<sum> = [#<sum>+#<now>*[[{_exact(c)}]*#<cosine>+[{_exact(s)}]*#<sine>]]"
                 )
     return lines
+
+
+def _seats(form: LookupSeats) -> list[str]:
+    """The force at which the first seat opens; what bends and gives under it."""
+    response, axes = form.response, "xyz"
+
+    def along(vector: FloatArray) -> str:
+        return "+".join(f"[{_exact(v)}]*#<p{a}>" for v, a in zip(vector, axes, strict=True))
+
+    lines = ["#<force> = -1"]
+    for seat in range(6):
+        margin = response.rest_reactions[seat] - response.threshold
+        lines += [
+            f"#<change{seat}> = [{along(response.reaction_change[seat])}]",
+            f"o<pretravel_seat{seat}> if [#<change{seat}> LT -0.000000000001]",
+            f"#<own> = [0-{_exact(margin)}/#<change{seat}>]",
+            f"o<pretravel_first{seat}> if [#<force> LT 0 OR #<own> LT #<force>]",
+            "#<force> = #<own>",
+            f"o<pretravel_first{seat}> endif",
+            f"o<pretravel_seat{seat}> endif",
+        ]
+    lines += [
+        "o<pretravel_never> if [#<force> LT 0]",
+        "(ABORT,pretravel_lookup: the probe does not trigger in this direction)",
+        "o<pretravel_never> endif",
+        "(what bends)",
+        *(f"#<c{axes[i]}> = [{along(response.compliance[i])}]" for i in range(3)),
+        "#<own> = [#<force>*[#<px>*#<cx>+#<py>*#<cy>+#<pz>*#<cz>]]",
+        "(what the seats give)",
+    ]
+    for seat in range(6):
+        rest = response.rest_reactions[seat]
+        lines += [
+            f"#<load> = [{_exact(rest)}+#<force>*#<change{seat}>]",
+            f"o<pretravel_open{seat}> if [#<load> LT 0]",
+            "#<load> = 0",
+            f"o<pretravel_open{seat}> endif",
+            f"#<sunk> = [#<load>**[2/3]-{_exact(float(np.cbrt(rest**2)))}]",
+            (
+                f"#<own> = [#<own>+{_exact(response.seat_coefficient)}*#<sunk>*"
+                f"[{along(response.seat_motion[:, seat])}]]"
+            ),
+        ]
+    return [
+        *lines,
+        "(tip on part; the reference's own shift)",
+        f"#<own> = [#<own>+{_exact(response.tip_coefficient)}*#<force>**[2/3]]",
+        f"#<sum> = [{_exact(form.scale)}*#<own>+[{_exact(form.constant)}]+{along(form.shift)}]",
+    ]
 
 
 def _interpolate(form: LookupTable, base: int) -> list[str]:

@@ -1,4 +1,4 @@
-"""A map in a form that a control can work out: a harmonic series, or an interpolated table."""
+"""A map in a form that a control can work out: a series, six seats, or an interpolated table."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import zlib
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from pretravel.directions import azimuth_angle, grid, polar_angle
 from pretravel.errors import PretravelError
 from pretravel.map_bases import HarmonicBasis, MeanBasis
 from pretravel.pretravel_map import PretravelMap
+from pretravel.trigger.response import ProbeResponse, ResponseBasis
+from pretravel.trigger.six_seats import SixSeatBasis
 from pretravel.units import DEGREE, MICROMETRE
 
 _FINE = 1.0 * DEGREE
@@ -212,6 +215,59 @@ def _with_borders(values: FloatArray) -> FloatArray:
     return np.vstack([before, values, after])
 
 
+@dataclass(frozen=True, eq=False)
+class LookupSeats:
+    """Six seats: the trigger force in closed form, and what gives under it.
+
+    Attributes
+    ----------
+    response : ProbeResponse
+        With the criterion first_contact.
+    scale, constant : float
+        Of its pretravel, and added to it. [mm]
+    shift : (3,) float
+        Times the direction, added too. [mm]
+    band : Band
+    largest_error : float
+        Against the map, within the band. [mm]
+    """
+
+    response: ProbeResponse
+    scale: float
+    constant: float
+    shift: FloatArray
+    band: Band
+    largest_error: float = 0.0
+
+    def value(self, directions: FloatArray) -> FloatArray:
+        """What a control works out: (n,). [mm]"""
+        own = self.response.pretravel(directions)
+        return np.asarray(self.scale * own + self.constant + directions @ self.shift)
+
+
+Lookup: TypeAlias = "LookupSeries | LookupSeats | LookupTable"
+
+
+def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | None:
+    """The map's own formula where a control can work it out; None where it takes a table.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    """
+    if isinstance(pretravel_map.basis, HarmonicBasis | MeanBasis):
+        return lookup_series(pretravel_map)
+    basis, c = pretravel_map.basis, pretravel_map.coefficients
+    if not isinstance(basis, SixSeatBasis | ResponseBasis):
+        return None
+    if basis.response.criterion != "first_contact" or np.any(c[5:]):
+        return None
+    rest = np.zeros(4) if isinstance(basis, ResponseBasis) else c[1:5]
+    band = supported_band(pretravel_map)
+    seats = LookupSeats(basis.response, float(c[0]), float(rest[0]), frozen(rest[1:]), band)
+    return replace(seats, largest_error=_Judge(pretravel_map, band).largest_error(seats))
+
+
 def lookup_series(pretravel_map: PretravelMap) -> LookupSeries:
     """The map's own series: exact.
 
@@ -308,12 +364,12 @@ class _Judge:
         self.directions = grid(polar, azimuth)
         self.truth = _value(pretravel_map, self.directions)
 
-    def largest_error(self, form: LookupSeries | LookupTable) -> float:
+    def largest_error(self, form: Lookup) -> float:
         """[mm]"""
         return float(np.max(np.abs(form.value(self.directions) - self.truth)))
 
 
-def describe_form(form: LookupSeries | LookupTable) -> str:
+def describe_form(form: Lookup) -> str:
     """What a form is, and its error, for the header of a file.
 
     >>> table = LookupTable(Band(0.0, math.pi / 2), np.zeros((4, 4)), 2e-5)
@@ -323,5 +379,7 @@ def describe_form(form: LookupSeries | LookupTable) -> str:
     error = f"largest error against the map {form.largest_error / MICROMETRE:.3f} um"
     if isinstance(form, LookupTable):
         return f"table of {form.rows} x {form.values.shape[1]}, cubic between; {error}"
+    if isinstance(form, LookupSeats):
+        return f"six seats, in closed form; {error}"
     terms = int(np.sum(form.cosines != 0.0) + np.sum(form.sines != 0.0))
     return f"harmonic series of {terms} terms; {error}"
