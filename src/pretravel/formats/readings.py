@@ -177,24 +177,31 @@ def join(
     >>> found.touches.labels
     ('top',)
     """
+    from scipy.spatial import cKDTree
+
     labels = plan.labels or tuple(str(i + 1) for i in range(len(plan)))
     approaches = np.asarray(plan.approaches)
     centers = plan.points + tip_radius * plan.normals
     # Repeats share the place and the direction.
     keys = np.round(np.hstack([plan.points, plan.normals, approaches]), 6)
-    group = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-    first = {int(g): int(np.flatnonzero(group == g)[0]) for g in np.unique(group)}
-    waiting = {g: list(np.flatnonzero(group == g)) for g in first}
-    representatives = np.array(list(first.values()))
+    _, representatives, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    group = group.ravel()
+    waiting: list[list[int]] = [[] for _ in representatives]
+    for touch, own_group in enumerate(group.tolist()):
+        waiting[own_group].append(touch)
+    middle, way = centers[representatives], approaches[representatives]
+    near_by = cKDTree(middle).query_ball_point(rows.positions, float(np.hypot(ALONG, ACROSS)))
     taken: list[tuple[int, int]] = []
     beyond: list[float] = []
     missed: list[str] = []
     for row, (position, line) in enumerate(zip(rows.positions, rows.lines, strict=True)):
-        seen = position - centers[representatives]
-        along = np.sum(seen * approaches[representatives], axis=1)
-        across = np.linalg.norm(seen - along[:, None] * approaches[representatives], axis=1)
-        fits = (across < ACROSS) & (np.abs(along) < ALONG)
-        which = np.flatnonzero(fits)
+        some = np.array(sorted(near_by[row]), dtype=np.int64)
+        if not len(some):
+            some = np.arange(len(middle))
+        seen = position - middle[some]
+        along = np.sum(seen * way[some], axis=1)
+        across = np.linalg.norm(seen - along[:, None] * way[some], axis=1)
+        which = np.flatnonzero((across < ACROSS) & (np.abs(along) < ALONG))
         if len(which) > 1:
             # Lines that cross: the one whose target is much nearer, or none.
             order = which[np.argsort(np.abs(along[which]))]
@@ -205,13 +212,13 @@ def join(
             nearest = int(np.argmin(across + np.maximum(np.abs(along) - ALONG, 0.0)))
             raise InputError(
                 f"the reading ({place}) mm lies on the line of no target; the nearest is "
-                f"{labels[representatives[nearest]]}, {across[nearest]:.3f} mm beside it. Is this "
-                "the plan that was run, in the same work offset and unit (--units)?",
+                f"{labels[representatives[some[nearest]]]}, {across[nearest]:.3f} mm beside it. Is "
+                "this the plan that was run, in the same work offset and unit (--units)?",
                 path=rows.path,
                 line=line,
             )
         if len(which) > 1:
-            names = ", ".join(labels[representatives[i]] for i in which[:3])
+            names = ", ".join(labels[representatives[some[i]]] for i in which[:3])
             raise InputError(
                 f"the reading ({place}) mm could be of several targets ({names}); only a log "
                 "that carries labels can tell them apart",
@@ -219,10 +226,10 @@ def join(
                 line=line,
             )
         chosen = int(which[0])
-        target = group[representatives[chosen]]
+        target = int(some[chosen])
         if not waiting[target]:
             raise InputError(
-                f"the target {labels[representatives[chosen]]} has more readings than the plan "
+                f"the target {labels[representatives[target]]} has more readings than the plan "
                 "has touches of it: is this the log of two runs?",
                 path=rows.path,
                 line=line,
@@ -236,7 +243,7 @@ def join(
             continue
         taken.append((int(own), row))
         beyond.append(float(along[chosen]))
-    absent = [labels[i] for left in waiting.values() for i in left]
+    absent = [labels[i] for left in waiting for i in left]
     warnings = []
     if absent:
         shown = ", ".join(absent[:10]) + ("…" if len(absent) > 10 else "")
