@@ -195,7 +195,7 @@ def join(
     beyond: list[float] = []
     missed: list[str] = []
     for row, (position, line) in enumerate(zip(rows.positions, rows.lines, strict=True)):
-        some = np.array(sorted(near_by[row]), dtype=np.int64)
+        some = np.sort(np.asarray(near_by[row], dtype=np.int64))
         if not len(some):
             some = np.arange(len(middle))
         seen = position - middle[some]
