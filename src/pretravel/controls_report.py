@@ -212,7 +212,7 @@ def plot_verification(
     left.set_ylabel("pretravel less map (µm), ± 2 u")
     left.set_title("changed" if result.changed else "no change", fontsize=10)
     if entries:
-        _chart(figure.add_subplot(1, 2, 2), entries)
+        _chart(figure.add_subplot(2, 2, 2), figure.add_subplot(2, 2, 4), entries)
     return figure
 
 
@@ -228,14 +228,14 @@ def plot_history(entries: Sequence[Entry], title: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = new_figure(9.0, 4.6)
+    figure = new_figure(9.0, 6.0)
     figure.suptitle(title or "History of a probe")
-    _chart(figure.add_subplot(1, 1, 1), entries)
+    _chart(figure.add_subplot(2, 1, 1), figure.add_subplot(2, 1, 2), entries)
     return figure
 
 
-def _chart(axes: Axes, entries: Sequence[Entry]) -> None:
-    """Size over the verifications, with limits; those that were called changed in red."""
+def _chart(axes: Axes, tests: Axes, entries: Sequence[Entry]) -> None:
+    """Size over the verifications, with limits, and below it the tests, with theirs."""
     known = [entry for entry in entries if entry["size_um"] is not None]
     number = np.arange(1, len(known) + 1)
     size = np.array([_value(entry, "size_um") for entry in known])
@@ -256,10 +256,26 @@ def _chart(axes: Axes, entries: Sequence[Entry]) -> None:
     for i, entry in zip(number, known, strict=True):
         if str(entry["decision"]) != "kept":
             axes.axvline(i + 0.5, color="0.4", lw=0.8, ls="--")
-    axes.set_xlim(0.4, len(known) + 0.6)
-    step = max(len(known) // 8, 1)
-    names = [f"{datetime.fromisoformat(str(entry['time'])):%Y-%m-%d\n%H:%M}" for entry in known]
-    axes.set_xticks(number[::step], names[::step], fontsize=7)
+    # Against the limit of its own false-alarm rate: below one is a change.
+    names = (("p_form", "size, amplitude, turn"), ("p_map", "all directions"),
+             ("p_repeatability", "scatter"))  # fmt: skip
+    for (column, name), mark in zip(names, "o^v", strict=True):
+        share = [
+            3.0 * max(_value(entry, column), 1e-30) / _value(entry, "false_alarm_rate")
+            for entry in known
+        ]
+        tests.plot(number, np.maximum(share, 1e-4), mark, ms=4, label=name)
+    tests.axhline(1.0, color=COLOURS[1], lw=1.0)
+    tests.set_yscale("log")
+    tests.set_ylim(5e-5, None)
+    tests.set_ylabel("p over its limit")
+    tests.legend(fontsize=7, ncols=3, loc="lower left")
+    step = max(-(-len(known) // 6), 1)
+    dates = [f"{datetime.fromisoformat(str(entry['time'])):%Y-%m-%d\n%H:%M}" for entry in known]
+    for own in (axes, tests):
+        own.set_xticks(number[::step], dates[::step], fontsize=7)
+        own.set_xlim(0.4, len(known) + 0.6)
+    axes.tick_params(labelbottom=False)
     axes.axhline(0.0, color="0.5", lw=0.6)
     axes.set_ylabel("size less the map's (µm)")
     axes.set_title("control chart (dashed: a new map accepted)", fontsize=10)
