@@ -98,6 +98,9 @@ class TestOwnLog:
             (HEAD + TOUCH.format(label="a", touched="1") + HEAD, 5, "a second run begins"),
             (HEAD + "touch,a,0,0,nan,0,0,1,0,0,-1,50,0,0,0,1,end\n", 4, "'nan' is not a finite"),
             (HEAD + "touch,a,0,0,end\n", 4, "3 values, 15 are needed"),
+            (HEAD + "work,G54,0.0,end\n", 4, "one line 'work'"),
+            (HEAD.replace("log,1,", "log,2,"), 1, "another version"),
+            ("pretravel-log,end\n", 1, "another version"),
             (HEAD + "speech,a,end\n", 4, "'speech' is not a line"),
             (HEAD.replace("nominal_x_mm", "nominal_x_in"), 3, "not those that this version knows"),
             (TOUCH.format(label="a", touched="1"), 1, "must begin with pretravel-log"),
@@ -205,13 +208,30 @@ class TestGrbl:
         assert found.touches.labels == ("a", "b.1")
         assert found.missed == ("wall",)
 
+    @pytest.mark.parametrize("before", ["[22:44:43] ", "< ", ""])
+    def test_repeats_of_parameters_however_the_sender_puts_them(
+        self, tmp_path: Path, before: str
+    ) -> None:
+        block = "".join(
+            f"{before}{line}\n"
+            for line in ("[TLO:0.000]", "<Idle|MPos:0,0,0>", "[PRB:-90.000,50.000,-17.020:1]", "ok")
+        )
+        assert read_grbl_log(written(tmp_path, self.LOG + block)).lines == (4, 6, 11)
+
     @pytest.mark.parametrize(
         ("text", "words"),
         [
             (LOG.replace("$13=0", ""), "does not show whether reports are in inches"),
             (LOG.replace("WCO", "MPX").replace("[G54", "[X"), "give --offset"),
-            (LOG.replace("WCO", "MPX"), "not which is active"),
+            ("[G54:0,0,0]\n" + LOG.replace("WCO", "MPX"), "not which is active"),
             (LOG + "<Idle|WCO:0.000,0.000,0.000>\n", "split the log there"),
+            (
+                LOG.replace("<Idle", "[PRB:1,2,3:1]\n<Idle", 1).replace("[G54", "[X"),
+                "before the first",
+            ),
+            (LOG + "[GC:G0 G55 G21]\n", "became active among"),
+            (LOG + "[PRB:1.0,2.0,3.0,90.0:1]\n", "a fourth axis has moved"),
+            (LOG.replace("WCO:-100.000,50.000,-20.000", "WCO:1.0,2.0"), "WCO has 2 values"),
             (LOG + "[PRB:1.0,2.0\n", "cut off"),
             (LOG + "[PRB:1.0,2.0:1]\n", "a report of 2 axes"),
             (LOG + "$13=1\n", "before it was mm"),
@@ -277,8 +297,10 @@ class TestFusion:
             (HAAS.replace("X-.4187", "X-.41?87"), 6, "is neither a letter nor a number"),
             ("START\nG801 N1 X0 Y0 Z0 R1\nEND\n", 2, "without a G800"),
             (HAAS.replace("I0.63893", "I0.1"), 5, "must be a unit vector"),
-            (HAAS + HAAS, 14, "there twice"),
+            (HAAS + HAAS[HAAS.index("START") :], 13, "there twice"),
             ("START\nEND\n", None, "no measured point"),
+            (HAAS + "G800 N3 X0 Y0 Z0 I0 J0 K1\n", 9, "a point after END"),
+            (HAAS.replace("X1.", "X1.2E-3"), 7, "neither a letter nor a number"),
         ],
     )
     def test_refused_with_its_line(
@@ -427,12 +449,15 @@ class TestDmis:
         assert found.touches.positions.tolist() == [[0.0, 0.0, 3.01]]
         assert found.touches.nominal_points is not None
         assert found.missed == ("P2",)
+        inch = read_dmis(written(tmp_path, self.OUT.replace("UNITS/MM", "UNITS/INCH"), "i"), 3.0)
+        assert inch.touches.positions[0, 2] == pytest.approx(0.01 * 25.4 + 3.0)
         assert read_dmis(tmp_path / "file.txt", 0.0).touches.positions[0, 2] == 0.01
 
     @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [
             (OUT, None, "--radius-taken-off"),
+            (OUT, -1.0, "a radius in mm, or 0"),
             (OUT.replace("UNITS/MM, ANGDEC\n", ""), 0.0, "no UNITS"),
             (OUT.replace("UNITS/MM", "UNITS/FEET"), 0.0, "MM and INCH are read"),
             (OUT.replace("0.01, 0,0,1", "0.01, 0,0,0"), 0.0, "zeros, or angles"),
@@ -499,6 +524,16 @@ class TestCatalogue:
             row = f"| `{entry.name}` | {entry.what} | {entry.reads} | {entry.writes} | "
             assert row + f"{entry.needs} | {entry.verified} |" in text
 
+    def test_labels_like_coordinates_are_no_positions(self, tmp_path: Path) -> None:
+        text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"
+        assert format_of(written(tmp_path, text)) == "csv"
+
+    def test_files_that_need_more_are_sent_to_convert(self, tmp_path: Path) -> None:
+        path = written(tmp_path, TestFusion.HAAS)
+        told = run("qualify", path, "--diameter", 25, code=2)
+        assert "format fusion" in told
+        assert "pretravel convert" in told
+
     def test_positions_want_the_plan_that_was_run(self, tmp_path: Path) -> None:
         path = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
         with pytest.raises(InputError, match="give the plan that was run"):
@@ -529,6 +564,9 @@ class TestCatalogue:
             ("G1 X0 Y0 Z2.99\n", "does not say its units"),
             ("G20\nG1 X0 Y0\n", "has no Z"),
             ("G21\nG1 X0 Y0 Z1\nhello\n", "line 3: 'hello' is no position"),
+            ("G21\nG1 X0 Y0 Z2,990\n", "line 2: .*use points as decimal signs"),
+            ("G21\nG1 X1.2.3 Y0 Z1\n", "line 2: .* is no position"),
+            ("G21 G91\nG1 X0 Y0 Z1\n", "line 1: G91"),
         ],
     )
     def test_log_lines_refused(self, tmp_path: Path, text: str, words: str) -> None:

@@ -20,6 +20,7 @@ from pretravel.formats.probe_history import add_verification, read_history
 from pretravel.formats.touches_csv import write_touches
 from pretravel.frames import probe_rotation
 from pretravel.identification.qualification import qualify
+from pretravel.map_bases import MeanBasis
 from pretravel.metrology.drift import Verification, verify
 from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
@@ -129,6 +130,14 @@ class TestWhatIsSeen:
         )
         assert check(here).p_map == pytest.approx(check(there).p_map, rel=1e-3)
 
+    def test_five_directions_tell_less_but_nothing_wrong(self) -> None:
+        few = np.concatenate([np.arange(REPEATS) + REPEATS * k for k in (0, 17, 19, 21, 23)])
+        result = check(touches(21).take(few))
+        assert not result.changed
+        assert result.p_form > 0.01
+        assert result.turn.seen == np.inf
+        assert check(touches(21, size=0.004).take(few)).changed
+
     def test_physical_maps_and_few_directions(self) -> None:
         result = verify(touches(8), old_map(1, "physical"), 25.0)
         assert not result.changed
@@ -156,6 +165,13 @@ class TestRefused:
         guess = predicted_map(probe, predict(probe, sphere_pattern_25()))
         with pytest.raises(PretravelError, match="states no uncertainty"):
             verify(touches(1), guess, 25.0)
+
+    @pytest.mark.parametrize("kind", ["mean", "sectors", "wozniak"])
+    def test_maps_that_do_not_follow_the_probe(self, kind: str) -> None:
+        coarse = replace(old_map(), basis=MeanBasis(kind), coefficients=np.array([0.01]),
+                         covariance=np.array([1e-9]))  # fmt: skip
+        with pytest.raises(PretravelError, match=f"kind {kind} does not follow"):
+            verify(touches(1), coarse, 25.0)
 
     @pytest.mark.parametrize("rate", [0.0, 0.5, -1.0, float("nan")])
     def test_rate(self, rate: float) -> None:
@@ -212,6 +228,7 @@ class TestHistory:
             "2026-01-01T08:00:00+00:00", "2026-01-02T08:00:00+00:00"]  # fmt: skip
         assert entries[1]["size_um"] == pytest.approx(1e3 * results[1].size.value)
         assert bool(entries[1]["changed"])
+        assert entries[1]["turn_deg"] == pytest.approx(results[1].turn.value / DEGREE)
 
     def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
         result = check(touches(1))

@@ -239,6 +239,11 @@ class TestHeidenhain:
         assert float(last[1]) == 90.0
         assert float(last[2]) == pytest.approx(-10.0, abs=1e-6)  # the mean around
 
+    def test_a_tilted_probe_has_its_own_angles(self) -> None:
+        """Angles are those from the probe's axis, however the probe is mounted."""
+        tilted = lobes(3, rotation=probe_rotation((np.sin(0.5), 0.0, np.cos(0.5)), 0.3))
+        assert heidenhain_table(tilted) == heidenhain_table(lobes(3))
+
     def test_own_template_and_azimuth(self) -> None:
         text = heidenhain_table(
             lobes(3), "A;B\n{angle_deg:.1f};{deviation_mm:.3f}\n", azimuth=0.0, step_deg=30.0
@@ -300,7 +305,8 @@ class TestExportCommand:
             (["--to", "renishaw"], "say where to write to"),
             (["--to", "linuxcnc", "-o", "x.ngc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "/nowhere/x.txt"], "does not exist"),
-            (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "a common variable"),
+            (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "not all common ones"),
+            (["--to", "fanuc", "-o", "x.txt", "--base", "900"], "not all common ones"),
             (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "it is max or rms"),
             (["--to", "linuxcnc", "-o", "x", "--tolerance", "0"], "must be positive"),
         ],

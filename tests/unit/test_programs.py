@@ -11,7 +11,6 @@ import pytest
 from pretravel.controls.linuxcnc import LOG_COLUMNS, linuxcnc_program
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import (
-    MARGIN,
     PartObstacle,
     ProbingProgram,
     SphereObstacle,
@@ -57,9 +56,10 @@ class TestWays:
         for start, end in places(program):
             count = max(int(np.linalg.norm(end - start) / 0.1), 1) + 1
             for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
-                assert np.linalg.norm(tip) > 12.5 + 3.0
+                # A sphere that is up to the clearance beside where it was told is not met.
+                assert np.linalg.norm(tip) > 12.5 + 3.0 + 0.99
                 stem = np.hypot(np.hypot(*tip[:2]), tip[2] + height)
-                assert stem.min() > 12.5 + 1.0
+                assert stem.min() > 12.5 + 1.0 + 0.99
                 if tip[2] + 3.0 < 0.0:  # beside the shank
                     assert np.hypot(*tip[:2]) > 3.0 + 3.0
 
@@ -98,9 +98,9 @@ class TestWays:
         for start, end in places(program):
             count = max(int(np.linalg.norm(end - start) / 0.5), 1) + 1
             for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
-                assert clearance(tip) > 3.0
+                assert clearance(tip) > 3.0 + 0.9
                 stem = [clearance(tip + np.array([0.0, 0.0, up])) for up in (5.0, 15.0, 30.0)]
-                assert min(stem) > 2.25
+                assert min(stem) > 2.25 + 0.9
 
     def test_duration_counts_measuring_and_moving(self) -> None:
         one = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="o")
@@ -112,7 +112,7 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("machine", "targets", "words"),
         [
-            (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 15.750 mm at least"),
+            (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 16.500 mm at least"),
             # 60° below the equator the stem would cut through the sphere.
             (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the"),
             (replace(MACHINE, stylus_length=10.0), from_angles(np.pi / 2, 0.0), "stem or body"),
@@ -316,5 +316,4 @@ class TestCommands:
         told = run("program", "part", mill, plan, "--surface", PART, "-o", out)
         assert "checked: moves" in told
         text = out.read_text()
-        assert all(f"({row['label']})" in text for row in rows(plan))
-        assert MARGIN > 0.0
+        assert all(f"(touch {row['label']})" in text for row in rows(plan))

@@ -117,6 +117,8 @@ def _write(
 ) -> None:
     import math
 
+    import numpy as np
+
     from pretravel.errors import PretravelError
     from pretravel.formats.fusion_inspection import write_fusion
     from pretravel.formats.qif import write_qif
@@ -142,6 +144,15 @@ def _write(
     if ending in (".csv", ".parquet"):
         write_touches(output, touches)
         return
+    lost = []
+    if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
+        lost.append("approaches that are not along the normal")
+    if touches.feeds is not None:
+        lost.append("feeds")
+    if lost:
+        typer.echo(
+            f"Warning: {ending} has no place for {' and '.join(lost)}; they are not in it", err=True
+        )
     radius = found.tip_radius if tip_diameter is None else 0.5 * tip_diameter
     if ending == ".qif":
         write_qif(

@@ -75,6 +75,13 @@ def verify(
         readings.touches, pretravel_map, diameter, ring=ring, false_alarm_rate=0.01 * false_alarms
     )
     decision = "kept"
+    if accept is not None and pretravel_map.delay is not None:
+        feeds = readings.touches.feeds
+        if feeds is None or len(set(feeds.tolist())) < 2:
+            raise PretravelError(
+                "--accept: the old map knows the signal delay, which touches at one feed do not "
+                "tell; touch the reference at two feeds"
+            )
     if accept is not None:
         from pretravel.identification.qualification import qualify
 

@@ -137,7 +137,7 @@ def linuxcnc_program(program: ProbingProgram, log: str, *, compensated: bool = F
 
 def _touch(program: ProbingProgram, row: int, label: str, compensated: bool) -> list[str]:
     machine = program.machine
-    lines = [f"({label})", *_moves(program.ways[row], machine)]
+    lines = [f"(touch {label})", *_moves(program.ways[row], machine)]
     call = [*program.starts[row], *program.ends[row], program.feeds[row], machine.positioning_feed]
     lines.append("o<pretravel_touch> call " + " ".join(f"[{_number(value)}]" for value in call))
     told = ",".join(

@@ -357,8 +357,9 @@ class _Judge:
     """A map in many directions of a band, against which forms are held."""
 
     def __init__(self, pretravel_map: PretravelMap, band: Band) -> None:
-        count = max(int((band.highest - band.lowest) / _FINE), 1) + 1
-        polar = np.linspace(band.lowest, band.highest, count)
+        # Off the nodes of tables, borders included.
+        polar = np.arange(band.lowest + 0.3 * _FINE, band.highest, 0.73 * _FINE)
+        polar = np.concatenate([[band.lowest], polar, [band.highest]])
         # Steps that share nothing with those of tables, whose nodes are exact.
         azimuth = np.arange(0.37, 360.0, 1.03) * DEGREE
         self.directions = grid(polar, azimuth)

@@ -38,6 +38,9 @@ class Machine:
         From the ball to the surface where a touch starts. [mm]
     overtravel : float
         Beyond the nominal surface before a touch counts as missed. [mm]
+    clearance : float
+        Kept from what stands around on the way to where touches start: more than work
+        offset and drawing may be off. [mm]
     work_offset : str
         G54 to G59.3.
     work : Placement or None
@@ -66,6 +69,7 @@ class Machine:
     safe_height: float = 50.0
     start_distance: float = 2.0
     overtravel: float = 2.0
+    clearance: float = 1.0
     work_offset: str = "G54"
     work: Placement | None = None
     limits: FloatArray | None = None
@@ -80,6 +84,7 @@ class Machine:
             "positioning_feed",
             "start_distance",
             "overtravel",
+            "clearance",
         ):
             value = getattr(self, name)
             if not 0.0 < value < 1e6:
@@ -92,6 +97,11 @@ class Machine:
             raise PretravelError(
                 f"stem diameter {self.stem_diameter:g} mm: it must be thinner than the tip "
                 f"({self.tip_diameter:g} mm), or the stem touches first"
+            )
+        if self.clearance >= self.start_distance:
+            raise PretravelError(
+                f"clearance {self.clearance:g} mm: it must be less than the start distance "
+                f"({self.start_distance:g} mm), which the tip comes as close as"
             )
         if self.tool < 0:
             raise PretravelError(f"tool {self.tool}: a tool number is not negative")

@@ -21,8 +21,6 @@ from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obst
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad import Part
 
-MARGIN = 0.1
-"""Distance kept from what stands around, beside that of starts. [mm]"""
 _EDGES = 0.05
 """Resolution of a face's edges when distances from it are worked out. [mm]"""
 _STEP = 0.25
@@ -111,10 +109,11 @@ class SphereObstacle:
             np.maximum(across - 0.5 * machine.body_diameter, 0.0),
             _outside(up, machine.stylus_length, machine.stylus_length + _BODY_HEIGHT),
         )
-        margin = self.radius + (0.0 if touching else MARGIN)
+        margin = self.radius + (0.0 if touching else machine.clearance)
         free = np.minimum(np.minimum(ball, stem), body) - margin
         if self.shank_diameter > 0.0:
             gap = across - 0.5 * self.shank_diameter - machine.tip_radius
+            gap = gap - (0.0 if touching else machine.clearance)
             free = np.minimum(free, np.where(up > -machine.tip_radius, gap, np.inf))
         return np.asarray((free < 0.0).any(axis=0))
 
@@ -148,7 +147,7 @@ class PartObstacle:
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
         """See `Obstacle`."""
         nothing = np.full(len(start), -1)
-        return self._met(machine, start, end, nothing, MARGIN)
+        return self._met(machine, start, end, nothing, machine.clearance)
 
     def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
         """See `Obstacle`."""
@@ -185,7 +184,7 @@ class PartObstacle:
                         [machine.stylus_length, machine.stylus_length + _BODY_HEIGHT],
                     ]
                 ),
-                0.5 * np.array([machine.stem_diameter, machine.body_diameter]),
+                0.5 * np.array([machine.stem_diameter, machine.body_diameter]) + margin,
             )
             met[rows] |= stem_obstacle(self.part, end[rows], direction, outline, reach) >= 0
         return met
@@ -407,8 +406,8 @@ def _check_height(
 ) -> None:
     highest = max(
         float(starts[:, 2].max()),
-        float(targets.points[:, 2].max()) + machine.tip_radius + MARGIN,
-        *(obstacle.top + machine.tip_radius + MARGIN for obstacle in obstacles),
+        float(targets.points[:, 2].max()) + machine.tip_radius + machine.clearance,
+        *(obstacle.top + machine.tip_radius + machine.clearance for obstacle in obstacles),
     )
     if machine.safe_height < highest:
         raise PretravelError(

@@ -16,8 +16,19 @@ from pretravel.metrology.sector_tables import resampled_sectors, touched_sectors
 from pretravel.pretravel_map import PretravelMap
 from pretravel.units import DEGREE, MICROMETRE
 
+_COMMON = ((101, 199), (500, 999))
+"""Common variables; #100 takes the result of the lookup."""
 _VECTORS = 10
 """The first of the eight vector radii, counted from the base variable."""
+
+
+def _check_variables(base: int, count: int) -> None:
+    last = base + count - 1
+    if not any(low <= base and last <= high for low, high in _COMMON):
+        raise PretravelError(
+            f"--base {base}: variables {base} to {last} are not all common ones (#101 to #199, "
+            "#500 to #999); others belong to the control"
+        )
 
 
 def renishaw_variables(
@@ -53,8 +64,7 @@ def renishaw_variables(
     PretravelError
         A base that is no common variable; a map that does not hold all around the equator.
     """
-    if not 100 <= base <= 100_000:
-        raise PretravelError(f"--base {base}: a common variable is 100 or above")
+    _check_variables(base, _VECTORS + 8)
     table = resampled_sectors(pretravel_map, criterion)
     touched = touched_sectors(pretravel_map)
     numbers = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
@@ -112,6 +122,7 @@ def fanuc_macro(
         Not tried on a Fanuc control; its arithmetic was run by another interpreter.
     """
     rows, columns = form.values.shape
+    _check_variables(base, rows * columns)
     turn = pretravel_map.rotation
     names = {0: "#11", 1: "#12", 2: "#13"}
     to_probe = [
@@ -233,7 +244,10 @@ def heidenhain_table(
     def values_at(azimuths: FloatArray) -> FloatArray:
         return np.array(
             [
-                pretravel_map.pretravel(from_angles(angle * DEGREE, azimuths), extrapolate=True)
+                pretravel_map.pretravel(
+                    from_angles(angle * DEGREE, azimuths) @ pretravel_map.rotation.T,
+                    extrapolate=True,
+                )
                 for angle in angles
             ]
         )

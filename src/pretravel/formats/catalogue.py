@@ -93,6 +93,7 @@ FORMATS = (
 )  # fmt: skip
 """In the order in which tables show them."""
 
+_SELF_SUFFICIENT = ("csv", "parquet", "linuxcnc", "qif")
 _NAMES = tuple(f.name for f in FORMATS)
 
 
@@ -139,9 +140,11 @@ def format_of(path: str | Path) -> str:
         return "linuxcnc"  # one that has lost its first line
     if re.fullmatch(r"[-+.,\deE\s]+", head) and len(head.split()) >= 3:
         return "probeopen"
-    if any(
-        re.match(r"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*[-+]?[\d.]", line, re.I) for line in lines[:20]
-    ):
+    number = r"[-+.\d]"
+    positions = re.compile(
+        rf"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*{number}.*Y\s*{number}.*Z\s*{number}", re.I
+    )
+    if "nx" not in head.split(",") and any(positions.match(line) for line in lines[:20]):
         return "positions"
     return "csv"
 
@@ -258,7 +261,16 @@ def read_touches_of(path: str | Path, *, machine_axes: bool) -> FileReadings:
     InputError
         As the formats' readers; files that need more to be told: `pretravel convert` takes it.
     """
-    found = read_readings(path)
+    kind = format_of(path)
+    if kind not in (*_SELF_SUFFICIENT, "print"):
+        needs = next(entry.needs for entry in FORMATS if entry.name == kind)
+        raise InputError(
+            f"a file of format {kind} does not tell all that is needed"
+            + (f" ({needs})" if needs else "")
+            + "; pretravel convert makes touches of it, and says what it wants to know",
+            path=path,
+        )
+    found = read_readings(path, kind)
     if machine_axes and found.rotation:
         found = replace(found, touches=moved(found.touches, found.placement), rotation=0.0)
     return found

@@ -56,6 +56,10 @@ def read_dmis(
             "--radius-taken-off 0 for tip centres, or the radius in mm",
             path=path,
         )
+    if not 0.0 <= taken_off < 1000.0:
+        raise InputError(
+            f"--radius-taken-off {taken_off:g}: a radius in mm, or 0, is needed", path=path
+        )
     nominal: dict[str, FloatArray] = {}
     actual: dict[str, tuple[list[float], int]] = {}
     for number, line in _joined(lines):

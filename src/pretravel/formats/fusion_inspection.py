@@ -18,7 +18,7 @@ from pretravel.touches import Touches
 from pretravel.units import DEGREE
 from pretravel.whole_file import whole_file
 
-_WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
 _ROUNDED = 5e-3
 """Normals are printed with four decimals, or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
@@ -61,7 +61,7 @@ def read_fusion(path: str | Path, units: str | None = None) -> FileReadings:
     waiting_label, waiting_line = "", 0
     found: list[tuple[str, FloatArray, FloatArray, FloatArray, float, int]] = []
     missed: list[str] = []
-    ended = True
+    ended, seen_end = True, False
 
     def close() -> None:
         if waiting is not None:
@@ -74,12 +74,14 @@ def read_fusion(path: str | Path, units: str | None = None) -> FileReadings:
         if line.startswith(_LABEL):
             name = line[len(_LABEL) :].strip()
         if line.upper() == "START":
-            ended = False
+            ended, turn = False, np.eye(3)
         elif line.upper() == "END":
-            ended = True
+            ended = seen_end = True
         code = line[:4].upper()
         if code not in ("G330", "G800", "G801"):
             continue
+        if ended and seen_end:
+            raise InputError("a point after END", path=path, line=number)
         words = _words(line[4:], path, number)
         if code == "G330":
             turn = turned_about_axes(*(words.get(letter, 0.0) * DEGREE for letter in "ABC"))

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
 from pretravel.formats.readings import Rows, file_lines, finite, scale_of
 
 _PROBE = re.compile(r"\[PRB:([^\]:]*):?([^\]]*)\]")
 _OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\]]*)\]")
+_MOVED = 2e-3  # of other axes: degrees or mm, two digits of a report
+_STATUS_LINE = re.compile(r"<\w+\|[^>]*>")
 _STATUS = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
 _MODE = re.compile(r"\[(?:GC:)?[^\]]*\b(G5[4-9](?:\.[123])?)\b[^\]]*\]")
@@ -56,7 +59,9 @@ def read_grbl_log(
     contact: list[bool] = []
     numbers: list[int] = []
     told: dict[str, tuple[list[float], int]] = {}
+    offset_known: dict[str, tuple[list[float], int]] = {}
     active: str | None = None
+    more: list[FloatArray] = []
     before = ""
     for number, text in enumerate(lines, start=1):
         if found := _INCHES.search(text):
@@ -73,34 +78,55 @@ def read_grbl_log(
         for name, value in _OFFSET.findall(text):
             _keep(told, name, value, bool(rows), path, number)
         if "[GC:" in text and (found := _MODE.search(text)):
-            active = found[1]
-        if "[PRB:" in text:
-            found = _PROBE.search(text)
-            if found is None or found[2] not in ("0", "1"):
+            if rows and active != found[1]:
                 raise InputError(
-                    "this report is cut off; [PRB:x,y,z:1] is needed", path=path, line=number
+                    f"{found[1]} became active among the touches; split the log there",
+                    path=path,
+                    line=number,
                 )
-            values = finite(found[1].split(","), path, number)
+            active = found[1]
+        reports = _PROBE.findall(text)
+        if text.count("[PRB:") != len(reports):
+            raise InputError(
+                "this report is cut off; [PRB:x,y,z:1] is needed", path=path, line=number
+            )
+        for cells, flag in reports:
+            if flag not in ("0", "1"):
+                raise InputError(
+                    "this report does not end in :1 or :0; [PRB:x,y,z:1] is needed",
+                    path=path,
+                    line=number,
+                )
+            values = finite(cells.split(","), path, number)
             if len(values) < 3:
                 raise InputError(
                     f"a report of {len(values)} axes; x, y and z are needed",
                     path=path,
                     line=number,
                 )
-            # $# repeats the last report among its parameters.
-            if not before.startswith(_OF_PARAMETERS):
-                rows.append(values[:3])
-                contact.append(found[2] == "1")
-                numbers.append(number)
-        if text.strip():
-            before = text.strip()
+            if any(key in before for key in _OF_PARAMETERS):
+                continue  # $# repeats the last report among its parameters
+            others = np.array(values[3:])
+            if more and (len(others) != len(more[0]) or np.any(np.abs(others - more[0]) > _MOVED)):
+                raise InputError(
+                    "a fourth axis has moved since the first report", path=path, line=number
+                )
+            more.append(others)
+            if not rows:
+                offset_known = dict(told)
+            rows.append(values[:3])
+            contact.append(flag == "1")
+            numbers.append(number)
+        # Status lines come at any time, between the lines of $# too.
+        if text.strip() and not _STATUS_LINE.search(text):
+            before = text
     if not rows:
         raise InputError("no report [PRB:…] in it", path=path)
     scale = scale_of(units, path, "the log does not show whether reports are in inches ($13=0)")
     if offset is not None:
         shift = np.asarray(offset, dtype=np.float64)
     else:
-        shift = scale * np.array(_work_offset(told, active, path))
+        shift = scale * np.array(_work_offset(offset_known, active, path))
     return Rows(str(path), scale * np.array(rows) - shift, tuple(numbers), tuple(contact))
 
 
@@ -113,6 +139,10 @@ def _keep(
     line: int,
 ) -> None:
     values = finite([cell for cell in text.split(",") if cell], path, line)
+    if name != "TLO" and len(values) < 3:
+        raise InputError(
+            f"{name} has {len(values)} values; x, y and z are needed", path=path, line=line
+        )
     if probed and name in told and told[name][0] != values:
         raise InputError(
             f"{name} was {told[name][0]} (line {told[name][1]}) and is {values} now, among the "
@@ -136,8 +166,9 @@ def _work_offset(
         )
     if active is None or active not in told:
         raise InputError(
-            "reports are in machine coordinates, and the log does not show where the work "
-            "coordinates are (WCO: in a status line, or $# and $G); give --offset x,y,z, mm",
+            "reports are in machine coordinates, and before the first the log does not show "
+            "where the work coordinates are (WCO: in a status line, or $# and $G); give --offset "
+            "x,y,z, mm",
             path=path,
         )
     shift = np.array(told[active][0][:3])

@@ -61,7 +61,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     points: dict[str, FloatArray] = {}
     columns = LOG_COLUMNS
     seen: set[str] = set()
-    begun = finished = False
+    begun = finished = worked = False
     for number, text in enumerate(lines, start=1):
         line = text.strip()
         if not line:
@@ -91,6 +91,12 @@ def read_own_log(path: str | Path) -> FileReadings:
                     path=path,
                     line=number,
                 )
+            if values[:1] != ["1"] or len(values) != 3:
+                raise InputError(
+                    f"a log of another version ('{line[:40]}'); this pretravel reads version 1",
+                    path=path,
+                    line=number,
+                )
             begun = True
             told = int(finite(values[-1:], path, number)[0])
         elif not begun:
@@ -100,6 +106,11 @@ def read_own_log(path: str | Path) -> FileReadings:
                 line=number,
             )
         elif kind == "work":
+            if len(values) != 2 or worked:
+                raise InputError(
+                    "one line 'work' with offset and turn is needed", path=path, line=number
+                )
+            worked = True
             rotation = finite(values[1:2], path, number)[0] * DEGREE
         elif kind == "columns":
             columns = tuple(values)
@@ -246,7 +257,7 @@ def last_is_cut(text: str, lines: list[str], number: int) -> bool:
     return len(text.rstrip().rpartition(".")[2]) < 6
 
 
-_WORD = re.compile(r"\b([XYZ])\s*(-?\d*\.?\d+(?:[eE][-+]?\d+)?)", re.IGNORECASE)
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.,eE])", re.IGNORECASE)
 
 
 def read_log_positions(path: str | Path, units: str | None = None) -> Rows:
@@ -289,13 +300,24 @@ def read_log_positions(path: str | Path, units: str | None = None) -> Rows:
                     line=number,
                 )
             units = told
-        words = {name.upper(): value for name, value in _WORD.findall(line)}
-        if not words:
-            if unit_word or re.fullmatch(r"(?:[GMNT]\d+(?:\.\d+)?\s*)+", line, re.IGNORECASE):
-                continue
+        if re.search(r"\bG91\b", line, re.IGNORECASE):
             raise InputError(
-                f"'{line[:40]}' is no position; G1 X… Y… Z… is needed", path=path, line=number
+                "G91: positions that are differences are not read", path=path, line=number
             )
+        left = _WORD.sub("", line).strip()
+        pairs = [(name.upper(), value) for name, value in _WORD.findall(line)]
+        words = {name: value for name, value in pairs if name in "XYZ"}
+        if left:
+            raise InputError(
+                f"'{line[:40]}' is no position; G1 X… Y… Z… is needed"
+                + ("; use points as decimal signs" if "," in left else ""),
+                path=path,
+                line=number,
+            )
+        if len(words) < sum(name in "XYZ" for name, _ in pairs):
+            raise InputError("a coordinate is there twice", path=path, line=number)
+        if not words:
+            continue
         if len(words) < 3:
             raise InputError(
                 f"'{line[:40]}' has no {' and no '.join(sorted(set('XYZ') - set(words)))}",

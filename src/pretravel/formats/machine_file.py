@@ -24,7 +24,7 @@ _KEYS = {
         "body_diameter_mm",
     ),
     "feeds": ("measuring_mm_min", "positioning_mm_min"),
-    "distances": ("safe_height_mm", "start_mm", "overtravel_mm"),
+    "distances": ("safe_height_mm", "start_mm", "overtravel_mm", "clearance_mm"),
     "work": ("offset", "x_mm", "y_mm", "z_mm", "rotation_deg"),
     "limits": ("x_mm", "y_mm", "z_mm"),
 }
@@ -58,6 +58,7 @@ positioning_mm_min = {positioning:g}  # to where touches start, and back
 safe_height_mm = {safe:g}        # z (work) of the tip's centre at which it may travel anywhere
 start_mm = {start:g}               # from the ball to the surface where a touch starts
 overtravel_mm = {overtravel:g}          # beyond the nominal surface before a touch counts as missed
+clearance_mm = {clearance:g}           # kept from things on the way: the offset may be off by it
 
 [work]
 offset = "{offset}"
@@ -98,6 +99,7 @@ def machine_text(machine: Machine) -> str:
         safe=machine.safe_height,
         start=machine.start_distance,
         overtravel=machine.overtravel,
+        clearance=machine.clearance,
         offset=machine.work_offset,
         work=work + "\n",
         limits=limits,
@@ -229,6 +231,7 @@ def read_machine(path: str | Path) -> Machine:
             safe_height=float(value("distances", "safe_height_mm", usual.safe_height)),
             start_distance=float(value("distances", "start_mm", usual.start_distance)),
             overtravel=float(value("distances", "overtravel_mm", usual.overtravel)),
+            clearance=float(value("distances", "clearance_mm", usual.clearance)),
             work_offset=value("work", "offset", usual.work_offset),
             work=work,
             limits=limits,

@@ -145,6 +145,8 @@ def _file_scale(root: ET.Element, path: str | Path) -> float:
     unit = root.find(f"{_Q}FileUnits/{_Q}PrimaryUnits/{_Q}LinearUnit")
     if unit is None:
         return _METRE  # the schema: metres where no unit is told
+    if float(unit.findtext(f"{_Q}UnitConversion/{_Q}Offset") or 0.0) != 0.0:
+        raise InputError("a length unit with an offset is not read", path=path)
     factor = unit.findtext(f"{_Q}UnitConversion/{_Q}Factor")
     if factor is not None:
         try:

@@ -180,6 +180,9 @@ def join(
     from scipy.spatial import cKDTree
 
     labels = plan.labels or tuple(str(i + 1) for i in range(len(plan)))
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise InputError(f"the plan has two targets called '{twice}'", path=rows.path)
     approaches = np.asarray(plan.approaches)
     centers = plan.points + tip_radius * plan.normals
     # Repeats share the place and the direction.

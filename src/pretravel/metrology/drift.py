@@ -20,6 +20,9 @@ _RESOLUTION = 2e-5
 _TURN = 0.5 * DEGREE
 _TESTS = 3
 _POWER = 0.95
+_DISTINCT = 1e-4
+"""Ways to change that are more alike than this are not told apart."""
+_COARSE = ("mean", "sectors", "wozniak")
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,11 @@ def verify(
             "this map states no uncertainty (a prediction, or a table), so what counts as a change "
             "cannot be said; use a map of pretravel qualify"
         )
+    if pretravel_map.kind in _COARSE:
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} does not follow the probe closely enough: what it "
+            "misses would look like a change. Qualify with --kind harmonic or physical"
+        )
     warnings = _feed_warnings(touches, pretravel_map)
     if touches.source and f"from {touches.source}" in pretravel_map.provenance.get("touches", ""):
         warnings.append(
@@ -181,9 +189,7 @@ def verify(
     only_center = x[:, : seen.axes]
     left = y - only_center @ np.linalg.lstsq(only_center, y, rcond=None)[0]
     p_map = _p_value(float(left @ left), len(value) - seen.axes, dof)
-    # A flat map has no amplitude and no turn to be seen.
-    norms = np.linalg.norm(x - only_center @ np.linalg.lstsq(only_center, x, rcond=None)[0], axis=0)
-    usable = [i for i in range(seen.axes, seen.axes + 3) if norms[i] > 1e-6 * norms[seen.axes]]
+    usable = _told_apart(x, seen.axes)
     used = [*range(seen.axes), *usable]
     estimate, own_covariance = _least_squares(x[:, used], y)
     wanted = slice(seen.axes, None)
@@ -244,6 +250,22 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
             "like a change. Touch at the map's feed, or qualify at two feeds"
         )
     return []
+
+
+def _told_apart(x: FloatArray, axes: int) -> list[int]:
+    """Columns beside the centre's that the directions tell apart: size, then amplitude, then turn.
+
+    A flat map has no amplitude and no turn; few directions leave no room for them.
+    """
+    chosen = list(range(axes))
+    scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)
+    weak = np.linalg.norm(x, axis=0) < 1e-6 * np.linalg.norm(x[:, axes])
+    for column in range(axes, axes + 3):
+        trial = [*chosen, column]
+        values = np.linalg.svd(scaled[:, trial], compute_uv=False)
+        if not weak[column] and len(values) == len(trial) and values[-1] > _DISTINCT * values[0]:
+            chosen = trial
+    return chosen[axes:]
 
 
 def _turned(directions: FloatArray, angle: float) -> FloatArray:
