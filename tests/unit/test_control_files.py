@@ -223,7 +223,7 @@ class TestGrbl:
         [
             (LOG.replace("$13=0", ""), "does not show whether reports are in inches"),
             (LOG.replace("WCO", "MPX").replace("[G54", "[X"), "give --offset"),
-            ("[G54:0,0,0]\n" + LOG.replace("WCO", "MPX"), "not which is active"),
+            ("[G54:-100.0,50,-20]\n" + LOG.replace("WCO", "MPX"), "not which is active"),
             (LOG + "<Idle|WCO:0.000,0.000,0.000>\n", "split the log there"),
             (
                 LOG.replace("<Idle", "[PRB:1,2,3:1]\n<Idle", 1).replace("[G54", "[X"),
