@@ -30,24 +30,16 @@ def compare(
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
     from pretravel.controls_report import comparison_report, comparison_table, plot_comparison
-    from pretravel.errors import PretravelError
     from pretravel.formats.catalogue import format_of, read_touches_of
-    from pretravel.formats.map_file import described_map, read_map
+    from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.tables import write_table
     from pretravel.formats.touches_csv import read_normals
     from pretravel.metrology.comparison import compare_corrections
 
     inputs: list[Path | str] = [map_file, *([part] if part else [])]
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
-    known = Path(map_file).suffix.lower()
-    if known not in (".nc", ".csv", ".json", ".toml", ""):
-        raise PretravelError(f"{map_file}: neither a map (.nc, .csv) nor a probe")
     with working("comparing"):
-        pretravel_map = (
-            read_map(map_file)
-            if known in (".nc", ".csv", ".json")
-            else described_map(map_file, "analytic")
-        )
+        pretravel_map = map_or_prediction(map_file)
         normals = None
         if part is not None and format_of(part) in ("csv", "parquet"):
             normals = read_normals(part)

@@ -59,10 +59,9 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
-    from pretravel.errors import PretravelError
     from pretravel.formats.catalogue import read_touches_of
     from pretravel.formats.fusion_inspection import write_fusion_points
-    from pretravel.formats.map_file import described_map, read_map
+    from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
     from pretravel.frames import parse_placement
     from pretravel.metrology.compensation import apply, compensation_warnings, placed
@@ -73,20 +72,11 @@ def compensate(
     files = [] if nominal is None else source_file(nominal)
     check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
     part_in_machine = parse_placement(place, frame)
-    if Path(map_file).suffix.lower() not in (".nc", ".csv", ".json", ".toml", ""):
-        raise PretravelError(
-            f"--map {map_file}: neither a map (.nc, .csv) nor a probe (.toml, or a name of "
-            "pretravel probes)"
-        )
     readings = read_touches_of(touches, machine_axes=False)
     measured = with_feed(readings.touches, feed)
     if place is None:  # a log tells how its work coordinates are turned
         part_in_machine = readings.placement
-    pretravel_map = (
-        read_map(map_file, tip_diameter=tip_diameter)
-        if Path(map_file).suffix.lower() in (".nc", ".csv", ".json")
-        else described_map(map_file, model, tip_diameter=tip_diameter)
-    )
+    pretravel_map = map_or_prediction(map_file, model, tip_diameter=tip_diameter)
     surface = None if nominal is None else parse_surface(nominal)
     if frame == "machine":
         measured = moved(measured, part_in_machine.inverse)

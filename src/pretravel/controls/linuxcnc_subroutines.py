@@ -21,6 +21,7 @@ from pretravel.controls.lookup import (
     LookupSeats,
     LookupSeries,
     LookupTable,
+    catmull_rom_text,
     describe_form,
     recurrence,
     sectoral_factor,
@@ -252,14 +253,9 @@ def _interpolate(form: LookupTable, base: int) -> list[str]:
 
 
 def _weights(share: str, name: str) -> list[str]:
-    """Of four neighbours, at a share from the second to the third (Catmull-Rom)."""
-    f = f"#<{share}>"
-    return [
-        f"#<{name}0> = [0.5*{f}*[{f}*[2-{f}]-1]]",
-        f"#<{name}1> = [0.5*[{f}*{f}*[3*{f}-5]+2]]",
-        f"#<{name}2> = [0.5*{f}*[{f}*[4-3*{f}]+1]]",
-        f"#<{name}3> = [0.5*{f}*{f}*[{f}-1]]",
-    ]
+    """Of four neighbours, at a share from the second to the third."""
+    texts = enumerate(catmull_rom_text(f"#<{share}>"))
+    return [f"#<{name}{i}> = [{text}]" for i, text in texts]
 
 
 def _table(form: LookupTable, head: list[str], base: int) -> list[str]:

@@ -206,6 +206,21 @@ def _catmull_rom(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     )
 
 
+def catmull_rom_text(share: str) -> tuple[str, str, str, str]:
+    """The same weights as expressions of a control, of a variable that holds the share.
+
+    >>> catmull_rom_text("#1")[3]
+    '0.5*#1*#1*[#1-1]'
+    """
+    f = share
+    return (
+        f"0.5*{f}*[{f}*[2-{f}]-1]",
+        f"0.5*[{f}*{f}*[3*{f}-5]+2]",
+        f"0.5*{f}*[{f}*[4-3*{f}]+1]",
+        f"0.5*{f}*{f}*[{f}-1]",
+    )
+
+
 def _with_borders(values: FloatArray) -> FloatArray:
     """One more row at either end, where a parabola through the three nearest leads."""
     if len(values) < 3:

@@ -8,7 +8,12 @@ from string import Formatter
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.controls.lookup import LookupTable, describe_form, supported_band
+from pretravel.controls.lookup import (
+    LookupTable,
+    catmull_rom_text,
+    describe_form,
+    supported_band,
+)
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.map_bases import SECTOR_NAMES
@@ -165,8 +170,8 @@ def fanuc_macro(
         f"#20=#15/{form.azimuth_step / DEGREE:.9f}",
         "#21=FIX[#20]",
         "#22=#20-#21",
-        *_weights("#19", 23),
-        *_weights("#22", 27),
+        *(f"#{23 + i}={text}" for i, text in enumerate(catmull_rom_text("#19"))),
+        *(f"#{27 + i}={text}" for i, text in enumerate(catmull_rom_text("#22"))),
         "#31=0",
         "#100=0",
         "WHILE[#31LT4]DO1",
@@ -184,17 +189,6 @@ def fanuc_macro(
         "%",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _weights(share: str, first: int) -> list[str]:
-    """Of four neighbours, at a share from the second to the third (Catmull-Rom)."""
-    f = share
-    return [
-        f"#{first}=0.5*{f}*[{f}*[2-{f}]-1]",
-        f"#{first + 1}=0.5*[{f}*{f}*[3*{f}-5]+2]",
-        f"#{first + 2}=0.5*{f}*[{f}*[4-3*{f}]+1]",
-        f"#{first + 3}=0.5*{f}*{f}*[{f}-1]",
-    ]
 
 
 def heidenhain_template() -> str:

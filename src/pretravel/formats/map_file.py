@@ -482,6 +482,35 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
     return replace(found, tip_radius=0.5 * tip_diameter)
 
 
+def map_or_prediction(
+    name: str, model: str = "analytic", *, tip_diameter: float | None = None
+) -> PretravelMap:
+    """A map from its file, or the prediction of a probe.
+
+    Parameters
+    ----------
+    name : str
+        Path of a map (.nc, .csv, .json), or of a description (.toml), or a catalogue name.
+    model : str
+        Of the prediction.
+    tip_diameter : float, optional
+        If not the map's. [mm]
+
+    Raises
+    ------
+    PretravelError
+        Neither a map nor a probe.
+    """
+    ending = Path(name).suffix.lower()
+    if ending in (".nc", ".csv", ".json"):
+        return read_map(name, tip_diameter=tip_diameter)
+    if ending not in (".toml", ""):
+        raise PretravelError(
+            f"{name}: neither a map (.nc, .csv) nor a probe (.toml, or a name of pretravel probes)"
+        )
+    return described_map(name, model, tip_diameter=tip_diameter)
+
+
 def described_map(
     probe: str | Path, model: str = "analytic", *, tip_diameter: float | None = None
 ) -> PretravelMap:
