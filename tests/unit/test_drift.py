@@ -85,12 +85,30 @@ class TestFalseAlarms:
         assert np.max(p) > 0.5
 
 
+def result_of_turn() -> float:
+    return check(touches(13)).turn.u
+
+
 class TestWhatIsSeen:
     def test_size_with_its_sign(self) -> None:
         result = check(touches(2, size=0.0012))
         assert result.changed
         assert result.size.value == pytest.approx(0.0012, abs=3 * result.size.u)
         assert result.amplitude.value == pytest.approx(0.0, abs=3 * result.amplitude.u)
+        # Touches are on one half of the sphere: the centre, fitted along, takes a part of it.
+        assert 0.0002 < np.mean(result.differences) < 0.0012
+
+    def test_turn_knows_that_the_map_s_own_orientation_is_uncertain(self) -> None:
+        """Both the old and the new touches leave the turn uncertain: by about √2 of either."""
+        normals = sphere_pattern_25()
+        seen = pretravel_of()[::REPEATS]
+        step = 0.5
+        slope = (pretravel_of(-step)[::REPEATS] - pretravel_of(step)[::REPEATS]) / (
+            2 * step * DEGREE
+        )
+        design = np.column_stack([normals, np.ones(25), seen - seen.mean(), slope])
+        alone = NOISE / np.sqrt(REPEATS) * np.sqrt(np.linalg.inv(design.T @ design)[-1, -1])
+        assert result_of_turn() > 1.3 * alone
 
     def test_amplitude(self) -> None:
         result = check(touches(3, scale=1.2))

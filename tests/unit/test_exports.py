@@ -20,7 +20,7 @@ from pretravel.controls.lookup import (
     sectoral_factor,
     supported_band,
 )
-from pretravel.controls.tables import heidenhain_table, renishaw_variables
+from pretravel.controls.tables import fanuc_macro, heidenhain_table, renishaw_variables
 from pretravel.direction_support import DirectionSupport
 from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
 from pretravel.errors import ExtrapolationError, PretravelError
@@ -258,6 +258,23 @@ class TestHeidenhain:
     def test_templates_refused(self, template: str, words: str) -> None:
         with pytest.raises(PretravelError, match=words):
             heidenhain_table(lobes(3), template)
+
+
+class TestDelayTravel:
+    def test_in_every_table_a_later_trigger(self) -> None:
+        """10 µm of travel more: pretravel larger, radii and deviations smaller by that."""
+        pretravel_map = lobes(3)
+        slow, fast = (heidenhain_table(pretravel_map, travel=t).splitlines()[-1].split()[2]
+                      for t in (0.0, 0.01))  # fmt: skip
+        assert float(fast) - float(slow) == pytest.approx(-0.01, abs=2e-5)
+        table = lookup_table(pretravel_map, tolerance=1e-3, most_values=400)
+        first = [
+            float(
+                re.search(r"^#500=([\d.]+)", fanuc_macro(pretravel_map, table, travel=t), re.M)[1]
+            )  # type: ignore[index]
+            for t in (0.0, 0.01)
+        ]
+        assert first[1] - first[0] == pytest.approx(0.01, abs=2e-7)
 
 
 class TestExportCommand:
