@@ -4,7 +4,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 # Test workers share the cores; threads of the linear algebra would fight over them.
-# One more than there are cores: tests on LinuxCNC wait for the machine most of the time.
+# One more than there are cores: tests on LinuxCNC wait for the machine most of the time. By file:
+# what the tests of a file share is made once.
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
@@ -25,7 +26,7 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 check: lint types contracts test  ## everything that must pass before a commit
 
 check-all: linuxcnc-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadgroup -m "slow or not slow"
+	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 
 format: $(STAMP)  ## put the code in order
@@ -43,7 +44,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadgroup -m "not slow"
+	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile -m "not slow"
 
 linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linuxcnc.md on it
 	examples/linuxcnc/install

@@ -33,9 +33,6 @@ from pretravel.units import DEGREE, MICROMETRE
 from tests.machine.conftest import SIMULATOR, environment, run_program
 from tests.unit.test_command_line import rows
 
-# One LinuxCNC at a time: one worker has them all.
-pytestmark = pytest.mark.xdist_group("linuxcnc")
-
 DIAMETER = 24.9987
 # The last digit of a log is 1e-4 µm; three of them make a point.
 SAME = 5e-7
