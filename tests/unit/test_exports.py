@@ -120,7 +120,7 @@ class TestLookup:
         error = np.abs(
             table.value(directions) - pretravel_map.pretravel(directions, extrapolate=True)
         )
-        # Found on 36 000 directions; kinks may hide a little more between them.
+        # Found on 200 000 directions; kinks may hide a little more between them.
         assert error.max() < 1.1 * table.largest_error + 1e-9
         assert error.max() > 0.2 * table.largest_error
         nodes = grid(

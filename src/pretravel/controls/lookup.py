@@ -373,10 +373,10 @@ class _Judge:
 
     def __init__(self, pretravel_map: PretravelMap, band: Band) -> None:
         # Off the nodes of tables, borders included.
-        polar = np.arange(band.lowest + 0.3 * _FINE, band.highest, 0.73 * _FINE)
+        polar = np.arange(band.lowest + 0.15 * _FINE, band.highest, 0.37 * _FINE)
         polar = np.concatenate([[band.lowest], polar, [band.highest]])
         # Steps that share nothing with those of tables, whose nodes are exact.
-        azimuth = np.arange(0.37, 360.0, 1.03) * DEGREE
+        azimuth = np.arange(0.17, 360.0, 0.41) * DEGREE
         self.directions = grid(polar, azimuth)
         self.truth = _value(pretravel_map, self.directions)
 
