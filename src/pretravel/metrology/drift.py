@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
 from pretravel.map_bases import HarmonicBasis
 from pretravel.metrology.observation import observe
 from pretravel.pretravel_map import PretravelMap
@@ -172,7 +173,7 @@ def verify(
     dof = pretravel_map.repeatability_dof
     noise = sigma**2 / count
     variation = value - float(np.mean(value))
-    turned = _turned(directions, _TURN) @ pretravel_map.rotation.T
+    turned = directions @ probe_rotation(rotation=_TURN).T @ pretravel_map.rotation.T
     slope = (pretravel_map.pretravel(turned, extrapolate=True) - value) / _TURN
     center = directions[:, : seen.axes]
     # A probe turned by +a has the map that it had a before.
@@ -187,7 +188,8 @@ def verify(
     y = np.linalg.solve(whitened, mean - value)
     x = np.linalg.solve(whitened, design)
     only_center = x[:, : seen.axes]
-    left = y - only_center @ np.linalg.lstsq(only_center, y, rcond=None)[0]
+    shift = np.linalg.lstsq(only_center, y, rcond=None)[0]
+    left = y - only_center @ shift
     p_map = _p_value(float(left @ left), len(value) - seen.axes, dof)
     usable = _told_apart(x, seen.axes)
     used = [*range(seen.axes), *usable]
@@ -211,7 +213,6 @@ def verify(
         law = stats.f(free, dof) if math.isfinite(dof) else stats.chi2(free, scale=1.0 / free)
         p_repeatability = float(2.0 * min(law.sf(ratio), law.cdf(ratio), 0.5))
     tests = [p for p in (p_form, p_map, p_repeatability) if not math.isnan(p)]
-    shift = np.linalg.lstsq(only_center, y, rcond=None)[0]
     differences = mean - value - center @ shift
     return Verification(
         changed=min(tests) < rate,
@@ -266,11 +267,6 @@ def _told_apart(x: FloatArray, axes: int) -> list[int]:
         if not weak[column] and len(values) == len(trial) and values[-1] > _DISTINCT * values[0]:
             chosen = trial
     return chosen[axes:]
-
-
-def _turned(directions: FloatArray, angle: float) -> FloatArray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.asarray(directions @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _least_squares(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -88,8 +88,7 @@ def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> Se
     """
     if criterion not in CRITERIA:
         raise PretravelError(f"--criterion {criterion}: it is {' or '.join(CRITERIA)}")
-    azimuth, weight, value = _samples(pretravel_map)
-    del azimuth
+    weight, value = _samples(pretravel_map)
     found = []
     for sector in range(len(SECTOR_NAMES)):
         own = value[weight[:, sector] > 0.0]
@@ -101,15 +100,14 @@ def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> Se
     return _judged(pretravel_map, np.array(found))
 
 
-def _samples(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _samples(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
     azimuth = np.arange(0.0, 360.0, _STEP)
     weight = SectorBasis().design(from_angles(_EQUATOR, azimuth * DEGREE))
-    return azimuth, weight, equator(pretravel_map, azimuth)
+    return weight, equator(pretravel_map, azimuth)
 
 
 def _judged(pretravel_map: PretravelMap, pretravel: FloatArray) -> SectorTable:
-    azimuth, weight, value = _samples(pretravel_map)
-    del azimuth
+    weight, value = _samples(pretravel_map)
     # Halfway between two sectors a control takes one of them: the worse counts.
     off = np.where(weight > 0.0, np.abs(pretravel - value[:, None]), 0.0).max(axis=1)
     share = np.sum(weight * (pretravel - value[:, None]) ** 2, axis=1)
