@@ -20,34 +20,34 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.map_bases import HarmonicBasis
-from pretravel.metrology.compensation import apply
-from pretravel.metrology.fitting import fit_sphere
-from pretravel.metrology.monte_carlo import MonteCarlo
-from pretravel.metrology.qualification import qualify
-from pretravel.metrology.result_uncertainty import (
+from pretravel.compensation.compensation import apply
+from pretravel.compensation.point_errors import (
     measured_sphere,
     points_by_trials,
     sphere_by_trials,
 )
+from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.maps.bases import HarmonicBasis
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.condensation import condense
-from pretravel.model.elasticity import finite_element_model
-from pretravel.model.geometry import probe_solids
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import mesh_solids
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.model.mesh import mesh_solids
-from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.surface.cad import read_step_part
+from pretravel.qualification.qualification import qualify
+from pretravel.surface.cad.part import read_step_part
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import SeatStatics, seat_statics
+from pretravel.uncertainty.fitting import fit_sphere
+from pretravel.uncertainty.monte_carlo import MonteCarlo
 
 DIRECTIONS = 100_000
 TOUCHES = 1_000_000

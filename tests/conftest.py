@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from pretravel.directions import sphere_pattern_25
-from pretravel.model.condensation import ReducedModel, condense
-from pretravel.model.elasticity import FiniteElementModel, finite_element_model
-from pretravel.model.geometry import probe_solids
-from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.condensation import ReducedModel, condense
+from pretravel.model.fem.elasticity import FiniteElementModel, finite_element_model
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.touches import Touches

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.model.elasticity import SPRING_FORCE, FiniteElementModel
-from pretravel.model.geometry import seat_face
-from pretravel.model.mesh import FiniteElementMesh
-from pretravel.model.seat_ball import CONTACT, ball_held
+from pretravel.model.fem.elasticity import SPRING_FORCE, FiniteElementModel
+from pretravel.model.fem.geometry import seat_face
+from pretravel.model.fem.mesh import FiniteElementMesh
+from pretravel.model.fem.seat_ball import CONTACT, ball_held
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 

@@ -27,17 +27,17 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.directions import from_angles, grid
-from pretravel.model.condensation import condense
-from pretravel.model.elasticity import finite_element_model
-from pretravel.model.full_contact import resolved_bodies
-from pretravel.model.geometry import probe_solids
-from pretravel.model.mesh import MeshSettings, mesh_solids
-from pretravel.model.seat_ball import ball_correction
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.full_contact import resolved_bodies
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import TIP_ON_PART, predict
 from pretravel.trigger.seats import seat_statics
 

@@ -21,15 +21,15 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pretravel.directions import grid
-from pretravel.model.condensation import condense
-from pretravel.model.elasticity import finite_element_model
-from pretravel.model.geometry import probe_solids
-from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Hub, Probe
 from pretravel.probe.materials import material
+from pretravel.trigger.compliance.fem import condensed_displacements
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.fem import condensed_displacements
 from pretravel.trigger.seats import seat_statics
 
 TABLE = Path(__file__).parents[2] / "tests/validation/reference/rodrigues_trigger_50mm.csv"

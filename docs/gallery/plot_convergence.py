@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from published import PICTURES
 
 from pretravel.directions import from_angles
-from pretravel.model.condensation import condense
-from pretravel.model.elasticity import finite_element_model
-from pretravel.model.geometry import probe_solids
-from pretravel.model.mesh import MeshSettings, mesh_solids
-from pretravel.plotting import save
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.fem import condensed
+from pretravel.report.plotting import save
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.predict import predict
 
 REFINEMENTS = (0.5, 0.7071, 1.0, 1.4142, 2.0)

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from published import PICTURES, trigger_table
 
 from pretravel.directions import from_angles
-from pretravel.plotting import save
 from pretravel.probe.catalogue import load_probe
+from pretravel.report.plotting import save
 from pretravel.trigger.predict import predict
 
 AZIMUTH = np.arange(0.0, 351.0, 10.0)

@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import PICTURES, sliding_tables
 
-from pretravel.plotting import save
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import SlideHistory, slide
 from pretravel.probing.tip import predicted_tip
+from pretravel.report.plotting import save
+from pretravel.report.surface_pictures import draw_slide
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface
-from pretravel.surface_pictures import draw_slide
 
 CASES = {
     "convex, u = 0.5, v = 0.5": ("convex", (0.5, 0.5), "deflection_mm_u0.5_v0.5", 1e3),

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from published import PICTURES
 
 from pretravel.directions import from_angles
-from pretravel.plotting import save
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
+from pretravel.report.plotting import save
 from pretravel.surface.shapes import Ellipsoid
 
 ANGLE = np.arange(10.0, 81.0, 5.0)

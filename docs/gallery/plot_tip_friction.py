@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from published import PICTURES
 
 from pretravel.directions import from_angles
-from pretravel.plotting import save
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import predicted_tip
 from pretravel.probing.touching import SurfaceTouches, touch
+from pretravel.report.plotting import save
 from pretravel.surface.shapes import Sphere
 
 POLAR = np.concatenate([np.arange(0.0, 20.0, 1.0), np.arange(20.0, 91.0, 5.0)])

@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from published import PICTURES
 
 from pretravel.directions import five_point_pattern, from_angles
-from pretravel.map_bases import WozniakBasis
-from pretravel.metrology.wozniak import wozniak_constant
-from pretravel.plotting import COLOURS, polar_axes, save
+from pretravel.maps.bases import WozniakBasis
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
+from pretravel.qualification.wozniak import wozniak_constant
+from pretravel.report.plotting import COLOURS, polar_axes, save
 from pretravel.trigger.predict import predict
 
 LENGTHS = (30.0, 50.0)

@@ -19,14 +19,14 @@ _PUBLIC = {
     "ExtrapolationError": "errors",
     # the two shared types
     "Touches": "touches",
-    "PretravelMap": "pretravel_map",
+    "PretravelMap": "maps.pretravel_map",
     # virtual branch
     "Probe": "probe.description",
     "load_probe": "probe.catalogue",
     "material": "probe.materials",
-    "MeshSettings": "model.mesh",
-    "ReducedModel": "model.condensation",
-    "reduced_model": "model.reduction_cache",
+    "MeshSettings": "model.fem.mesh",
+    "ReducedModel": "model.fem.condensation",
+    "reduced_model": "model.fem.reduction_cache",
     "predict": "trigger.predict",
     "predicted_map": "trigger.predict",
     "Trigger": "trigger.predict",
@@ -38,39 +38,39 @@ _PUBLIC = {
     "TouchStatus": "probing.touching",
     "predicted_tip": "probing.tip",
     "slide": "probing.slide",
-    "read_step_part": "surface.cad",
-    "plan_inspection": "surface.inspection",
+    "read_step_part": "surface.cad.part",
+    "plan_inspection": "probing.inspection",
     "FunctionSurface": "surface.parametric",
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
-    "qualify": "identification.qualification",
-    "Qualification": "metrology.qualification",
-    "apply": "metrology.compensation",
-    "embed": "metrology.compensation",
-    "Points": "metrology.compensation",
-    "measured_sphere": "metrology.result_uncertainty",
-    "sphere_by_trials": "metrology.result_uncertainty",
-    "point_sources": "metrology.compensation",
-    "separate": "metrology.separation",
-    "Readings": "metrology.separation",
-    "rig_touch": "metrology.rig",
-    "calibrate_rig": "metrology.rig_calibration",
-    "propagate": "metrology.uncertainty",
-    "monte_carlo": "metrology.monte_carlo",
-    "fit_sphere": "metrology.fitting",
-    "fit_circle": "metrology.fitting",
-    "fit_plane": "metrology.fitting",
-    "fit_cylinder": "metrology.fitting",
+    "qualify": "identification.kinds",
+    "Qualification": "qualification.qualification",
+    "apply": "compensation.compensation",
+    "embed": "compensation.compensation",
+    "Points": "compensation.compensation",
+    "measured_sphere": "compensation.point_errors",
+    "sphere_by_trials": "compensation.point_errors",
+    "point_sources": "compensation.compensation",
+    "separate": "laboratory.separation",
+    "Readings": "laboratory.separation",
+    "rig_touch": "laboratory.rig",
+    "calibrate_rig": "laboratory.rig_calibration",
+    "propagate": "uncertainty.gum",
+    "monte_carlo": "uncertainty.monte_carlo",
+    "fit_sphere": "uncertainty.fitting",
+    "fit_circle": "uncertainty.fitting",
+    "fit_plane": "uncertainty.fitting",
+    "fit_cylinder": "uncertainty.fitting",
     # both branches
     "identify": "identification.probe",
-    "verify": "metrology.drift",
-    "compare_corrections": "metrology.comparison",
+    "verify": "qualification.verification",
+    "compare_corrections": "compensation.comparison",
     # the machine
     "Machine": "controls.machine",
     "plan_program": "controls.program",
     "read_machine": "formats.machine_file",
-    "read_readings": "formats.catalogue",
+    "read_readings": "formats.logs.detection",
     # files
     "read_touches": "formats.touches_csv",
     "write_touches": "formats.touches_csv",
@@ -82,6 +82,9 @@ _PUBLIC = {
 __all__ = ["__version__", *_PUBLIC]
 
 if TYPE_CHECKING:
+    from pretravel.compensation.comparison import compare_corrections
+    from pretravel.compensation.compensation import Points, apply, embed, point_sources
+    from pretravel.compensation.point_errors import measured_sphere, sphere_by_trials
     from pretravel.controls.machine import Machine
     from pretravel.controls.program import plan_program
     from pretravel.errors import (
@@ -90,44 +93,41 @@ if TYPE_CHECKING:
         InputError,
         PretravelError,
     )
-    from pretravel.formats.catalogue import read_readings
+    from pretravel.formats.logs.detection import read_readings
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
     from pretravel.formats.touches_csv import read_touches, write_touches
+    from pretravel.identification.kinds import qualify
     from pretravel.identification.probe import identify
-    from pretravel.identification.qualification import qualify
-    from pretravel.metrology.comparison import compare_corrections
-    from pretravel.metrology.compensation import Points, apply, embed, point_sources
-    from pretravel.metrology.drift import verify
-    from pretravel.metrology.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
-    from pretravel.metrology.monte_carlo import monte_carlo
-    from pretravel.metrology.qualification import Qualification
-    from pretravel.metrology.result_uncertainty import measured_sphere, sphere_by_trials
-    from pretravel.metrology.rig import rig_touch
-    from pretravel.metrology.rig_calibration import calibrate_rig
-    from pretravel.metrology.separation import Readings, separate
-    from pretravel.metrology.uncertainty import propagate
-    from pretravel.model.condensation import ReducedModel
-    from pretravel.model.mesh import MeshSettings
-    from pretravel.model.reduction_cache import reduced_model
-    from pretravel.pretravel_map import PretravelMap
+    from pretravel.laboratory.rig import rig_touch
+    from pretravel.laboratory.rig_calibration import calibrate_rig
+    from pretravel.laboratory.separation import Readings, separate
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.model.fem.condensation import ReducedModel
+    from pretravel.model.fem.mesh import MeshSettings
+    from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
+    from pretravel.probing.inspection import plan_inspection
     from pretravel.probing.simulation import simulate
     from pretravel.probing.slide import slide
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import predicted_tip
     from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
-    from pretravel.surface.cad import read_step_part
-    from pretravel.surface.inspection import plan_inspection
+    from pretravel.qualification.qualification import Qualification
+    from pretravel.qualification.verification import verify
+    from pretravel.surface.cad.part import read_step_part
     from pretravel.surface.parametric import FunctionSurface
     from pretravel.surface.specification import parse_surface
     from pretravel.touches import Touches
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.trigger.friction import friction_cycle
     from pretravel.trigger.predict import Trigger, predict, predicted_map
+    from pretravel.uncertainty.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
+    from pretravel.uncertainty.gum import propagate
+    from pretravel.uncertainty.monte_carlo import monte_carlo
 
 
 def __getattr__(name: str) -> Any:

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pretravel.direction_support import DirectionSupport
 from pretravel.directions import (
     azimuth_angle,
     checked_unit,
@@ -20,8 +19,9 @@ from pretravel.directions import (
 )
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.map_bases import SectorBasis, TabulatedBasis
-from pretravel.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.maps.bases import SectorBasis, TabulatedBasis
+from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.maps.support import DirectionSupport
 
 angles = st.floats(0.0, 2.0 * np.pi, exclude_max=True)
 

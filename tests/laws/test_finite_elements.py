@@ -10,8 +10,8 @@ from scipy import sparse
 
 from pretravel.directions import from_angles
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.condensation import ReducedModel, condense
-from pretravel.model.elasticity import (
+from pretravel.model.fem.condensation import ReducedModel, condense
+from pretravel.model.fem.elasticity import (
     INTERFACE,
     SEATS,
     SPRING_FORCE,
@@ -24,17 +24,17 @@ from pretravel.model.elasticity import (
     rigid_motions,
     von_mises,
 )
-from pretravel.model.geometry import probe_solids
-from pretravel.model.linear_solvers import SOLVERS, factorise
-from pretravel.model.mesh import MeshSettings, mesh_quality, mesh_solids
-from pretravel.model.seat_ball import ball_correction
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.linear_solvers import SOLVERS, factorise
+from pretravel.model.fem.mesh import MeshSettings, mesh_quality, mesh_solids
+from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.elastic_field import field_at_trigger
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
 from tests.conftest import COARSE, coarse_model, coarse_reduced

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pretravel.directions import from_angles
-from pretravel.model.condensation import condense
-from pretravel.model.full_contact import contact_state, full_contact
-from pretravel.model.mesh import MeshSettings
-from pretravel.model.seat_ball import ball_correction
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.full_contact import contact_state, full_contact
+from pretravel.model.fem.mesh import MeshSettings
+from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.fem import condensed
 from pretravel.trigger.predict import TIP_ON_PART
 from pretravel.trigger.seats import seat_statics
 

@@ -19,7 +19,7 @@ from pretravel.probing.simulation import simulate_some
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import TouchStatus, touch
-from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.cad.part import Part, read_step_part
 from pretravel.surface.shapes import Reversed, Sphere, Torus
 from pretravel.trigger.predict import predict, predicted_map
 
@@ -145,7 +145,7 @@ class TestEdges:
 
 def test_a_region_is_the_same_a_period_further() -> None:
     """A half cylinder around angle zero: asked for at 350° as at -10°."""
-    from pretravel.surface.trim import Trim
+    from pretravel.surface.cad.trim import Trim
 
     half = np.array([[-1.5, 0.0], [1.5, 0.0], [1.5, 4.0], [-1.5, 4.0], [-1.5, 0.0]])
     region = Trim([half], (2.0 * math.pi, math.inf))
@@ -158,9 +158,9 @@ class TestFolded:
     """Surfaces that run through themselves change sides: told apart, or refused; not guessed."""
 
     def test_a_spindle_torus(self) -> None:
-        from pretravel.surface.brep import SurfaceRecord
-        from pretravel.surface.cad import _one_side
-        from pretravel.surface.trim import Trim
+        from pretravel.surface.cad.brep import SurfaceRecord
+        from pretravel.surface.cad.part import _one_side
+        from pretravel.surface.cad.trim import Trim
 
         record = SurfaceRecord("torus", Torus([0, 0, 0], 3.0, 5.0))
 
@@ -207,8 +207,8 @@ class TestFolded:
         assert done.converged.all()
 
     def test_offset_beyond_the_centre_of_curvature(self) -> None:
-        from pretravel.surface.brep import SurfaceRecord
-        from pretravel.surface.cad import _one_side
+        from pretravel.surface.cad.brep import SurfaceRecord
+        from pretravel.surface.cad.part import _one_side
         from pretravel.surface.swept import Offset
 
         hollow = SurfaceRecord("offset of sphere", Offset(Reversed(Sphere([0, 0, 0], 5.0)), 6.0))

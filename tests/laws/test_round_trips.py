@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.direction_support import DirectionSupport
+from pretravel.compensation.compensation import apply, embed
 from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.frames import probe_rotation
-from pretravel.map_bases import HarmonicBasis, MeanBasis, SectorBasis, TabulatedBasis
-from pretravel.metrology.compensation import apply, embed
-from pretravel.metrology.qualification import qualify
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.bases import HarmonicBasis, MeanBasis, SectorBasis, TabulatedBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
-from pretravel.spherical_harmonics import degrees_and_orders
+from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
 

@@ -10,12 +10,12 @@ import pytest
 
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
-from pretravel.model.elasticity import TANGENTIAL
+from pretravel.model.fem.elasticity import TANGENTIAL
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.fem import condensed
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.friction import FrictionCycle, friction_cycle
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics

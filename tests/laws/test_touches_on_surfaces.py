@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, from_angles, unit
 from pretravel.errors import PretravelError
 from pretravel.frames import parse_placement
-from pretravel.metrology.compensation import apply
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
@@ -24,7 +24,7 @@ from pretravel.probing.slide import slide
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
-from pretravel.surface.cad import Part, read_step_part
+from pretravel.surface.cad.part import Part, read_step_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed, Sphere, Torus
@@ -247,7 +247,7 @@ class TestResponse:
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
 
     def test_is_the_finite_element_model(self) -> None:
-        from pretravel.trigger.fem import condensed
+        from pretravel.trigger.compliance.fem import condensed
 
         probe, n = load_probe("omp40-2"), fibonacci_cap(100)
         fem = condensed(coarse_reduced())

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.controls.linuxcnc import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import exact_lookup, lookup_series, lookup_table
@@ -21,12 +22,11 @@ from pretravel.controls.tables import fanuc_macro, renishaw_variables
 from pretravel.directions import fibonacci_cap, ring_pattern
 from pretravel.errors import InputError
 from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
-from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
-from pretravel.formats.readings import join
+from pretravel.formats.logs.joining import join
+from pretravel.formats.logs.linuxcnc import read_log_positions, read_own_log, read_probeopen
 from pretravel.frames import probe_rotation
-from pretravel.identification.qualification import qualify
-from pretravel.metrology.compensation import apply
-from pretravel.pretravel_map import PretravelMap
+from pretravel.identification.kinds import qualify
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probing.targets import Targets
 from pretravel.touches import moved
 from pretravel.units import DEGREE, MICROMETRE

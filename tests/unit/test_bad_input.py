@@ -13,8 +13,8 @@ from pretravel.errors import DescriptionError, InputError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.map_file import read_map
 from pretravel.formats.touches_csv import read_touches
-from pretravel.metrology.qualification import qualify
 from pretravel.probe.catalogue import catalogue_names, description_text, load_probe, parse_probe
+from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from tests.conftest import EXAMPLES, sphere_touches
 
@@ -295,9 +295,9 @@ class TestMapFiles:
 
         rotation = probe_rotation(axis, 0.4)
         nodes = grid(np.radians(np.arange(5, 90, 5)), np.radians(np.arange(0, 360, 10)))
-        from pretravel.direction_support import DirectionSupport
-        from pretravel.map_bases import TabulatedBasis
-        from pretravel.pretravel_map import PretravelMap
+        from pretravel.maps.bases import TabulatedBasis
+        from pretravel.maps.pretravel_map import PretravelMap
+        from pretravel.maps.support import DirectionSupport
 
         support = DirectionSupport(nodes)
         made = PretravelMap(

@@ -9,20 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.controls.linuxcnc import LOG_COLUMNS
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.errors import InputError
-from pretravel.formats.catalogue import FORMATS, format_of, read_readings, read_touches_of
-from pretravel.formats.dmis import read_dmis
-from pretravel.formats.fusion_inspection import read_fusion, write_fusion
-from pretravel.formats.grbl_log import read_grbl_log
-from pretravel.formats.linuxcnc_log import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.logs.detection import FORMATS, format_of, read_readings, read_touches_of
+from pretravel.formats.logs.dmis import read_dmis
+from pretravel.formats.logs.fusion import read_fusion, write_fusion
+from pretravel.formats.logs.grbl import read_grbl_log
+from pretravel.formats.logs.joining import FileReadings, Rows, join
+from pretravel.formats.logs.linuxcnc import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.logs.print_file import read_print_file
+from pretravel.formats.logs.qif import NAMESPACE, read_point_sets, read_qif, write_qif
 from pretravel.formats.machine_file import machine_text
-from pretravel.formats.print_file import read_print_file
-from pretravel.formats.qif import NAMESPACE, read_point_sets, read_qif, write_qif
-from pretravel.formats.readings import FileReadings, Rows, join
 from pretravel.formats.touches_csv import read_touches, write_touches
-from pretravel.metrology.compensation import apply
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches
 from tests.conftest import EXAMPLES

@@ -19,11 +19,11 @@ from pretravel.formats.map_file import write_map
 from pretravel.formats.probe_history import add_verification, read_history
 from pretravel.formats.touches_csv import write_touches
 from pretravel.frames import probe_rotation
-from pretravel.identification.qualification import qualify
-from pretravel.map_bases import MeanBasis
-from pretravel.metrology.drift import Verification, verify
-from pretravel.pretravel_map import PretravelMap
+from pretravel.identification.kinds import qualify
+from pretravel.maps.bases import MeanBasis
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.verification import Verification, verify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.units import DEGREE

@@ -16,8 +16,8 @@ from pretravel.probe.description import Moving, Orientation, Probe
 from pretravel.probe.materials import material
 from pretravel.probing.simulation import Targets, simulate
 from pretravel.surface.shapes import Plane, Sphere
-from pretravel.trigger import analytic
-from pretravel.trigger.closed_form import ren_pretravel
+from pretravel.trigger.compliance import analytic
+from pretravel.trigger.compliance.closed_form import ren_pretravel
 from pretravel.trigger.event import arm_lift, first_contact
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.seats import seat_statics

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.compensation.comparison import compare_corrections
 from pretravel.controls.lookup import (
     LookupSeats,
     LookupTable,
@@ -21,19 +22,18 @@ from pretravel.controls.lookup import (
     supported_band,
 )
 from pretravel.controls.tables import fanuc_macro, heidenhain_table, renishaw_variables
-from pretravel.direction_support import DirectionSupport
 from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.formats.map_file import write_map
 from pretravel.formats.touches_csv import read_touches
 from pretravel.frames import probe_rotation
-from pretravel.identification.qualification import qualify
-from pretravel.map_bases import SECTOR_NAMES, HarmonicBasis, WozniakBasis
-from pretravel.metrology.comparison import compare_corrections
-from pretravel.metrology.sector_tables import resampled_sectors, touched_sectors
-from pretravel.pretravel_map import PretravelMap
+from pretravel.identification.kinds import qualify
+from pretravel.maps.bases import SECTOR_NAMES, HarmonicBasis, WozniakBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
+from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
-from pretravel.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 from pretravel.trigger.predict import predict
 from pretravel.trigger.response import probe_response, response_map
 from pretravel.units import DEGREE, MICROMETRE
@@ -184,7 +184,7 @@ class TestSectors:
         """No other radii leave less, by an optimiser that knows only the residual."""
         from scipy.optimize import linprog
 
-        from pretravel.map_bases import SectorBasis
+        from pretravel.maps.bases import SectorBasis
 
         pretravel_map = example_map()
         found = resampled_sectors(pretravel_map)

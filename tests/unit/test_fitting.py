@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.errors import PretravelError
-from pretravel.metrology.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
+from pretravel.uncertainty.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
 
 
 def _frame(rng: np.random.Generator) -> np.ndarray:

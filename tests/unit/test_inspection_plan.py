@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pretravel.errors import PretravelError
-from pretravel.surface.cad import read_step_part
-from pretravel.surface.inspection import plan_inspection
+from pretravel.probing.inspection import plan_inspection
+from pretravel.surface.cad.part import read_step_part
 from pretravel.surface.shapes import Cylinder, Plane, Sphere, Torus
 
 from ..conftest import EXAMPLES

@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.direction_support import DirectionSupport
+from pretravel.compensation.compensation import apply, compensation_warnings
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
-from pretravel.map_bases import HarmonicBasis, MeanBasis, SectorBasis
-from pretravel.metrology.compensation import apply, compensation_warnings
-from pretravel.metrology.fitting import fit_sphere
-from pretravel.metrology.map_fit import Kind
-from pretravel.metrology.qualification import qualify
-from pretravel.pretravel_map import PretravelMap
-from pretravel.spherical_harmonics import degrees_and_orders
+from pretravel.maps.bases import HarmonicBasis, MeanBasis, SectorBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.map_fit import Kind
+from pretravel.qualification.qualification import qualify
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
+from pretravel.uncertainty.fitting import fit_sphere
 from tests.conftest import EXAMPLES, sphere_touches
 
 

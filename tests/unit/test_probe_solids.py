@@ -12,14 +12,14 @@ from netgen.occ import Box, Glue, Pnt
 from pretravel.directions import from_angles
 from pretravel.errors import CapacityError, DescriptionError, InputError, MeshError
 from pretravel.model import condensation
-from pretravel.model.condensation import condense
-from pretravel.model.elasticity import finite_element_model
-from pretravel.model.geometry import probe_solids, write_step
-from pretravel.model.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.condensation import condense
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.geometry import probe_solids, write_step
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import description_text, parse_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
-from pretravel.trigger.fem import condensed
+from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.predict import predict
 
 COARSE = MeshSettings(refinement=0.4)
@@ -100,7 +100,7 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
 
 def merged_step(probe: Probe, folder: Path) -> StepGeometry:
     """As a CAD user would have it: tripod, head, stem and tip, one solid each."""
-    from pretravel.model.geometry import described_parts
+    from pretravel.model.fem.geometry import described_parts
 
     parts = {part.name: part.solid for part in described_parts(probe)}
     tripod = parts["hub"] + parts["holder"] + parts["rods"]

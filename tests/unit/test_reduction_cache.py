@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from pretravel.model import reduction_cache
-from pretravel.model.elasticity import INTERFACE
-from pretravel.model.mesh import MeshSettings
-from pretravel.model.reduction_cache import reduced_model, reduction_key
-from pretravel.model.seat_ball import ball_correction
+from pretravel.model.fem.elasticity import INTERFACE
+from pretravel.model.fem.mesh import MeshSettings
+from pretravel.model.fem.reduction_cache import reduced_model, reduction_key
+from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
 

@@ -5,20 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25, unit
-from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.qualification import qualify
-from pretravel.metrology.compensation import apply, point_sources
-from pretravel.metrology.result_uncertainty import (
+from pretravel.compensation.compensation import apply, point_sources
+from pretravel.compensation.point_errors import (
     map_by_trials,
     measured_sphere,
     points_by_trials,
-    separation_by_trials,
     sphere_by_trials,
     total_covariance,
 )
-from pretravel.metrology.separation import Readings, separate
-from pretravel.pretravel_map import PretravelMap
+from pretravel.directions import sphere_pattern_25, unit
+from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kinds import qualify
+from pretravel.laboratory.separation import Readings, separate, separation_by_trials
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from tests.conftest import EXAMPLES
 

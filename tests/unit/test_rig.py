@@ -11,8 +11,8 @@ import pytest
 
 from pretravel.errors import PretravelError
 from pretravel.formats.rig_csv import read_budget, read_rig_trace
-from pretravel.metrology.rig import RigTouch, RigTrace, rig_touch, warmed
-from pretravel.metrology.rig_calibration import (
+from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch, warmed
+from pretravel.laboratory.rig_calibration import (
     REN_BUDGET,
     azimuth_of,
     calibrate_rig,

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply, embed, point_sources
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
-from pretravel.identification.qualification import ALL_KINDS, qualify
-from pretravel.metrology.compensation import apply, embed, point_sources
+from pretravel.identification.kinds import ALL_KINDS, qualify
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict

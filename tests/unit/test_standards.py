@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.directions import sphere_pattern_25
-from pretravel.metrology.standards import Figure, check_iso230_10, check_iso10360_5
+from pretravel.laboratory.standards import Figure, check_iso230_10, check_iso10360_5
 from pretravel.touches import Touches
 
 UM = 1e-3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError, PretravelError
-from pretravel.surface.cad import Face, Part, read_step_part
+from pretravel.surface.cad.part import Face, Part, read_step_part
 from pretravel.surface.specification import parse_surface
 
 from ..conftest import EXAMPLES
@@ -253,7 +253,7 @@ class TestBrepText:
         self, kind: int, sizes: list[float], handed: float
     ) -> None:
         """Which way du x dv points against the shape's own normal is what the reader says."""
-        from pretravel.surface import brep
+        from pretravel.surface.cad import brep
 
         numbers = [1, 2, 3, 0, 0, 1, 1, 0, 0, 0, handed, 0, *sizes]
         record = brep._surface(brep._Tokens([str(kind), *map(str, numbers)]))
@@ -272,8 +272,8 @@ class TestBrepText:
         """A box twice in a group, the group twice in another: turned, moved, moved again."""
         from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
 
-        from pretravel.surface.brep import parse_brep
-        from pretravel.surface.cad import _part
+        from pretravel.surface.cad.brep import parse_brep
+        from pretravel.surface.cad.part import _part
 
         def there(*moves: Any) -> Any:
             whole = moves[0]
@@ -299,8 +299,8 @@ class TestBrepText:
     def test_a_part_placed_as_its_mirror_image_is_refused(self, tmp_path: Path) -> None:
         from netgen.occ import Box
 
-        from pretravel.surface.brep import parse_brep
-        from pretravel.surface.cad import _part
+        from pretravel.surface.cad.brep import parse_brep
+        from pretravel.surface.cad.part import _part
 
         file = tmp_path / "box.brep"
         Box((0, 0, 0), (1, 2, 3)).WriteBrep(str(file), withTriangles=False)
@@ -365,7 +365,7 @@ class TestRefusals:
     def test_a_bad_face_does_not_take_the_others_with_it(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        from pretravel.surface import brep
+        from pretravel.surface.cad import brep
 
         def broken(*_: object) -> None:
             raise PretravelError("a cone like no other")

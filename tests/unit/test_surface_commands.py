@@ -246,7 +246,7 @@ def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
     from netgen.occ import Cylinder, Pnt, Z
 
     from pretravel.errors import PretravelError
-    from pretravel.surface import brep
+    from pretravel.surface.cad import brep
 
     def broken(*_: object) -> None:
         raise PretravelError("a cylinder like no other")

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
-from pretravel.metrology.monte_carlo import (
+from pretravel.uncertainty.gum import propagate
+from pretravel.uncertainty.monte_carlo import (
     Input,
     independent,
     joint_normal,
@@ -22,7 +23,6 @@ from pretravel.metrology.monte_carlo import (
     shortest_interval,
     validate,
 )
-from pretravel.metrology.uncertainty import propagate
 
 # H.1: l = ls + d - ls (da th + as dt), lengths in nm.
 LS, ALPHA = 50_000_623.0, 11.5e-6

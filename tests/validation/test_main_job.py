@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
-from pretravel.metrology.compensation import apply
-from pretravel.metrology.map_fit import KINDS, Kind
-from pretravel.metrology.qualification import qualify
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.map_fit import KINDS, Kind
+from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from tests.conftest import EXAMPLES

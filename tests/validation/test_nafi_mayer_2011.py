@@ -13,7 +13,7 @@ import pytest
 
 from pretravel.errors import PretravelError
 from pretravel.formats.separation_csv import read_readings
-from pretravel.metrology.separation import (
+from pretravel.laboratory.separation import (
     METHODS,
     Method,
     Readings,
@@ -21,7 +21,7 @@ from pretravel.metrology.separation import (
     Separation,
     separate,
 )
-from pretravel.metrology.separation_plan import error_factor, plan_separation
+from pretravel.laboratory.separation_plan import error_factor, plan_separation
 from tests.conftest import EXAMPLES
 
 UM, UM2 = 1e-3, 1e-6

@@ -12,16 +12,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.directions import from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kinds import ALL_KINDS, choose, physical_warnings, qualify
 from pretravel.identification.physical import PhysicalMapFit
-from pretravel.identification.qualification import ALL_KINDS, choose, physical_warnings, qualify
-from pretravel.metrology.compensation import apply
-from pretravel.metrology.qualification import Qualification
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
+from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.trigger.response import ProbeResponse, probe_response
 from pretravel.trigger.seats import seat_statics
@@ -185,7 +185,7 @@ def test_shen_and_springer_1998() -> None:
     lever, support angle and tip are as described here, and compliances are fitted (their
     prior spreads are narrowed to 5 %). Predicted points are compared without a translation."""
     from pretravel.identification.probe import identify
-    from pretravel.metrology.qualification import qualify as plain
+    from pretravel.qualification.qualification import qualify as plain
 
     probe = load_probe("omp40-2-100mm-carbide")
     true = replace(

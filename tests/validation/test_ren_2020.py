@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.metrology.rig_calibration import (
+from pretravel.laboratory.rig_calibration import (
     REN_BUDGET,
     compensated_diameter,
     constant_and_slope,
@@ -16,7 +16,7 @@ from pretravel.model.hertz import ball_on_flat
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.closed_form import RenPretravel, ren_pretravel
+from pretravel.trigger.compliance.closed_form import RenPretravel, ren_pretravel
 from pretravel.trigger.predict import MODELS
 from pretravel.trigger.seats import seat_coefficient, seat_statics
 

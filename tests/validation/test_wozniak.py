@@ -13,15 +13,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.compensation.compensation import apply
 from pretravel.directions import five_point_pattern, from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
-from pretravel.map_bases import WozniakBasis
-from pretravel.metrology.compensation import apply
-from pretravel.metrology.qualification import qualify
-from pretravel.metrology.wozniak import wozniak_constant
+from pretravel.maps.bases import WozniakBasis
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
+from pretravel.qualification.qualification import qualify
+from pretravel.qualification.wozniak import wozniak_constant
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 

@@ -51,12 +51,12 @@ def check(
     from functools import partial
 
     from pretravel.errors import PretravelError
-    from pretravel.formats.catalogue import read_touches_of
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import read_map
-    from pretravel.laboratory_pictures import plot_check
-    from pretravel.laboratory_report import standard_report
-    from pretravel.metrology.standards import CHECKS, check_iso10360_5
+    from pretravel.laboratory.standards import CHECKS, check_iso10360_5
+    from pretravel.report.laboratory_pictures import plot_check
+    from pretravel.report.laboratory_words import standard_report
     from pretravel.units import MICROMETRE
     from pretravel.whole_file import whole_file
 
@@ -128,18 +128,18 @@ def check(
         with whole_file(output) as temporary:
             temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.page import write_page
+        from pretravel.report.page import write_page
 
         title = f"pretravel check {standard}: {touches.name}"
         write_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
     if pretravel_map is not None:
-        from pretravel.laboratory_report import sphere_report
-        from pretravel.metrology.compensation import apply
-        from pretravel.metrology.result_uncertainty import measured_sphere
+        from pretravel.compensation.compensation import apply
+        from pretravel.compensation.point_errors import measured_sphere
+        from pretravel.report.laboratory_words import sphere_report
 
         points = apply(measured, pretravel_map)
         report += "\n\nThe sphere through all touches, compensated\n"
@@ -183,7 +183,7 @@ def pattern(
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import pattern_table
-    from pretravel.metrology.standards import PATTERNS
+    from pretravel.laboratory.standards import PATTERNS
     from pretravel.units import DEGREE
 
     check_files([(output, (".csv",))])

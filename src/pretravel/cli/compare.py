@@ -29,12 +29,12 @@ def compare(
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
-    from pretravel.controls_report import comparison_report, comparison_table, plot_comparison
-    from pretravel.formats.catalogue import format_of, read_touches_of
+    from pretravel.compensation.comparison import compare_corrections
+    from pretravel.formats.logs.detection import format_of, read_touches_of
     from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.tables import write_table
     from pretravel.formats.touches_csv import read_normals
-    from pretravel.metrology.comparison import compare_corrections
+    from pretravel.report.controls_words import comparison_report, comparison_table, plot_comparison
 
     inputs: list[Path | str] = [map_file, *([part] if part else [])]
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
@@ -50,12 +50,12 @@ def compare(
     if output is not None and output.suffix.lower() in (".csv", ".json"):
         write_table(output, comparison_table(result))
     elif output is not None:
-        from pretravel.page import write_page
+        from pretravel.report.page import write_page
 
         title = f"pretravel compare: {Path(map_file).name}"
         write_page(output, title, [("Result", report)], {"Corrections": plot_comparison(result)})
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         save(plot_comparison(result, f"{Path(map_file).name}: what corrections leave"), plot)
     typer.echo(report)

@@ -59,13 +59,13 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
-    from pretravel.formats.catalogue import read_touches_of
-    from pretravel.formats.fusion_inspection import write_fusion_points
+    from pretravel.compensation.compensation import apply, compensation_warnings, placed
+    from pretravel.formats.logs.detection import read_touches_of
+    from pretravel.formats.logs.fusion import write_fusion_points
     from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
     from pretravel.frames import parse_placement
-    from pretravel.metrology.compensation import apply, compensation_warnings, placed
-    from pretravel.report import points_report
+    from pretravel.report.words import points_report
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved, with_feed
 
@@ -92,8 +92,8 @@ def compensate(
     report = points_report(points)
     warnings = readings.notes() + compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":
-        from pretravel.page import write_page
-        from pretravel.plotting import plot_points
+        from pretravel.report.page import write_page
+        from pretravel.report.plotting import plot_points
 
         title = f"pretravel compensate: {touches.name}"
         sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
@@ -108,7 +108,7 @@ def compensate(
             f"{pretravel_map.provenance.get('source', 'unknown')})",
         )
     if plot is not None:
-        from pretravel.plotting import plot_points, save
+        from pretravel.report.plotting import plot_points, save
 
         save(plot_points(points, f"{touches.name}, compensated"), plot)
     typer.echo(report)

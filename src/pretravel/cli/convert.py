@@ -8,7 +8,7 @@ import typer
 from pretravel.cli.arguments import check_files, vector
 
 if TYPE_CHECKING:
-    from pretravel.formats.readings import FileReadings
+    from pretravel.formats.logs.joining import FileReadings
 
 _OUTPUTS = (".csv", ".parquet", ".qif", ".msr", ".txt")
 
@@ -62,10 +62,10 @@ def convert(
     """
     from pretravel.controls.machine import work_turn
     from pretravel.errors import PretravelError
-    from pretravel.formats.catalogue import format_of, read_readings
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.logs.detection import format_of, read_readings
+    from pretravel.formats.logs.print_file import read_print_file
     from pretravel.formats.machine_file import read_machine
-    from pretravel.formats.print_file import read_print_file
     from pretravel.formats.touches_csv import read_plan
 
     inputs = [readings, *([plan] if plan else []), *([machine] if machine else [])]
@@ -120,8 +120,8 @@ def _write(
     import numpy as np
 
     from pretravel.errors import PretravelError
-    from pretravel.formats.fusion_inspection import write_fusion
-    from pretravel.formats.qif import write_qif
+    from pretravel.formats.logs.fusion import write_fusion
+    from pretravel.formats.logs.qif import write_qif
     from pretravel.formats.touches_csv import write_touches
     from pretravel.touches import moved, with_feed
 
@@ -174,7 +174,7 @@ def formats() -> None:
     """
     import textwrap
 
-    from pretravel.formats.catalogue import FORMATS
+    from pretravel.formats.logs.detection import FORMATS
 
     for entry in FORMATS:
         typer.echo(f"{entry.name:11s}{entry.what}")

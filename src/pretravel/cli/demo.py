@@ -20,7 +20,7 @@ def demo(
 
     Example: pretravel demo -o demo-output
     """
-    from pretravel.demonstration import demonstrate
+    from pretravel.report.demonstration import demonstrate
 
     with working("qualifying, compensating, drawing"):
         summary = demonstrate(data, output)

@@ -20,8 +20,8 @@ def faces(
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import faces_table
-    from pretravel.report import faces_report
-    from pretravel.surface.cad import read_step_part
+    from pretravel.report.words import faces_report
+    from pretravel.surface.cad.part import read_step_part
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [step])
     with working(f"reading {step.name}"):
@@ -30,8 +30,8 @@ def faces(
     if output is not None:
         write_csv_table(output, table)
     if plot is not None:
-        from pretravel.plotting import save
-        from pretravel.surface_pictures import plot_part
+        from pretravel.report.plotting import save
+        from pretravel.report.surface_pictures import plot_part
 
         save(plot_part(part, step.name), plot)
     typer.echo(faces_report(part, table))

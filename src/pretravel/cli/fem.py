@@ -36,12 +36,12 @@ def fem(
     from pretravel.directions import from_angles
     from pretravel.errors import PretravelError
     from pretravel.formats.vtu import write_vtu
-    from pretravel.model.geometry import write_step
-    from pretravel.model.linear_solvers import check_solver
-    from pretravel.model.mesh import MeshSettings
-    from pretravel.model.reduction_cache import reduced_model
+    from pretravel.model.fem.geometry import write_step
+    from pretravel.model.fem.linear_solvers import check_solver
+    from pretravel.model.fem.mesh import MeshSettings
+    from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
-    from pretravel.report import fem_report
+    from pretravel.report.words import fem_report
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.trigger.predict import predict
 
@@ -64,7 +64,7 @@ def fem(
         if vtu is not None:
             write_vtu(vtu, field)
     if plot is not None:
-        from pretravel.plotting import plot_trigger_field, save
+        from pretravel.report.plotting import plot_trigger_field, save
 
         save(plot_trigger_field(field, description.name), plot)
     typer.echo(fem_report(reduced, field, description.name))

@@ -43,9 +43,9 @@ def hysteresis(
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.friction_table import friction_table
-    from pretravel.model.reduction_cache import reduced_model
+    from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
-    from pretravel.report import friction_report
+    from pretravel.report.words import friction_report
     from pretravel.trigger.friction import check_conditions, friction_cycle
     from pretravel.units import MICROMETRE
 
@@ -71,7 +71,7 @@ def hysteresis(
     if output is not None:
         write_csv_table(output, friction_table(result))
     if plot is not None:
-        from pretravel.plotting import plot_friction, save
+        from pretravel.report.plotting import plot_friction, save
 
         save(plot_friction(result, f"{description.name}, friction {friction:g}"), plot)
     typer.echo(friction_report(result, description.name))

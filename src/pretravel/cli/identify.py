@@ -34,7 +34,6 @@ def identify(
     from pretravel.formats.map_file import read_map
     from pretravel.identification.probe import FREE
     from pretravel.identification.probe import identify as fit
-    from pretravel.laboratory_report import identification_report
     from pretravel.probe.catalogue import (
         catalogue_names,
         description_text,
@@ -42,6 +41,7 @@ def identify(
         parse_probe,
         rewritten,
     )
+    from pretravel.report.laboratory_words import identification_report
     from pretravel.whole_file import whole_file
 
     check_files([(output, (".toml",)), (plot, PICTURES)], [map_file, probe])
@@ -71,8 +71,8 @@ def identify(
         with whole_file(output) as temporary:
             temporary.write_text(text, encoding="utf-8")
     if plot is not None:
-        from pretravel.laboratory_pictures import plot_identification
-        from pretravel.plotting import save
+        from pretravel.report.laboratory_pictures import plot_identification
+        from pretravel.report.plotting import save
 
         save(plot_identification(found, f"{map_file.name}, {description.name}"), plot)
     typer.echo(identification_report(found, model))

@@ -36,8 +36,8 @@ def machine(
     from pretravel.controls.machine import Machine
     from pretravel.errors import PretravelError
     from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
+    from pretravel.formats.logs.joining import UNITS
     from pretravel.formats.machine_file import machine_text
-    from pretravel.formats.readings import UNITS
     from pretravel.whole_file import whole_file
 
     if units not in UNITS:

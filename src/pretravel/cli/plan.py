@@ -44,7 +44,7 @@ def plan(
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import plan_table
-    from pretravel.surface.inspection import plan_inspection
+    from pretravel.probing.inspection import plan_inspection
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.units import DEGREE, MICROMETRE
 
@@ -72,8 +72,8 @@ def plan(
         )
     write_csv_table(output, plan_table(chosen))
     if plot is not None:
-        from pretravel.plotting import save
-        from pretravel.surface_pictures import plot_plan
+        from pretravel.report.plotting import save
+        from pretravel.report.surface_pictures import plot_plan
 
         save(plot_plan(chosen, shape, f"Targets on {surface}"), plot)
     steepest = math.degrees(math.acos(float(min(max(chosen.normal[:, 2].min(), -1.0), 1.0))))

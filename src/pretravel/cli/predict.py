@@ -54,7 +54,7 @@ def predict(
     from pretravel.formats.map_file import trigger_table, write_map
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
-    from pretravel.report import prediction_report
+    from pretravel.report.words import prediction_report
     from pretravel.trigger import predict as prediction
     from pretravel.trigger.response import OF_RESPONSE_FORM, probe_response, response_map
 
@@ -76,8 +76,8 @@ def predict(
     table["azimuth_deg"] = np.tile(azimuth_deg, len(polar_deg))
     report = prediction_report(trigger, description.name)
     if output is not None and output.suffix.lower() == ".html":
-        from pretravel.page import write_page
-        from pretravel.plotting import plot_prediction, plot_probe
+        from pretravel.report.page import write_page
+        from pretravel.report.plotting import plot_prediction, plot_probe
 
         pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
         write_page(output, f"pretravel predict: {description.name}", [("Result", report)], pictures)
@@ -89,7 +89,7 @@ def predict(
             predicted = prediction.predicted_map(description, trigger)
         write_map(output, predicted, table=table)
     if plot is not None:
-        from pretravel.plotting import plot_prediction, save
+        from pretravel.report.plotting import plot_prediction, save
 
         save(plot_prediction(trigger, f"{description.name}, model {model}"), plot)
     typer.echo(report)

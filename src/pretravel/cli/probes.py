@@ -23,11 +23,11 @@ def probes(
     """
     from pretravel.errors import PretravelError
     from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
-    from pretravel.report import table
+    from pretravel.report.words import table
 
     check_files([(plot, PICTURES)])
     if plot is not None:
-        from pretravel.plotting import plot_probe, save
+        from pretravel.report.plotting import plot_probe, save
 
         if name is None:
             raise PretravelError(

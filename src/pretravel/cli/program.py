@@ -78,7 +78,7 @@ def sphere(
     from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
     from pretravel.frames import probe_rotation
-    from pretravel.metrology.standards import PATTERNS
+    from pretravel.laboratory.standards import PATTERNS
     from pretravel.probing.targets import Targets
     from pretravel.units import DEGREE
 
@@ -151,7 +151,7 @@ def part(
     from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.touches_csv import read_targets
-    from pretravel.surface.cad import Part
+    from pretravel.surface.cad.part import Part
     from pretravel.surface.shapes import Plane
     from pretravel.surface.specification import parse_surface, source_file
 

@@ -72,10 +72,10 @@ def qualify(
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
     from pretravel.errors import PretravelError
-    from pretravel.formats.catalogue import read_touches_of
+    from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import write_map
-    from pretravel.identification.qualification import choose, physical_warnings
-    from pretravel.report import kinds_report, qualification_report
+    from pretravel.identification.kinds import choose, physical_warnings
+    from pretravel.report.words import kinds_report, qualification_report
     from pretravel.units import DEGREE, MICROMETRE
 
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
@@ -114,8 +114,8 @@ def qualify(
         report += "\n\n" + kinds_report(choice.scores)
     warnings = [*readings.notes(), *physical_warnings(result), *result.warnings]
     if output is not None and output.suffix.lower() == ".html":
-        from pretravel.page import write_page
-        from pretravel.plotting import plot_qualification
+        from pretravel.report.page import write_page
+        from pretravel.report.plotting import plot_qualification
 
         sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
         write_page(
@@ -127,7 +127,7 @@ def qualify(
     elif output is not None:
         write_map(output, result.pretravel_map)
     if plot is not None:
-        from pretravel.plotting import plot_qualification, save
+        from pretravel.report.plotting import plot_qualification, save
 
         save(plot_qualification(result, f"{touches.name}, map kind {choice.kind}"), plot)
     typer.echo(report)

@@ -50,21 +50,21 @@ def rig(
 
     import numpy as np
 
-    from pretravel.certificate import Laboratory, read_laboratory, write_certificate
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
-    from pretravel.laboratory_pictures import plot_rig, plot_trace
-    from pretravel.laboratory_report import budget_table, rig_report
-    from pretravel.metrology.rig import rig_touch, warmed
-    from pretravel.metrology.rig_calibration import (
+    from pretravel.laboratory.rig import rig_touch, warmed
+    from pretravel.laboratory.rig_calibration import (
         REN_BUDGET,
         calibrate_rig,
         calibration_budget,
         length_budget,
         rig_map,
     )
+    from pretravel.report.certificate import Laboratory, read_laboratory, write_certificate
+    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
+    from pretravel.report.laboratory_words import budget_table, rig_report
     from pretravel.whole_file import whole_file
 
     check_files(
@@ -119,7 +119,7 @@ def rig(
             temperature=temperature,
         )
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         picture = (
             plot_rig(calibration, f"{len(touches)} touches on the rig")

@@ -42,9 +42,9 @@ def separate(
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.separation_csv import read_readings, separation_json, separation_table
-    from pretravel.laboratory_pictures import plot_separation
-    from pretravel.laboratory_report import separation_report
-    from pretravel.metrology import separation
+    from pretravel.laboratory import separation
+    from pretravel.report.laboratory_pictures import plot_separation
+    from pretravel.report.laboratory_words import separation_report
     from pretravel.units import MICROMETRE
     from pretravel.whole_file import whole_file
 
@@ -76,7 +76,7 @@ def separate(
         with whole_file(output) as temporary:
             temporary.write_text(json.dumps(separation_json(result), indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.page import write_page
+        from pretravel.report.page import write_page
 
         write_page(
             output,
@@ -85,7 +85,7 @@ def separate(
             {"Errors and variances": plot_separation(result)},
         )
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         save(plot_separation(result, f"{readings.name}: machine and probe"), plot)
     typer.echo("\n".join([separation_report(result), *([""] if pairs else []), *pairs]))
@@ -123,8 +123,8 @@ def separation_plan(
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.separation_csv import separation_plan_table
-    from pretravel.laboratory_report import separation_plan_report
-    from pretravel.metrology.separation_plan import plan_separation
+    from pretravel.laboratory.separation_plan import plan_separation
+    from pretravel.report.laboratory_words import separation_plan_report
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",))])

@@ -72,7 +72,7 @@ def simulate(
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
     from pretravel.probing.touching import describe_failures
-    from pretravel.surface.cad import Part
+    from pretravel.surface.cad.part import Part
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
     from pretravel.units import MICROMETRE
@@ -130,7 +130,7 @@ def simulate(
         f"slide along the surface up to {np.nanmax(slide) / MICROMETRE:.2f} µm"
     )
     if plot is not None:
-        from pretravel.plotting import plot_touches, save
+        from pretravel.report.plotting import plot_touches, save
 
         name = known.name if hasattr(known, "name") else probe
         save(plot_touches(touches, travel, f"{name} on {surface}"), plot)

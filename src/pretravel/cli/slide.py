@@ -64,7 +64,7 @@ def slide(
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import LateralTip, predicted_tip
     from pretravel.probing.touching import touch
-    from pretravel.report import slide_report
+    from pretravel.report.words import slide_report
     from pretravel.surface.specification import face_of, source_file
     from pretravel.units import MICROMETRE
 
@@ -89,8 +89,8 @@ def slide(
     if output is not None:
         write_csv_table(output, slide_table(history))
     if plot is not None:
-        from pretravel.plotting import save
-        from pretravel.surface_pictures import plot_slide
+        from pretravel.report.plotting import save
+        from pretravel.report.surface_pictures import plot_slide
 
         title = f"{description.name} on {surface} at u, v = {at}"
         save(plot_slide(history, shape, title), plot)

@@ -45,16 +45,16 @@ def verify(
     """
     import json
 
-    from pretravel.controls_report import (
+    from pretravel.errors import PretravelError
+    from pretravel.formats.logs.detection import read_touches_of
+    from pretravel.formats.map_file import read_map, write_map
+    from pretravel.formats.probe_history import add_verification, read_history
+    from pretravel.qualification.verification import verify as verify_probe
+    from pretravel.report.controls_words import (
         plot_verification,
         verification_document,
         verification_report,
     )
-    from pretravel.errors import PretravelError
-    from pretravel.formats.catalogue import read_touches_of
-    from pretravel.formats.map_file import read_map, write_map
-    from pretravel.formats.probe_history import add_verification, read_history
-    from pretravel.metrology.drift import verify as verify_probe
     from pretravel.whole_file import whole_file
 
     check_files(
@@ -83,7 +83,7 @@ def verify(
                 "tell; touch the reference at two feeds"
             )
     if accept is not None:
-        from pretravel.identification.qualification import qualify
+        from pretravel.identification.kinds import qualify
 
         again = qualify(
             readings.touches,
@@ -112,13 +112,13 @@ def verify(
             document = verification_document(result, decision)
             temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.page import write_page
+        from pretravel.report.page import write_page
 
         title = f"pretravel verify: {touches.name} against {map_file.name}"
         figures = {"Differences, and the control chart": plot_verification(result, entries)}
         write_page(output, title, [("Result", report)], figures)
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         save(plot_verification(result, entries, f"{touches.name} against {map_file.name}"), plot)
     typer.echo(report)
@@ -139,9 +139,9 @@ def history(
 
     Example: pretravel history probe.sqlite --plot chart.png
     """
-    from pretravel.controls_report import history_report, history_table, plot_history
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.probe_history import read_history
+    from pretravel.report.controls_words import history_report, history_table, plot_history
 
     check_files([(output, (".csv", ".html")), (plot, PICTURES)], [path])
     entries = read_history(path)
@@ -149,12 +149,12 @@ def history(
     if output is not None and output.suffix.lower() == ".csv":
         write_csv_table(output, history_table(entries))
     elif output is not None:
-        from pretravel.page import write_page
+        from pretravel.report.page import write_page
 
         title = f"pretravel history: {path.name}"
         write_page(output, title, [("Verifications", report)], {"Chart": plot_history(entries)})
     if plot is not None:
-        from pretravel.plotting import save
+        from pretravel.report.plotting import save
 
         save(plot_history(entries, path.name), plot)
     typer.echo(report)

@@ -1,6 +1,6 @@
 """G-code of LinuxCNC: a probing program that logs every touch.
 
-Log lines are made for `pretravel.formats.linuxcnc_log`: comma-separated, each with its kind first
+Log lines are made for `pretravel.formats.logs.linuxcnc`: comma-separated, each with its kind first
 and the word ``end`` last, so that nothing has to be counted and nothing can be cut off unseen.
 """
 

@@ -26,7 +26,7 @@ from pretravel.controls.lookup import (
     recurrence,
     sectoral_factor,
 )
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import GLANCING
 from pretravel.units import DEGREE, INCH
 

@@ -13,8 +13,8 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import azimuth_angle, grid, polar_angle
 from pretravel.errors import PretravelError
-from pretravel.map_bases import HarmonicBasis, MeanBasis
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.bases import HarmonicBasis, MeanBasis
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.trigger.six_seats import SixSeatBasis
 from pretravel.units import DEGREE, MICROMETRE

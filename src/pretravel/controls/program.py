@@ -19,7 +19,7 @@ from pretravel.directions import describe
 from pretravel.errors import PretravelError
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad import Part
+from pretravel.surface.cad.part import Part
 
 _EDGES = 0.05
 """Resolution of a face's edges when distances from it are worked out. [mm]"""

@@ -16,9 +16,9 @@ from pretravel.controls.lookup import (
 )
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
-from pretravel.map_bases import SECTOR_NAMES
-from pretravel.metrology.sector_tables import resampled_sectors, touched_sectors
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.bases import SECTOR_NAMES
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
 from pretravel.units import DEGREE, MICROMETRE
 
 _COMMON = ((101, 199), (500, 999))

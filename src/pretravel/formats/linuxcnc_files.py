@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pretravel.controls.machine import WORK_OFFSETS, work_placement
 from pretravel.errors import InputError
-from pretravel.formats.readings import UNITS, file_lines, finite
+from pretravel.formats.logs.joining import UNITS, file_lines, finite
 from pretravel.frames import Placement
 from pretravel.units import DEGREE
 

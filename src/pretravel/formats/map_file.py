@@ -14,13 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.direction_support import DirectionSupport
 from pretravel.directions import azimuth_angle, fibonacci_cap, from_angles, grid, polar_angle
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.formats.netcdf import write_dataset
 from pretravel.frames import probe_rotation
-from pretravel.map_bases import (
+from pretravel.maps.bases import (
     HarmonicBasis,
     MapBasis,
     MeanBasis,
@@ -28,7 +27,8 @@ from pretravel.map_bases import (
     TabulatedBasis,
     WozniakBasis,
 )
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
 from pretravel.trigger.predict import Trigger, predict, predicted_map
 from pretravel.trigger.response import (

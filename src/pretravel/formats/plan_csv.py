@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.frames import probe_rotation
-from pretravel.surface.cad import Part
-from pretravel.surface.inspection import InspectionPlan
+from pretravel.probing.inspection import InspectionPlan
+from pretravel.surface.cad.part import Part
 
 
 def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:

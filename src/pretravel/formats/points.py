@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.compensation.compensation import Points
 from pretravel.errors import PretravelError
+from pretravel.formats.logs.qif import write_qif
 from pretravel.formats.netcdf import write_dataset
-from pretravel.formats.qif import write_qif
 from pretravel.formats.tables import write_table
-from pretravel.metrology.compensation import Points
 from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from pretravel.errors import InputError
-from pretravel.metrology.drift import Verification
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.qualification.verification import Verification
 from pretravel.units import DEGREE, MICROMETRE
 
 _APPLICATION = 0x70726574  # "pret": says whose file it is

@@ -13,14 +13,14 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
-from pretravel.metrology.rig import RigTouch, RigTrace
-from pretravel.metrology.rig_calibration import (
+from pretravel.laboratory.rig import RigTouch, RigTrace
+from pretravel.laboratory.rig_calibration import (
     LengthComponent,
     RigCalibration,
     Spread,
     azimuth_of,
 )
-from pretravel.metrology.uncertainty import Budget
+from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
-from pretravel.metrology.separation import Readings, Separation
-from pretravel.metrology.separation_plan import SeparationPlan
+from pretravel.laboratory.separation import Readings, Separation
+from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.units import MICROMETRE
 
 _LARGEST = 10_000.0  # µm

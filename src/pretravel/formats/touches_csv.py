@@ -13,7 +13,7 @@ from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable
 from pretravel.formats.tables import read_table, write_table
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad import Part
+from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches

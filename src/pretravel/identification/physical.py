@@ -9,9 +9,9 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
-from pretravel.metrology.map_fit import MapFit
-from pretravel.metrology.observation import Observation
 from pretravel.model.hertz import curved_part_factor
+from pretravel.qualification.map_fit import MapFit
+from pretravel.qualification.observation import Observation
 from pretravel.trigger.six_seats import (
     IDEAL,
     PARAMETERS,

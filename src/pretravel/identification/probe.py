@@ -12,8 +12,8 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, polar_angle
 from pretravel.errors import DescriptionError, PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.map_bases import TabulatedBasis
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.bases import TabulatedBasis
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, StylusSegment
 from pretravel.trigger.predict import Displacements, predict
 from pretravel.units import DEGREE, MICROMETRE

@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.probe.description import Probe
-from pretravel.surface.cad import Cloud, Part
+from pretravel.surface.cad.part import Cloud, Part
 from pretravel.surface.local_geometry import Surface
 
 _CLOSE = 1e-4

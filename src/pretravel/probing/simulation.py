@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
@@ -24,7 +24,7 @@ from pretravel.probing.touching import (
     describe_failures,
     touch,
 )
-from pretravel.surface.cad import Part
+from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import ball_center
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.search import ContactSearch

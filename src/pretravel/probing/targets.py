@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
-from pretravel.surface.inspection import InspectionPlan
+from pretravel.probing.inspection import InspectionPlan
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import contact_modulus
-from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material, material
@@ -153,8 +153,8 @@ class MeasuredTip:
     extrapolate : bool
         Also outside the map's directions.
 
-    >>> from pretravel.direction_support import DirectionSupport
-    >>> from pretravel.map_bases import MeanBasis
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.bases import MeanBasis
     >>> mean = PretravelMap(MeanBasis(), np.array([0.01]), np.array([0.0]),
     ...                     DirectionSupport(np.eye(3)[2:]), tip_radius=3.0)
     >>> MeasuredTip(mean).state(np.eye(3)[2:]).deflection.tolist()

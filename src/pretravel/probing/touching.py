@@ -14,13 +14,13 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
-from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle, sweeps_surface
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import Tip, TipState, tip_of
-from pretravel.surface.cad import Part
+from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 from pretravel.surface.search import ContactSearch, Found

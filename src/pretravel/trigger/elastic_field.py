@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
-from pretravel.model.condensation import ElasticField, ReducedModel
-from pretravel.model.elasticity import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE, von_mises
+from pretravel.model.fem.condensation import ElasticField, ReducedModel
+from pretravel.model.fem.elasticity import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE, von_mises
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
-from pretravel.trigger.fem import condensed, seat_closure
+from pretravel.trigger.compliance.fem import condensed, seat_closure
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.trigger.seats import seat_statics
 

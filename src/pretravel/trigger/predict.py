@@ -10,16 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.direction_support import DirectionSupport
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.map_bases import TabulatedBasis
-from pretravel.pretravel_map import PretravelMap
+from pretravel.maps.bases import TabulatedBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.trigger import analytic, ren, shen, wozniak
+from pretravel.trigger.compliance import analytic, ren, shen, wozniak
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.seats import SeatStatics, seat_statics
 
@@ -48,7 +48,7 @@ def _finite_elements(
     workpiece: Material,
 ) -> Mapping[str, FloatArray]:
     """`fem.displacements`, imported when first asked for: CAD kernel and solver come with it."""
-    from pretravel.trigger import fem
+    from pretravel.trigger.compliance import fem
 
     return fem.displacements(probe, statics, directions, forces, workpiece)
 

@@ -15,8 +15,8 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import ConvergenceError
 from pretravel.frames import probe_rotation
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
-from pretravel.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
 from pretravel.trigger.event import trigger_force

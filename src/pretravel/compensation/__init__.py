@@ -1,0 +1,1 @@
+"""Touches and a map in, surface points with uncertainties out."""

@@ -1,0 +1,192 @@
+"""What simpler corrections would leave of a map: one radius, axis radii, sectors, Woźniak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import azimuth_angle, checked_unit, fibonacci_cap, from_angles
+from pretravel.errors import PretravelError
+from pretravel.maps.bases import SectorBasis, WozniakBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import equator, resampled_sectors, touched_sectors
+from pretravel.units import DEGREE
+
+_COUNT = 4000  # directions over the sphere
+_AXIS = np.array([[0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a correction leaves over some directions. [mm]
+
+    Attributes
+    ----------
+    method : str
+    where : str
+        equator, all or part.
+    count : int
+        Directions.
+    largest, rms : float
+        Of correction less map.
+    """
+
+    method: str
+    where: str
+    count: int
+    largest: float
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Corrections held against a map.
+
+    Attributes
+    ----------
+    rows : tuple of Left
+        Method by method, the finest last.
+    azimuth_deg : (a,) float
+    curves : mapping of str to (a,) float
+        Correction less map on the equator, by method. [mm]
+    u_map : float
+        Root mean square of the map's own standard uncertainty, all directions; zero where it
+        states none. [mm]
+    """
+
+    rows: tuple[Left, ...]
+    azimuth_deg: FloatArray
+    curves: dict[str, FloatArray]
+    u_map: float
+
+
+def compare_corrections(
+    pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
+) -> Comparison:
+    """Hold the corrections of today's controls, and Woźniak's, against a map.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+        Stands for the probe. Corrections are filled from it without errors of touching.
+    part_normals : (n, 3) float, optional
+        Outward unit normals that a part is touched along.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ExtrapolationError
+        A map that does not hold all around the equator, or not along a part's normals.
+
+    Notes
+    -----
+    Radii of controls are for the plane of the table. Their length is set along the axis, which
+    shifts every point along it: between axis and plane the correction goes over from
+    the one to the other with the normal's part along the axis (where the map holds on the axis).
+    Woźniak's constant and lobe azimuth are fitted to the map over all directions.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.maps.bases import MeanBasis
+    >>> flat = PretravelMap(MeanBasis(), np.array([0.016]), np.array([1e-8]),
+    ...                     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
+    >>> round(compare_corrections(flat).rows[0].largest, 12)
+    0.0
+    """
+    azimuth = np.arange(0.0, 360.0, 1.0)
+    around = from_angles(0.5 * np.pi, azimuth * DEGREE)
+    equator(pretravel_map, azimuth)  # refuses a map that does not hold there
+    places = {"equator": around, "all": _supported(pretravel_map)}
+    if part_normals is not None:
+        places["part"] = checked_unit(part_normals, "normals of the part")
+    truth = {where: pretravel_map.pretravel(n) for where, n in places.items()}
+    rows, curves = [], {}
+    for method, correction in _corrections(pretravel_map, places["all"]).items():
+        off = {where: correction(n) - truth[where] for where, n in places.items()}
+        curves[method] = off["equator"]
+        rows += [
+            Left(
+                method,
+                where,
+                len(values),
+                float(np.max(np.abs(values))),
+                float(np.sqrt(np.mean(values**2))),
+            )
+            for where, values in off.items()
+        ]
+    u = pretravel_map.standard_uncertainty(places["all"])
+    return Comparison(tuple(rows), azimuth, curves, float(np.sqrt(np.mean(u**2))))
+
+
+def _supported(pretravel_map: PretravelMap) -> FloatArray:
+    """Directions all over the part of the sphere where the map holds, machine frame."""
+    sphere = fibonacci_cap(_COUNT, np.pi)
+    held = sphere[pretravel_map.support.supports(sphere)]
+    if not len(held):  # a ring: its neighbours within the margin are too few to be met
+        held = pretravel_map.support.nodes
+    return np.asarray(held @ pretravel_map.rotation.T)
+
+
+def _corrections(
+    pretravel_map: PretravelMap, everywhere: FloatArray
+) -> dict[str, Callable[[FloatArray], FloatArray]]:
+    """Pretravel that each method takes off, as functions of the normal, machine frame."""
+    ring = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
+    four = equator(pretravel_map, np.array([0.0, 90.0, 180.0, 270.0]))
+    axes = np.array([0.5 * (four[0] + four[2]), 0.5 * (four[1] + four[3])])
+    touched = touched_sectors(pretravel_map).pretravel
+    resampled = resampled_sectors(pretravel_map).pretravel
+    axial = pretravel_map.pretravel(_AXIS)[0] if pretravel_map.supports(_AXIS)[0] else None
+
+    def nearest(n: FloatArray, values: FloatArray) -> FloatArray:
+        quarter = np.floor(azimuth_angle(n) / (90.0 * DEGREE) + 0.5).astype(np.int64) % 4
+        return np.asarray(values[quarter % len(values)])
+
+    def in_plane(across: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
+        def correction(n: FloatArray) -> FloatArray:
+            value = across(n)
+            if axial is None:
+                return value
+            return np.asarray(value + np.maximum(n[:, 2], 0.0) * (axial - value))
+
+        return correction
+
+    basis = SectorBasis()
+    return {
+        "mean radius": in_plane(lambda n: np.full(len(n), float(np.mean(ring)))),
+        "two axis radii": in_plane(lambda n: nearest(n, axes)),
+        "four directions": in_plane(lambda n: nearest(n, four)),
+        "eight sectors": in_plane(lambda n: basis.design(n) @ touched),
+        "eight sectors, resampled": in_plane(lambda n: basis.design(n) @ resampled),
+        "Woźniak": _wozniak(pretravel_map, everywhere),
+        "full map": pretravel_map.pretravel,
+    }
+
+
+def _wozniak(
+    pretravel_map: PretravelMap, everywhere: FloatArray
+) -> Callable[[FloatArray], FloatArray]:
+    """One constant and the azimuth of a lobe, least squares over all directions."""
+    truth = pretravel_map.pretravel(everywhere)
+    directions = pretravel_map.probe_directions(everywhere)
+    best: tuple[float, float, float] | None = None
+    for lobe in np.arange(0.0, 120.0, 1.0) * DEGREE:
+        shape = WozniakBasis(float(lobe)).design(directions)[:, 0]
+        power = float(shape @ shape)
+        if power <= 0.0:
+            raise PretravelError("the map holds along the axis only")
+        constant = float(shape @ truth) / power
+        left = float(np.sum((truth - constant * shape) ** 2))
+        if best is None or left < best[0]:
+            best = (left, constant, float(lobe))
+    assert best is not None
+    _, constant, lobe = best
+    basis = WozniakBasis(lobe)
+    return lambda n: np.asarray(constant * basis.design(pretravel_map.probe_directions(n))[:, 0])

@@ -1,0 +1,372 @@
+"""Compensation: readings in, surface points with uncertainties out, and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.directions import checked_unit
+from pretravel.errors import PretravelError
+from pretravel.frames import Placement
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.surface.cad.part import Part
+from pretravel.surface.contact import Reach
+from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.search import ContactSearch
+from pretravel.touches import Touches, at_rest
+from pretravel.units import DEGREE, delay_travel
+
+OBLIQUE = 10.0 * DEGREE
+"""Approaches further off the normal than this are warned about. [rad]"""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Surface points, one for each touch, in the touches' order and frame.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+        Where the ball first touched the surface. [mm]
+    normals : (n, 3) float
+        Outward unit normals that the compensation used.
+    pretravel : (n,) float
+        Taken off, along -n. [mm]
+    covariance : (n, 3, 3) float
+        Of each point: repeatability along the approach, map, tip radius. [mm²]
+    deviation : (n,) float or None
+        Distance from the nominal along its normal, positive outside. [mm]
+    labels : tuple of str
+
+    Notes
+    -----
+    Covariances are of single points. Errors of the map are common to points with like
+    normals (`PretravelMap.value_covariance`): averaging n points does not divide
+    their uncertainty by the root of n.
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    pretravel: FloatArray
+    covariance: FloatArray
+    deviation: FloatArray | None
+    labels: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def standard_uncertainty(self) -> FloatArray:
+        """Standard uncertainty along the normal, (n,). [mm]"""
+        variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def apply(
+    touches: Touches,
+    pretravel_map: PretravelMap,
+    *,
+    nominal: Surface | Part | None = None,
+    extrapolate: bool = False,
+) -> Points:
+    """Compensate touches: from the latched spindle points to the surface.
+
+    Without a nominal surface the normals are the touches' own. The spindle travelled
+    pretravel / |a·n| along the approach a since first contact; going back by that and by
+    the tip radius along n gives the point of first contact. A map that knows the signal
+    delay is one of the probe at rest; feed times delay is taken off first.
+
+    With a nominal surface the contact is found on it: where the deflected ball
+    touches the surface that lies parallel to the nominal one. The map is asked for the normal
+    there, however far the tip has slid, and the distance of the two surfaces is the deviation.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+        Predicted or measured.
+    nominal : Surface or Part, optional
+        Not given: deviations are from the touches' nominal points, where they have them.
+    extrapolate : bool
+        Also for normals outside the map's directions.
+
+    Returns
+    -------
+    Points
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+    PretravelError
+        Touches that touch the nominal surface nowhere.
+
+    References
+    ----------
+    Rodrigues 2021, equation 3.36; with a nominal surface iterated to the true contact.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> points = apply(Touches([[0.0, 0.0, 2.990]], up), mean)
+    >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
+    ([[0.0, 0.0, 0.0]], [0.316])
+    """
+    u_travel: FloatArray | float = 0.0
+    if pretravel_map.delay is not None:
+        touches = at_rest(touches, pretravel_map.delay)
+        u_travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+    approaches = touches.approach_directions
+    if nominal is not None:
+        contact, deviation = _on_nominal(touches, pretravel_map, nominal)
+        normals = contact.normal
+        positions = contact.point + deviation[:, None] * normals
+    else:
+        normals, deviation = touches.normals, None
+    pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
+    closing = -np.sum(approaches * normals, axis=1)
+    if nominal is None:
+        travel = pretravel / closing
+        positions = (
+            touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
+        )
+        if touches.nominal_points is not None:
+            deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
+    # Map and delay err together: what a longer delay takes from the one it adds to the other.
+    by_delay = pretravel_map.change_by_delay(normals)
+    of_map = np.maximum(u_map**2 - by_delay**2, 0.0) / closing**2
+    along = pretravel_map.repeatability**2 + of_map + (by_delay / closing + u_travel) ** 2
+    covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
+    covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
+    return Points(
+        positions=frozen(positions),
+        normals=frozen(normals),
+        pretravel=frozen(pretravel),
+        covariance=frozen(covariance),
+        deviation=None if deviation is None else frozen(deviation),
+        labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
+    )
+
+
+def point_sources(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> dict[str, FloatArray]:
+    """Where the points' errors along their normals come from, and how they hang together.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        The same touches, compensated with the map.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    dict of str to (n,) variances or (n, n) covariance
+        repeatability (each point its own), map, tip radius and, where the map knows it, signal
+        delay (common to all). Their sum has `Points.standard_uncertainty` squared on its
+        diagonal. [mm²]
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> sorted(point_sources(touches, apply(touches, mean), mean))
+    ['map', 'repeatability', 'tip radius']
+    """
+    closing = -np.sum(touches.approach_directions * points.normals, axis=1)
+    by_delay = pretravel_map.change_by_delay(points.normals)
+    sources = {
+        # Along the approach; its share along the normal.
+        "repeatability": (pretravel_map.repeatability * closing) ** 2,
+        "map": pretravel_map.value_covariance(points.normals) - np.outer(by_delay, by_delay),
+        "tip radius": np.full((len(points), len(points)), pretravel_map.u_tip_radius**2),
+    }
+    if pretravel_map.delay is not None:
+        travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay) * closing
+        sources["signal delay"] = np.outer(by_delay + travel, by_delay + travel)
+    return sources
+
+
+def _on_nominal(
+    touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
+) -> tuple[LocalGeometry, FloatArray]:
+    """Where each touch touches the nominal surface moved along its normal, and by how much."""
+    radius = pretravel_map.tip_radius
+    search = ContactSearch(nominal, len(touches))
+    near = touches.positions - radius * touches.normals
+    curvatures = np.zeros((len(touches), 2))
+    # Twice: how curved the part is at the contact changes its compression a little.
+    for _ in range(2):
+
+        def reach_of(rows: IntArray, curvatures: FloatArray = curvatures) -> Reach:
+            def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
+                # Steps on the way to the contact may leave the map; the end is checked by `apply`.
+                moved = pretravel_map.tip_displacement(
+                    local.normal, curvatures[rows[own]], extrapolate=True
+                )
+                return np.asarray(radius * local.normal - moved)
+
+            return reach
+
+        search.solve(near, touches.positions, None, reach_of, against=touches.approach_directions)
+        found = search.state()
+        if not np.all(found.solved):
+            break
+        curvatures = found.local.principal_curvatures
+    lost = np.flatnonzero(~found.solved)
+    if len(lost):
+        beyond = int(np.sum(found.beyond_edge[lost]))
+        names = ", ".join(touches.where(int(row)) for row in lost[:5])
+        raise PretravelError(
+            f"{len(lost)} of {len(touches)} touches do not touch the nominal surface"
+            + (f" ({beyond} of them beyond its edges)" if beyond else "")
+            + f": {names}{'…' if len(lost) > 5 else ''}. Is the nominal where the part is, in the "
+            "touches' frame and in mm?"
+        )
+    return found.local, found.length
+
+
+def compensation_warnings(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> list[str]:
+    """What a user should know before believing the points, as sentences.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> compensation_warnings(touches, apply(touches, mean), mean)
+    []
+    """
+    warnings = []
+    if not pretravel_map.states_uncertainty:
+        warnings.append(
+            "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
+            "(and a told repeatability) alone, not how far the described probe is from yours"
+        )
+    made_at = pretravel_map.feed if pretravel_map.delay is None else None
+    if made_at is not None and touches.feeds is not None:
+        slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
+        if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
+            at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
+            warnings.append(
+                f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
+                "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
+            )
+    if touches.feeds is not None and not pretravel_map.states_uncertainty:
+        warnings.append(
+            f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map knows "
+            "no signal delay: feed × delay is still in the deviations"
+        )
+    closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
+    obliqueness = float(np.arccos(np.clip(closing.min(), -1.0, 1.0)))
+    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
+        warnings.append(
+            f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
+            "signal delay adds its travel along the approach, but a qualified map holds it as if "
+            "it were pretravel; at 45° and 12 µm of delay travel that is 3.5 µm. Probe along the "
+            "normal, or qualify at two feeds, which tells the delay apart"
+        )
+    if points.deviation is not None:
+        middle = float(np.median(points.deviation))
+        if abs(middle) > 0.2 * pretravel_map.tip_radius:
+            warnings.append(
+                f"deviations are about {middle:+.3f} mm, of the size of the tip radius "
+                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+                "mm, do the normals point out of the part, is the nominal where the part is?"
+            )
+    return warnings
+
+
+def placed(points: Points, placement: Placement) -> Points:
+    """Points of a part, in the machine.
+
+    Parameters
+    ----------
+    points : Points
+    placement : Placement
+        Of the part in the machine.
+
+    Returns
+    -------
+    Points
+    """
+    turn = placement.rotation
+    return replace(
+        points,
+        positions=frozen(placement.points(points.positions)),
+        normals=frozen(placement.vectors(points.normals)),
+        covariance=frozen(turn @ points.covariance @ turn.T),
+    )
+
+
+def embed(
+    positions: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    pretravel_map: PretravelMap,
+    *,
+    approaches: npt.ArrayLike | None = None,
+    feeds: npt.ArrayLike | None = None,
+    extrapolate: bool = False,
+) -> Touches:
+    """The touches that a probe with this map would report at given surface points.
+
+    The inverse of `apply`.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        Points of the surface. [mm]
+    normals : (n, 3) float
+        Outward unit normals there.
+    pretravel_map : PretravelMap
+    approaches : (n, 3) float, optional
+        -normals when not given.
+    feeds : (n,) float, optional
+        Of the touches, whose delay travel comes on top where the map knows the delay; at rest
+        when not given. [mm/min]
+    extrapolate : bool
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.bases import MeanBasis
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([0.0]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> embed([[0.0, 0.0, 0.0]], up, mean).positions.round(9).tolist()
+    [[0.0, 0.0, 2.99]]
+    """
+    n = checked_unit(normals, "normals")
+    a = -n if approaches is None else checked_unit(approaches, "approaches")
+    closing = -np.sum(a * n, axis=1)
+    if np.any(closing <= 0.0):
+        raise PretravelError("an approach must move against the outward normal")
+    travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
+    points = np.asarray(positions, dtype=np.float64)
+    touches = Touches(
+        positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
+        normals=n,
+        approaches=a,
+        feeds=None if feeds is None else np.asarray(feeds, dtype=np.float64),
+    )
+    if feeds is None or pretravel_map.delay is None:
+        return touches
+    return at_rest(touches, -pretravel_map.delay)

@@ -1,0 +1,1 @@
+"""What controls and inspection programs write of touches, one file per format."""

@@ -1,1 +1,0 @@
-"""From measured touches to maps and compensated points."""

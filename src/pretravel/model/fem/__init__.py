@@ -1,0 +1,1 @@
+"""The moving part of a probe in finite elements, and its condensation."""

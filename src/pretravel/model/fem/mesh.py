@@ -1,0 +1,297 @@
+"""Curved quadratic tetrahedra in the probe's solids, by netgen."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.errors import MeshError
+from pretravel.model.fem.geometry import PATCH, SPRING, ProbeSolids, seat_face
+
+log = logging.getLogger(__name__)
+
+_NETGEN_EDGES = {(0, 1): 4, (0, 2): 5, (0, 3): 6, (1, 2): 7, (1, 3): 8, (2, 3): 9}
+"""netgen's tenth-node order: middle node of each pair of corners."""
+_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+"""Ours, which is scikit-fem's and VTK's."""
+MOST_ELEMENTS = 2_000_000
+_GRADINGS = (1.0, 0.7, 0.5)
+"""Of the wanted grading: slower ones are tried where curved elements turn inside out."""
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Element sizes, relative to what they have to resolve.
+
+    Parameters
+    ----------
+    refinement : float
+        Divides every size below: 2 gives about eight times the elements.
+    body : float
+        Size over a part's thickness.
+    interface : float
+        Size over the diameter of a face where two parts meet: stresses peak at its edge.
+    patch : float
+        Size over the radius of a seat's patch.
+    patch_radius : float
+        Radius of a seat's patch over the rod's radius.
+    grading : float
+        How fast sizes grow from fine to coarse: 0.1 slowly, 1 at once.
+    """
+
+    refinement: float = 1.0
+    body: float = 0.35
+    interface: float = 0.035
+    patch: float = 0.8
+    patch_radius: float = PATCH
+    grading: float = 0.6
+
+    def __post_init__(self) -> None:
+        for name in ("refinement", "body", "interface", "patch", "patch_radius", "grading"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise MeshError(f"the mesh setting {name} is {value:g}; it must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteElementMesh:
+    """Ten-node tetrahedra with named regions and faces.
+
+    Attributes
+    ----------
+    points : (n, 3) float
+        Corner nodes first, then middle nodes. [mm]
+    elements : (m, 10) int
+        Four corners, then the middles of edges 01, 12, 02, 03, 13, 23 (VTK's order).
+    regions : (m,) int
+        Index into `region_names`.
+    region_names : tuple of str
+    faces : mapping of name to (k, 6) int
+        Triangles of each named face, nodes as in `boundary`.
+    boundary : (b, 6) int
+        All outer triangles: three corners, then the middles of edges 01, 12, 02.
+    quality : (m,) float
+        3 inner radius / outer radius of the straight tetrahedron; 1 is regular.
+    notes : tuple of str
+        What was refined, and why.
+    """
+
+    points: FloatArray
+    elements: IntArray
+    regions: IntArray
+    region_names: tuple[str, ...]
+    faces: Mapping[str, IntArray]
+    boundary: IntArray
+    quality: FloatArray
+    notes: tuple[str, ...] = ()
+
+    @property
+    def corners(self) -> int:
+        """Number of corner nodes."""
+        return int(self.elements[:, :4].max()) + 1
+
+    @property
+    def unknowns(self) -> int:
+        """Three displacements a node."""
+        return 3 * len(self.points)
+
+
+def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> FiniteElementMesh:
+    """A mesh of the solids.
+
+    Parameters
+    ----------
+    solids : ProbeSolids
+    settings : MeshSettings, optional
+
+    Returns
+    -------
+    FiniteElementMesh
+
+    Raises
+    ------
+    MeshError
+        Too many elements for any machine; a solid that netgen cannot fill; elements
+        turned inside out by the curved surface.
+
+    >>> from pretravel.model.fem.geometry import probe_solids
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> mesh = mesh_solids(probe_solids(load_probe("omp40-2")), MeshSettings(refinement=0.5))
+    >>> bool(mesh.quality.min() > 0.05), len(mesh.faces)
+    (True, 7)
+    """
+    from netgen.meshing import NgException
+    from netgen.occ import OCCGeometry
+    from pyngcore import TaskManager
+
+    settings = settings or MeshSettings()
+    largest, notes = _set_sizes(solids, settings)
+    faces = [SPRING, *(seat_face(k) for k in range(6))]
+    for attempt in _GRADINGS:
+        grading = attempt * settings.grading
+        log.info("meshing")
+        try:
+            with TaskManager():
+                mesh = OCCGeometry(solids.shape).GenerateMesh(maxh=largest, grading=grading)
+            mesh.SecondOrder()
+        except NgException as error:
+            raise MeshError(
+                f"no mesh could be made of {', '.join(solids.materials)}: {error}. Look for "
+                "slivers and nearly coincident faces, or mesh finer"
+            ) from error
+        try:
+            return numbered(mesh, faces, tuple(notes))
+        except MeshError:
+            if attempt == _GRADINGS[-1]:
+                raise
+        notes.append(f"graded slower than {grading:.2g}: elements were inside out")
+    raise AssertionError  # pragma: no cover
+
+
+def _set_sizes(solids: ProbeSolids, settings: MeshSettings) -> tuple[float, list[str]]:
+    scale, notes, expected = 1.0 / settings.refinement, [], 0.0
+    sizes = {name: scale * settings.body * t for name, t in solids.thickness.items()}
+    for solid in solids.shape.solids:
+        size = sizes[solid.name]
+        solid.maxh = size
+        expected += 8.0 * solid.mass / size**3
+    if expected > MOST_ELEMENTS:
+        raise MeshError(
+            f"elements this small would be about {expected:.2g}, more than {MOST_ELEMENTS:.0e}: "
+            "lower the refinement"
+        )
+    for name, size in sizes.items():
+        notes.append(
+            f"{name} ({solids.materials[name].name}): elements up to {size:.2f} mm, "
+            f"{settings.body * scale:.2g} of thickness"
+        )
+    for edges, diameter in solids.refined:
+        edges.maxh = scale * settings.interface * diameter
+    finest = min((d for _, d in solids.refined), default=0.0)
+    notes.append(
+        "edges where parts meet, and re-entrant ones: "
+        f"{scale * settings.interface:.2g} of the diameter, from "
+        f"{scale * settings.interface * finest:.2f} mm (stresses peak there)"
+    )
+    patch = scale * settings.patch * solids.patch_radius
+    for face in solids.shape.faces:
+        if face.name is not None and face.name.startswith("seat "):
+            face.maxh = patch
+            face.edges.maxh = patch
+    notes.append(f"seats: {patch:.3f} mm on patches of {solids.patch_radius:.3f} mm radius")
+    return max(sizes.values()), notes
+
+
+def numbered(mesh: Any, faces: Sequence[str], notes: tuple[str, ...] = ()) -> FiniteElementMesh:
+    """A second-order mesh of netgen in our numbering, with the faces of these names.
+
+    Raises
+    ------
+    MeshError
+        No elements, elements turned inside out, a face that is not there.
+    """
+    from skfem import MeshTet
+
+    coordinates = np.asarray(mesh.Coordinates(), dtype=np.float64)
+    volume, surface = mesh.Elements3D().NumPy(), mesh.Elements2D().NumPy()
+    if len(volume) == 0:
+        raise MeshError("netgen made no element: are the solids closed?")
+    # netgen's first three corners turn the other way round.
+    nodes = volume["nodes"].astype(np.int64)[:, [0, 2, 1, 3, 5, 4, 6, 7, 9, 8]] - 1
+    old, corners = np.unique(nodes[:, :4], return_inverse=True)
+    corners = corners.reshape(-1, 4)
+    linear = MeshTet(np.ascontiguousarray(coordinates[old].T), np.ascontiguousarray(corners.T))
+    corners = np.asarray(linear.t.T, dtype=np.int64)
+    elements = np.concatenate([corners, len(old) + linear.t2e.T], axis=1).astype(np.int64)
+    points = np.empty((len(old) + linear.edges.shape[1], 3))
+    points[: len(old)] = coordinates[old]
+    for place, (a, b) in enumerate(_EDGES, start=4):
+        points[elements[:, place]] = coordinates[nodes[:, _NETGEN_EDGES[a, b]]]
+    six_nodes = _six_nodes(linear)
+    names = [mesh.GetMaterial(i) for i in range(1, int(volume["index"].max()) + 1)]
+    region_names = tuple(dict.fromkeys(names))
+    region_of = np.array([region_names.index(name) for name in names])
+    back = np.full(len(coordinates), -1)
+    back[old] = np.arange(len(old))
+    triangles = back[surface["nodes"][:, :3].astype(np.int64) - 1]
+    face_names = np.array(
+        [mesh.GetBCName(i) for i in range(int(surface["index"].max()))], dtype=object
+    )[surface["index"].astype(np.int64) - 1]
+    made = FiniteElementMesh(
+        points=frozen(points),
+        elements=_frozen_int(elements),
+        regions=_frozen_int(region_of[volume["index"].astype(np.int64) - 1]),
+        region_names=region_names,
+        faces={name: _frozen_int(six_nodes(triangles[face_names == name])) for name in faces},
+        boundary=_frozen_int(six_nodes(linear.facets[:, linear.boundary_facets()].T)),
+        quality=frozen(mesh_quality(points[corners])),
+        notes=notes,
+    )
+    _check_elements(made)
+    return made
+
+
+def _six_nodes(linear: Any) -> Callable[[Any], IntArray]:
+    """A function that adds their middle nodes to triangles given by corners."""
+    count = linear.nvertices
+    edges = np.sort(linear.edges, axis=0).astype(np.int64)
+    keys = edges[0] * count + edges[1]
+    order = np.argsort(keys)
+
+    def six_nodes(corners: Any) -> IntArray:
+        corners = np.asarray(corners, dtype=np.int64)
+        middle = []
+        for pair in ((0, 1), (1, 2), (0, 2)):
+            ends = np.sort(corners[:, pair], axis=1)
+            wanted = ends[:, 0] * count + ends[:, 1]
+            middle.append(count + order[np.searchsorted(keys[order], wanted)])
+        return np.concatenate([corners, np.stack(middle, axis=1)], axis=1)
+
+    return six_nodes
+
+
+def mesh_quality(corners: FloatArray) -> FloatArray:
+    """3 inner radius / outer radius of straight tetrahedra, (m, 4, 3) to (m,); 1 is regular."""
+    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
+    volume6 = np.abs(np.einsum("ei,ei->e", a, np.cross(b, c)))
+    areas2 = sum(
+        np.linalg.norm(n, axis=1)
+        for n in (np.cross(a, b), np.cross(b, c), np.cross(c, a), np.cross(b - a, c - a))
+    )
+    lengths = [np.linalg.norm(v, axis=1) for v in (a, b, c)]
+    opposite = [np.linalg.norm(v, axis=1) for v in (b - c, c - a, a - b)]
+    p, q, r = (lengths[i] * opposite[i] for i in range(3))
+    circum = np.sqrt(np.maximum((p + q + r) * (p + q - r) * (q + r - p) * (r + p - q), 0.0))
+    outer = circum / (4.0 * np.maximum(volume6, 1e-300))
+    inner = volume6 / areas2
+    return np.asarray(3.0 * inner / np.maximum(outer, 1e-300))
+
+
+def _check_elements(mesh: FiniteElementMesh) -> None:
+    from pretravel.model.fem.elasticity import quadrature
+
+    weights = quadrature(mesh).weights
+    bad = np.flatnonzero(weights.min(axis=1) <= 0.0)
+    if len(bad):
+        centre = mesh.points[mesh.elements[bad[0], :4]].mean(axis=0)
+        part = mesh.region_names[mesh.regions[bad[0]]]
+        raise MeshError(
+            f"{len(bad)} elements are turned inside out by the curved surface, the first in "
+            f"'{part}' near ({centre[0]:.2f}, {centre[1]:.2f}, {centre[2]:.2f}) mm: refine, or "
+            "round off what is sharp there"
+        )
+    for name, triangles in mesh.faces.items():
+        if len(triangles) == 0:
+            raise MeshError(f"the face '{name}' got no element: refine the mesh")
+
+
+def _frozen_int(values: Any) -> IntArray:
+    array = np.array(values, dtype=np.int64)
+    array.setflags(write=False)
+    return array

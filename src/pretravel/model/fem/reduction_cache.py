@@ -1,0 +1,264 @@
+"""Reduced models kept on disk: what was factorised once is not factorised again.
+
+A kept model's name is a digest of everything that its numbers depend on, so another
+geometry never finds it; a damaged or foreign file is noticed, said, and made anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import os
+import warnings
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.errors import PretravelError
+from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
+from pretravel.model.fem.elasticity import INTERFACE, finite_element_model
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.mesh import FiniteElementMesh, MeshSettings, mesh_solids
+from pretravel.model.fem.seat_ball import ball_correction
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import Material
+from pretravel.whole_file import whole_file
+
+log = logging.getLogger(__name__)
+
+FORMAT = 3
+"""Raised whenever numbers or layout change: kept models of other formats are foreign."""
+_UNREADABLE = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    zipfile.BadZipFile,
+)
+FOLDER_VARIABLE = "PRETRAVEL_CACHE"
+"""Environment variable that names the folder."""
+
+
+def cache_folder() -> Path:
+    """Where reduced models are kept: $PRETRAVEL_CACHE, or the user's cache folder."""
+    chosen = os.environ.get(FOLDER_VARIABLE)
+    if chosen:
+        return Path(chosen)
+    from platformdirs import user_cache_path
+
+    return user_cache_path("pretravel")
+
+
+def reduction_key(probe: Probe, settings: MeshSettings) -> str:
+    """Digest of all that a reduced model depends on.
+
+    Preload, criterion, orientation and weight are not among it: they act on the reduced
+    model, not in it.
+
+    >>> from dataclasses import replace
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> probe = load_probe("omp40-2")
+    >>> same = replace(probe, preload=4.0)
+    >>> reduction_key(probe, MeshSettings()) == reduction_key(same, MeshSettings())
+    True
+    """
+    tripod = asdict(probe.tripod)
+    content: dict[str, Any] = {
+        "format": FORMAT,
+        "interface": INTERFACE,
+        "settings": asdict(settings),
+        "tripod": tripod,
+        "support_angle": probe.seats.support_angle,
+        "ball": (
+            None
+            if probe.seats.contact == "rigid"
+            else [probe.seats.ball_radius, asdict(probe.seats.material)]
+        ),
+        "hub_offset": probe.hub_offset,
+        "hub": None if probe.hub is None else asdict(probe.hub),
+        "stylus": [asdict(segment) for segment in probe.stylus],
+        "tip": [probe.tip.radius, asdict(probe.tip.material)],
+    }
+    if probe.step is not None:
+        step = probe.step
+        if not step.path.is_file():
+            raise PretravelError(f"{step.path}: no such file; [geometry] step names it")
+        content["step"] = [
+            hashlib.sha256(step.path.read_bytes()).hexdigest(),
+            step.tripod,
+            step.stylus,
+            step.tip,
+            {name: asdict(material) for name, material in step.materials.items()},
+        ]
+    text = json.dumps(content, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def reduced_model(
+    probe: Probe, settings: MeshSettings | None = None, solver: str = "auto"
+) -> ReducedModel:
+    """The reduced model of a probe, from the cache or made now.
+
+    Parameters
+    ----------
+    probe : Probe
+    settings : MeshSettings, optional
+    solver : str
+
+    Returns
+    -------
+    ReducedModel
+
+    Raises
+    ------
+    DescriptionError, InputError, MeshError, CapacityError
+        As the steps that it takes.
+
+    Warns
+    -----
+    UserWarning
+        A kept file was damaged or foreign and has been made anew; the cache cannot
+        be written.
+    """
+    settings = settings or MeshSettings()
+    return _reduced_model(probe, settings, solver, reduction_key(probe, settings), cache_folder())
+
+
+@lru_cache(maxsize=16)
+def _remembered(key: str, folder: Path) -> dict[str, ReducedModel]:
+    del key, folder
+    return {}
+
+
+def _reduced_model(
+    probe: Probe, settings: MeshSettings, solver: str, key: str, folder: Path
+) -> ReducedModel:
+    memory = _remembered(key, folder)
+    if "model" in memory:
+        return memory["model"]
+    path = folder / f"reduced-{key[:32]}.npz"
+
+    def make() -> ReducedModel:
+        solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
+        mesh = mesh_solids(solids, settings)
+        ball = ball_correction(probe, solver)
+        model = condense(finite_element_model(probe, solids, mesh, ball), solver)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            _write(path, model, key)
+        except (OSError, PretravelError) as error:
+            warnings.warn(
+                f"the reduced model could not be kept in {folder} ({error}); the next run makes it "
+                f"anew. {FOLDER_VARIABLE} names another folder",
+                stacklevel=4,
+            )
+        return model
+
+    kept = _read(path, key, make)
+    if kept is not None:
+        log.info("reduced model from %s", path)
+    model = kept or make()
+    memory["model"] = model
+    return model
+
+
+def _write(path: Path, model: ReducedModel, key: str) -> None:
+    elastic = model.elastic_field
+    mesh = elastic.mesh
+    header = {
+        "key": key,
+        "summary": dict(model.summary),
+        "regions": list(model.flexibility_by_region),
+        "region_names": list(mesh.region_names),
+        "notes": list(mesh.notes),
+        "faces": list(mesh.faces),
+        "patch_compliance": model.patch_compliance,
+        "ball_correction": model.ball_correction,
+        "seat_part": model.seat_part,
+        "materials": {name: asdict(value) for name, value in elastic.materials.items()},
+    }
+    arrays: dict[str, Any] = {
+        "header": np.frombuffer(json.dumps(header).encode(), dtype=np.uint8),
+        "by_region": np.stack(list(model.flexibility_by_region.values())),
+        "resultants": model.resultants,
+        "points": mesh.points,
+        "elements": mesh.elements.astype(np.int32),
+        "regions": mesh.regions.astype(np.int16),
+        "boundary": mesh.boundary.astype(np.int32),
+        "quality": mesh.quality.astype(np.float32),
+        "modes": elastic.modes,
+        **{f"face {name}": nodes for name, nodes in mesh.faces.items()},
+    }
+    with whole_file(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, **arrays)
+
+
+def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedModel | None:
+    """A kept model, or None where there is none that can be used."""
+    if not path.is_file():
+        return None
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
+            header = json.loads(bytes(kept["header"]))
+            if header["key"] != key:
+                raise ValueError("it belongs to another model")
+            by_region, resultants = kept["by_region"], kept["resultants"]
+            patch, ball = float(header["patch_compliance"]), float(header["ball_correction"])
+        size = len(INTERFACE)
+        if (
+            by_region.shape != (len(header["regions"]), size, size)
+            or resultants.shape != (6, size)
+            or not all(np.all(np.isfinite(a)) for a in (by_region, resultants, [patch, ball]))
+        ):
+            raise ValueError("its arrays have other shapes")
+    except _UNREADABLE as error:
+        warnings.warn(
+            f"the kept model {path} is damaged or foreign ({error}); it is made anew", stacklevel=4
+        )
+        return None
+    return ReducedModel(
+        flexibility=frozen(by_region.sum(axis=0)),
+        flexibility_by_region={
+            name: frozen(part) for name, part in zip(header["regions"], by_region, strict=True)
+        },
+        resultants=frozen(resultants),
+        patch_compliance=patch,
+        ball_correction=ball,
+        seat_part=header["seat_part"],
+        summary=header["summary"],
+        load_field=lambda: _read_field(path, header, make),
+    )
+
+
+def _read_field(
+    path: Path, header: Mapping[str, Any], make: Callable[[], ReducedModel]
+) -> ElasticField:
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
+            mesh = FiniteElementMesh(
+                points=frozen(kept["points"]),
+                elements=kept["elements"].astype(np.int64),
+                regions=kept["regions"].astype(np.int64),
+                region_names=tuple(header["region_names"]),
+                faces={name: kept[f"face {name}"] for name in header["faces"]},
+                boundary=kept["boundary"].astype(np.int64),
+                quality=kept["quality"].astype(np.float64),
+                notes=tuple(header["notes"]),
+            )
+            modes: FloatArray = frozen(kept["modes"])
+    except _UNREADABLE as error:
+        warnings.warn(
+            f"the kept model {path} is damaged in its mesh ({error}); it is made anew", stacklevel=4
+        )
+        return make().elastic_field
+    materials = {name: Material(**table) for name, table in header["materials"].items()}
+    return ElasticField(mesh, materials, modes)

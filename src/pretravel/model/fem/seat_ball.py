@@ -1,0 +1,90 @@
+"""A seat's ball as a body: what it gives beyond, or short of, Hertz's half-space."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.arrays import IntArray
+from pretravel.model.fem.elasticity import (
+    element_stiffness,
+    half_space_compliance,
+    hertz_pressure,
+    upper_stiffness,
+)
+from pretravel.model.fem.geometry import PATCH
+from pretravel.model.fem.linear_solvers import factorise
+from pretravel.model.fem.mesh import FiniteElementMesh, numbered
+from pretravel.probe.description import Probe
+
+CONTACT = "contact"
+"""Name of the face that is pressed on."""
+
+
+def ball_mesh(radius: float, patch: float, element: float) -> FiniteElementMesh:
+    """A ball below the origin, touched from above; fine where it is touched.
+
+    Parameters
+    ----------
+    radius : float
+        [mm]
+    patch : float
+        Radius of the face `CONTACT` around the origin. [mm]
+    element : float
+        Element size on it. [mm]
+
+    Returns
+    -------
+    FiniteElementMesh
+        One region, ``ball``.
+
+    >>> mesh = ball_mesh(2.0, 0.25, 0.12)
+    >>> mesh.region_names, bool(abs(mesh.points[:, 2].min() + 4.0) < 0.01)
+    (('ball',), True)
+    """
+    from netgen.occ import Cylinder, Glue, OCCGeometry, Pnt, Sphere, Z
+
+    ball = Sphere(Pnt(0, 0, -radius), radius)
+    tool = Cylinder(Pnt(0, 0, -1.5 * patch), Z, r=patch, h=3.0 * patch)
+    plug, rest = ball * tool, ball - tool
+    plug.faces.Nearest(Pnt(0, 0, 0)).name = CONTACT
+    shape = Glue([rest, plug])
+    shape.solids.name = "ball"
+    for face in shape.faces:
+        if face.name == CONTACT:
+            face.maxh = element
+            face.edges.maxh = element
+    mesh = OCCGeometry(shape).GenerateMesh(maxh=0.3 * radius, grading=0.5)
+    mesh.SecondOrder()
+    return numbered(mesh, [CONTACT])
+
+
+def ball_held(radius: float, ball: FiniteElementMesh) -> IntArray:
+    """Nodes by which the plate holds a ball: its lower half's surface."""
+    surface = np.unique(ball.boundary)
+    return np.asarray(surface[ball.points[surface, 2] < -radius])
+
+
+def ball_correction(probe: Probe, solver: str = "auto") -> float:
+    """Give of a seat's ball, held by its lower half, less a half-space's, per newton. [mm/N]
+
+    Hertz's approach counts the half-space to infinity; a ball ends after its diameter.
+    It is negative and about a hundredth of the contact's own give. Zero for seats
+    described as rigid.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> -1e-6 < ball_correction(load_probe("omp40-2")) < 0.0
+    True
+    """
+    if probe.seats.contact == "rigid":
+        return 0.0
+    radius, material = probe.seats.ball_radius, probe.seats.material
+    patch = PATCH * radius
+    mesh = ball_mesh(radius, patch, 0.4 * patch)
+    down = np.array([0.0, 0.0, -1.0])
+    nodal = hertz_pressure(mesh, CONTACT, np.zeros(3), (np.eye(3)[0], np.eye(3)[1]), patch)
+    load = (nodal[:, None] * down).ravel()
+    stiffness = upper_stiffness(mesh, element_stiffness(mesh, {"ball": material}))
+    held = (3 * ball_held(radius, mesh)[:, None] + np.arange(3)).ravel()
+    free = np.setdiff1d(np.arange(mesh.unknowns), held)
+    solution = factorise(stiffness[free][:, free].tocsr(), solver)(load[free, None])
+    return float(load[free] @ solution[:, 0] - half_space_compliance(material, patch))

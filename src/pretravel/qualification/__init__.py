@@ -1,0 +1,1 @@
+"""Touches on a reference sphere or ring in, a map of the probe out."""

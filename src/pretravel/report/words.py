@@ -1,0 +1,379 @@
+"""Results as text: strings for people, made from values; nothing is printed here."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.compensation.compensation import Points
+from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.identification.kind_choice import KindScore
+from pretravel.identification.physical import PhysicalMapFit
+from pretravel.model.fem.condensation import ReducedModel
+from pretravel.probe.seat_frame import SEAT_NAMES
+from pretravel.probing.slide import SlideHistory
+from pretravel.qualification.delay import SignalDelay
+from pretravel.qualification.qualification import Qualification, over_support
+from pretravel.surface.cad.part import Part
+from pretravel.trigger.elastic_field import TriggerField
+from pretravel.trigger.friction import FrictionCycle
+from pretravel.trigger.predict import Trigger
+from pretravel.trigger.six_seats import IDEAL, PARAMETERS
+from pretravel.units import DEGREE, MICROMETRE
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A plain text table: first column to the left, others to the right.
+
+    >>> print(table(["kind", "um"], [["mean", "2.0"]]))
+    kind   um
+    mean  2.0
+    """
+    cells = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in cells
+    )
+
+
+def labelled(label: str, text: str) -> list[str]:
+    """Lines of a label and a long text beside it."""
+    lines = textwrap.wrap(text, width=78)
+    return [f"  {label if i == 0 else '':17s}  {line}" for i, line in enumerate(lines)]
+
+
+def _um(value: float, digits: int = 3) -> str:
+    # Rounded first, so that nothing is called -0.00.
+    return f"{round(value / MICROMETRE, digits) + 0.0:.{digits}f} µm"
+
+
+def _range_um(values: FloatArray, digits: int = 2) -> str:
+    low, high = (round(float(v) / MICROMETRE, digits) + 0.0 for v in (values.min(), values.max()))
+    return f"{low:.{digits}f} to {high:.{digits}f} µm"
+
+
+def prediction_report(trigger: Trigger, probe_name: str) -> str:
+    """What a prediction says, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    polar = polar_angle(trigger.directions) / DEGREE
+    azimuth = azimuth_angle(trigger.directions) / DEGREE
+    weakest, strongest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
+
+    def at(row: int) -> str:
+        return f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°"
+
+    total = trigger.pretravel.mean()
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {100.0 * share.mean() / total:.0f} %"
+        for name, share in sorted(trigger.shares.items(), key=lambda item: -float(item[1].mean()))
+    )
+    return "\n".join(
+        [
+            f"{probe_name}, model {trigger.model}, {len(trigger.force)} directions",
+            f"  trigger force      {trigger.force.min():.3f} to {trigger.force.max():.3f} N",
+            f"  sensing distance   {_range_um(trigger.sensing_distance)}",
+            f"  pretravel          {_range_um(trigger.pretravel)} ({at(weakest)}; {at(strongest)})",
+            f"  mean shares        {shares}",
+        ]
+    )
+
+
+def fem_report(reduced: ReducedModel, field: TriggerField, probe_name: str) -> str:
+    """The finite-element model and its state at the trigger, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    trigger, mesh = field.trigger, field.elastic.mesh
+    highest = int(np.argmax(field.stress))
+    x, y, z = mesh.points[mesh.elements[highest]].mean(axis=0)
+    refined = reduced.summary["refined"].split("; ")
+    polar = polar_angle(trigger.directions)[0] / DEGREE
+    azimuth = azimuth_angle(trigger.directions)[0] / DEGREE
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {share[0] / MICROMETRE:.3f}"
+        for name, share in sorted(trigger.shares.items(), key=lambda item: -float(item[1][0]))
+    )
+    rows = [
+        [name, f"{rest:.4f}", f"{touched:.4f}"]
+        for name, rest, touched in zip(
+            SEAT_NAMES, field.rest_reactions, trigger.reactions[0], strict=True
+        )
+    ]
+    return "\n".join(
+        [
+            f"{probe_name}, finite elements",
+            f"  unknowns           {reduced.summary['unknowns']}, {reduced.summary['elements']}",
+            *labelled("quality", reduced.summary["quality"]),
+            *labelled("sizes", refined[0]),
+            *(f"{'':21}{note}" for note in refined[1:]),
+            f"  touched at         polar {polar:.6g}°, azimuth {azimuth:.6g}°",
+            f"  trigger force      {trigger.force[0]:.4f} N",
+            f"  sensing distance   {_um(float(trigger.sensing_distance[0]))}",
+            f"  pretravel          {_um(float(trigger.pretravel[0]))}: {shares}",
+            f"  opened seat        {' and '.join(field.opened)}",
+            (
+                f"  highest stress     {field.stress[highest]:.1f} MPa (von Mises) in "
+                f"{mesh.region_names[mesh.regions[highest]]} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+            ),
+            "",
+            table(["seat", "at rest/N", "at trigger/N"], rows),
+        ]
+    )
+
+
+def friction_report(cycle: FrictionCycle, probe_name: str) -> str:
+    """What seat friction does in each direction, first touch and last.
+
+    Returns
+    -------
+    str
+    """
+    rows = []
+    last = cycle.trigger_force.shape[1] - 1
+    for row, direction in enumerate(cycle.directions):
+        rows.append(
+            [
+                f"{polar_angle(direction)[()] / DEGREE:.6g}",
+                f"{np.mod(azimuth_angle(direction)[()] / DEGREE, 360.0):.6g}",
+                f"{cycle.trigger_force[row, 0]:.3f}",
+                f"{cycle.trigger_force[row, last]:.3f}",
+                f"{cycle.hysteresis[row, last] / MICROMETRE:.3f}",
+                f"{cycle.zero_drift[row, 0] / MICROMETRE:.3f}",
+                f"{cycle.zero_drift[row, last] / MICROMETRE:.3f}",
+                f"{cycle.reseat_error[row, last] / MICROMETRE:.3f}",
+            ]
+        )
+    header = [
+        "polar/°",
+        "azimuth/°",
+        "force 1/N",
+        f"force {last + 1}/N",
+        f"hysteresis {last + 1}/µm",
+        "drift 1/µm",
+        f"drift {last + 1}/µm",
+        f"reseat {last + 1}/µm",
+    ]
+    return "\n".join(
+        [
+            f"{probe_name}, seats with friction {cycle.friction:g}, {last + 1} touches",
+            "  force: on the tip when the first seat opens; hysteresis: deflection at opening less",
+            "  that at reseating; drift: where the tip then rests, along the normal, against the",
+            "  start; reseat: how far that is from the touch before. Touches 1 and last.",
+            "",
+            table(header, rows),
+        ]
+    )
+
+
+def slide_report(history: SlideHistory, probe_name: str, where: str) -> str:
+    """How far the tip slid, and where it triggered.
+
+    Returns
+    -------
+    str
+    """
+    golden = history.search == "golden"
+    last = int(np.argmax(history.feed))
+    moved = float(np.linalg.norm(history.contact[last] - history.start))
+    how = "trials of a golden section" if golden else "steps"
+    feed, deflection = _um(history.feed[last]), _um(history.deflection[last])
+    lines = [
+        f"{probe_name} on {where}: {len(history)} {how}",
+        f"  feed to {feed}: deflection {deflection}, the contact slides {_um(moved)}",
+    ]
+    if not history.triggered.any():
+        lines.append("  no trigger within these; take more, or larger ones")
+        return "\n".join(lines)
+    first = int(np.argmax(history.triggered))
+    found = "found: the trigger" if golden else f"triggers in step {history.step[first]}"
+    lines.append(f"  {found}, after {_um(history.trigger_feed)} of feed")
+    if not golden and first == 0:
+        lines.append("  (the first step is beyond it: smaller ones show the way there)")
+    return "\n".join(lines)
+
+
+def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
+    """The faces of a part as a table.
+
+    Returns
+    -------
+    str
+    """
+    rows, refused = [], []
+    for row in zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True):
+        face = dict(zip(columns, row, strict=True))
+        if face["problem"]:
+            refused.append(f"face {face['face']} cannot be used: {face['problem']}")
+            continue
+        radius = face["smallest_radius_mm"]
+        rows.append(
+            [
+                str(face["face"]),
+                face["name"],
+                face["type"],
+                f"{face['x_mm']:.2f}, {face['y_mm']:.2f}, {face['z_mm']:.2f}",
+                ", ".join(f"{round(face[f'n{axis}'], 2) + 0.0:+.2f}" for axis in "xyz"),
+                "" if math.isnan(radius) else "apex" if radius < 1e-6 else f"{radius:.3g}",
+                f"{face['u_from']:.4g}, {face['u_to']:.4g}",
+                f"{face['v_from']:.4g}, {face['v_to']:.4g}",
+            ]
+        )
+    box = part.box
+    size = " x ".join(f"{length:.2f}" for length in box[1] - box[0])
+    low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in box)
+    return "\n".join(
+        [
+            f"{part.name}: {len(rows) + len(refused)} faces, {size} mm, from ({low}) to ({high})",
+            "  of each: a point in its middle, the normal there, the smallest radius anywhere on",
+            "  it, and from where to where its parameters go",
+            "",
+            table(["face", "name", "type", "point/mm", "normal", "radius/mm", "u", "v"], rows),
+            *refused,
+        ]
+    )
+
+
+def qualification_report(result: Qualification) -> str:
+    """What a qualification found, in a few lines, outliers named.
+
+    Returns
+    -------
+    str
+    """
+    pretravel_map = result.pretravel_map
+    center = ", ".join(f"{value:.5f}" for value in result.center)
+    u_center = ", ".join(
+        f"{math.sqrt(max(v, 0.0)) / MICROMETRE:.2f}" for v in np.diag(result.center_covariance)
+    )
+    normals = result.contact_normals
+    value = pretravel_map.pretravel(normals, extrapolate=True)
+    u = pretravel_map.standard_uncertainty(normals)
+    between = float(over_support(pretravel_map)[2].max())
+    dof = (
+        f"{result.repeatability_dof:.0f} degrees of freedom"
+        if math.isfinite(result.repeatability_dof)
+        else "as told"
+    )
+    u_radius = _um(result.u_effective_radius, 2)
+    spread, left = _um(float(np.std(result.residuals)), 2), result.degrees_of_freedom
+    lines = [
+        f"{pretravel_map.provenance['source']}, {pretravel_map.provenance['touches']}",
+        f"  map kind           {pretravel_map.kind}",
+        f"  centre             ({center}) mm, u = ({u_center}) µm",
+        f"  effective radius   {result.effective_radius:.6f} mm, u = {u_radius}",
+        f"  pretravel          {_range_um(value)} at the touches",
+        f"  u of the map       {_range_um(u)} at the touches, up to {_um(between, 2)} between them",
+        f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
+        f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
+        *(_physical_lines(result.fit) if isinstance(result.fit, PhysicalMapFit) else []),
+        *(_delay_lines(result.delay) if result.delay is not None else []),
+        *labelled("gauge", pretravel_map.provenance["gauge"]),
+    ]
+    for outlier in result.outliers:
+        lines += labelled("OUTLIER", outlier.message)
+    return "\n".join(lines)
+
+
+def _delay_lines(delay: SignalDelay) -> list[str]:
+    told = (
+        f"{delay.delay * 1e3:.3f} ms, u = {delay.u_delay * 1e3:.3f} ms, from feeds of "
+        f"{delay.slowest:g} to {delay.fastest:g} mm/min; the map is that of the probe at rest, "
+        "compensation takes feed times delay off first"
+    )
+    return labelled("signal delay", told)
+
+
+def kinds_report(scores: Sequence[KindScore]) -> str:
+    """How the kinds of map predict touches that were left out of their fits.
+
+    Returns
+    -------
+    str
+    """
+    fitted = [score for score in scores if not score.problem]
+    rows = [
+        [
+            score.kind,
+            f"{score.rms / MICROMETRE:.2f}",
+            f"{score.u_rms / MICROMETRE:.2f}",
+            f"{score.honesty:.2f}",
+            f"{score.surprise:+.2f}",
+        ]
+        for score in fitted
+    ]
+    header = ["kind", "left-out rms/µm", "±/µm", "(error/u)²", "surprise"]
+    lines = [
+        f"Kind {fitted[0].kind} predicts directions left out of its fit best:",
+        table(header, rows),
+        "  rms: of left-out touches, repeatability in it, ± its standard error; (error/u)²: mean",
+        "  over touches, each with its own u, 1 where u is right; surprise: mean of ln(u/µm) +",
+        "  (error/u)²/2, the smallest is chosen",
+    ]
+    lines += [f"  {score.kind}: {score.problem}" for score in scores if score.problem]
+    return "\n".join(lines)
+
+
+def _physical_lines(fit: PhysicalMapFit) -> list[str]:
+    """The numbers of a fitted six-seat probe, in words."""
+    named = fit.basis.named
+    spread = np.sqrt(np.diag(fit.parameter_covariance))
+    index = {parameter.name: i for i, parameter in enumerate(PARAMETERS)}
+
+    def shown(name: str, factor: float, digits: int) -> str:
+        relative = PARAMETERS[index[name]].logarithmic
+        u = spread[index[name]] * (named[name] if relative else 1.0)
+        return f"{named[name] * factor:.{digits}f} ± {u * factor:.{digits}f}"
+
+    known = ", ".join(
+        f"{name.replace('_', ' ')} {100.0 * fit.learned[index[name]]:.0f} %"
+        for name in [parameter.name for parameter in IDEAL]
+    )
+    return [
+        (
+            f"  six-seat probe     lever / tripod radius {shown('lever_ratio', 1.0, 2)}, "
+            f"support angle {shown('support_angle', 1 / DEGREE, 1)}°"
+        ),
+        f"{'':21}first rod at azimuth {shown('rod_azimuth', 1 / DEGREE, 2)}° (or 120° further)",
+        (
+            f"{'':21}lateral deflection {shown('lateral_deflection', 1 / MICROMETRE, 2)} µm, "
+            f"seats sink in {shown('seat_indentation', 1 / MICROMETRE, 2)} µm at rest"
+        ),
+        *labelled("learned", f"share of prior variance that the touches took away: {known}"),
+        f"  asymmetry          {fit.asymmetry_scale:g} of the usual, by likelihood",
+    ]
+
+
+def points_report(points: Points) -> str:
+    """What a compensation gave, in a few lines.
+
+    Returns
+    -------
+    str
+    """
+    lines = [
+        f"{len(points)} points",
+        f"  pretravel          {_range_um(points.pretravel)}",
+        f"  uncertainty u      {_range_um(points.standard_uncertainty)}",
+    ]
+    if points.deviation is not None:
+        deviation = points.deviation
+        lines.append(
+            f"  deviation          {_range_um(deviation)}, mean {_um(float(deviation.mean()), 2)}, "
+            f"standard deviation {_um(float(deviation.std()), 2)}"
+        )
+    return "\n".join(lines)

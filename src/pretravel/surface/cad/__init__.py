@@ -1,0 +1,1 @@
+"""Parts from STEP files: faces as surfaces, with their edges."""

@@ -1,0 +1,1 @@
+"""What gives, model by model: analytic, finite elements, and published closed forms."""

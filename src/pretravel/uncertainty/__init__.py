@@ -1,0 +1,1 @@
+"""Uncertainty: GUM, Monte Carlo, and least-squares features with covariance."""
