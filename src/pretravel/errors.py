@@ -1,4 +1,4 @@
-"""The errors that pretravel raises: what was wrong, what came, what to do."""
+"""The errors that pretravel raises: what is wrong, what was given, what to do."""
 
 from __future__ import annotations
 
@@ -6,26 +6,46 @@ from pathlib import Path
 
 
 class PretravelError(ValueError):
-    """Something that the user can put right; its text says what and how.
+    """A fault that the user can correct; the text says what is wrong and what to do.
 
-    The command line prints it without a traceback and exits with code 2.
+    The command line prints the text without a traceback and exits with code 2.
+
+    Parameters
+    ----------
+    message : str
+        It speaks of quantities, not of options of the command line.
+    inputs : tuple of str
+        Names of the inputs that can correct the fault, as the parameters of the Python functions
+        are called. The command line adds its options of these names to the message.
+
+    >>> PretravelError("the tip's diameter is -3 mm", inputs=("tip_diameter",)).inputs
+    ('tip_diameter',)
     """
+
+    def __init__(self, message: str = "", *, inputs: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.inputs = inputs
 
 
 class InputError(PretravelError):
-    """A file that cannot be used as it is, with the place in it.
+    """A file that cannot be used as it is; the message names the file and the line.
 
     >>> print(InputError("column 'nx' is missing", path="touches.csv", line=1))
     touches.csv, line 1: column 'nx' is missing
     """
 
     def __init__(
-        self, message: str, *, path: str | Path | None = None, line: int | None = None
+        self,
+        message: str,
+        *,
+        path: str | Path | None = None,
+        line: int | None = None,
+        inputs: tuple[str, ...] = (),
     ) -> None:
         place = "" if path is None else str(path)
         if line is not None:
             place += f"{', ' if place else ''}line {line}"
-        super().__init__(f"{place}: {message}" if place else message)
+        super().__init__(f"{place}: {message}" if place else message, inputs=inputs)
 
 
 class DescriptionError(PretravelError):
@@ -33,11 +53,11 @@ class DescriptionError(PretravelError):
 
 
 class ExtrapolationError(PretravelError):
-    """A map was asked for directions that no touch or prediction supports."""
+    """A direction outside those that the touches or the prediction of a map cover."""
 
 
 class ConvergenceError(PretravelError):
-    """An iteration did not keep its promise; the text gives the number it reached."""
+    """An iteration that did not converge; the text states the residual that it reached."""
 
 
 class MeshError(PretravelError):
@@ -45,4 +65,4 @@ class MeshError(PretravelError):
 
 
 class CapacityError(PretravelError):
-    """Work that this machine has not the memory for; the text gives both numbers."""
+    """A computation that needs more memory than there is; the text states both numbers."""

@@ -180,8 +180,9 @@ def at_rest(touches: Touches, delay: float) -> Touches:
     """
     if touches.feeds is None:
         raise PretravelError(
-            "the signal delay adds travel in proportion to the feed, and the touches do not tell "
-            "theirs: add a column feed_mm_min, or give --feed"
+            "the signal delay adds travel in proportion to the feed, but these touches do not "
+            "state their feed: add a column feed_mm_min, or give the feed",
+            inputs=("feed",),
         )
     travel = np.asarray(touches.feeds) / SECONDS_PER_MINUTE * delay
     return replace(
@@ -209,9 +210,11 @@ def with_feed(touches: Touches, feed: float | None) -> Touches:
     if feed is None:
         return touches
     if touches.feeds is not None:
-        raise PretravelError("the touches tell their feeds themselves; leave --feed out")
+        raise PretravelError(
+            "the touches state their feeds themselves: do not give a feed", inputs=("feed",)
+        )
     if not 0.0 < feed < np.inf:
-        raise PretravelError(f"--feed {feed:g}: a feed is positive, in mm/min")
+        raise PretravelError(f"the feed is {feed:g} mm/min; it must be positive", inputs=("feed",))
     return replace(touches, feeds=np.full(len(touches), feed))
 
 

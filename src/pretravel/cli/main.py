@@ -33,6 +33,7 @@ from pretravel.cli import (
     slide,
     verify,
 )
+from pretravel.cli.command import Command
 from pretravel.errors import PretravelError
 
 app = typer.Typer(
@@ -89,7 +90,7 @@ for command in (
 ):
     example = (command.__doc__ or "").rpartition("Example: ")[2].strip()
     summary = (command.__doc__ or "").rpartition("Example: ")[0].strip()
-    app.command(help=summary, epilog=f"Example: {example}")(command)
+    app.command(cls=Command, help=summary, epilog=f"Example: {example}")(command)
 
 app.add_typer(program.app)
 

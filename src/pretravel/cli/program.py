@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.arguments import angle_range, check_files, vector, working
+from pretravel.cli.command import Command
 
 if TYPE_CHECKING:
     from pretravel.controls.program import ProbingProgram
@@ -36,7 +37,10 @@ _RINGS = "0,20,40,60,75,90"
 _ENDINGS = (".ngc", ".nc", ".gcode", ".tap")
 
 
-@app.command(epilog="Example: pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc")
+@app.command(
+    cls=Command,
+    epilog="Example: pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc",
+)
 def sphere(
     machine: MachineFile,
     diameter: Annotated[float, typer.Option(help="Of the reference sphere, mm.")],
