@@ -1,0 +1,194 @@
+"""The covariance of several quantities, in one of three forms that have names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.errors import PretravelError
+
+_ROUNDING = 1e-9  # of the largest eigenvalue: what rounding may take a zero eigenvalue below zero
+
+
+class Correlation(Enum):
+    """How the errors of several quantities are correlated."""
+
+    INDEPENDENT = "independent"
+    """Each quantity has an error of its own."""
+    FULLY_SHARED = "fully shared"
+    """One error moves all quantities together, each by its own standard uncertainty."""
+    FULL = "full matrix"
+    """The covariance of every pair is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Covariance:
+    """Covariance of n quantities.
+
+    Made by `independent`, `fully_shared` and `full`: variances alone do not say whether the errors
+    are independent, and the uncertainty of a sum depends on that.
+
+    Attributes
+    ----------
+    correlation : Correlation
+    values : (n,) or (n, n) float
+        Variances where the quantities are independent or fully correlated, else the matrix.
+        Square of the unit of the quantities.
+
+    Raises
+    ------
+    PretravelError
+        Values that are not finite, a negative variance, a matrix that is not symmetric.
+
+    Examples
+    --------
+    The sum of two quantities with the standard uncertainty 1:
+
+    >>> total = np.array([[1.0, 1.0]])
+    >>> Covariance.independent([1.0, 1.0]).variance_of(total).tolist()
+    [2.0]
+    >>> Covariance.fully_shared([1.0, 1.0]).variance_of(total).tolist()
+    [4.0]
+    >>> Covariance.full([[1.0, 0.5], [0.5, 1.0]]).variance_of(total).tolist()
+    [3.0]
+    """
+
+    correlation: Correlation
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        values = frozen(self.values)
+        object.__setattr__(self, "values", values)
+        if values.ndim != (2 if self.correlation is Correlation.FULL else 1):
+            raise PretravelError(
+                f"a covariance of the form '{self.correlation.value}' has "
+                f"{'a square matrix' if self.correlation is Correlation.FULL else 'variances (n,)'}"
+                f", not an array of shape {values.shape}"
+            )
+        if not np.all(np.isfinite(values)):
+            raise PretravelError("a covariance must be finite")
+        if np.any(self.variances < 0.0):
+            raise PretravelError("variances cannot be negative")
+        if self.correlation is Correlation.FULL:
+            _check_matrix(values)
+
+    @classmethod
+    def independent(cls, variances: npt.ArrayLike) -> Covariance:
+        """Of quantities without common errors, from their variances (n,)."""
+        return cls(Correlation.INDEPENDENT, np.asarray(variances, dtype=np.float64))
+
+    @classmethod
+    def fully_shared(cls, variances: npt.ArrayLike) -> Covariance:
+        """Of quantities that one common error moves, from their variances (n,).
+
+        The standard uncertainty of a weighted mean of such quantities is the weighted mean of
+        their standard uncertainties.
+        """
+        return cls(Correlation.FULLY_SHARED, np.asarray(variances, dtype=np.float64))
+
+    @classmethod
+    def full(cls, matrix: npt.ArrayLike) -> Covariance:
+        """From the matrix (n, n) itself."""
+        return cls(Correlation.FULL, np.asarray(matrix, dtype=np.float64))
+
+    @classmethod
+    def none(cls, size: int) -> Covariance:
+        """Of `size` quantities that state no uncertainty."""
+        return cls.independent(np.zeros(size))
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def variances(self) -> FloatArray:
+        """Of each quantity, (n,)."""
+        if self.correlation is Correlation.FULL:
+            return np.asarray(np.diagonal(self.values))
+        return self.values
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Of every pair, (n, n)."""
+        if self.correlation is Correlation.INDEPENDENT:
+            return np.diag(self.values)
+        if self.correlation is Correlation.FULLY_SHARED:
+            deviation = np.sqrt(self.values)
+            return np.outer(deviation, deviation)
+        return self.values
+
+    @property
+    def states_uncertainty(self) -> bool:
+        """Whether any variance is above zero."""
+        return bool(self.values.any())
+
+    def variance_of(self, weights: FloatArray) -> FloatArray:
+        """Variances of weighted sums of the quantities.
+
+        Parameters
+        ----------
+        weights : (m, n) float
+            One row for each sum.
+
+        Returns
+        -------
+        (m,) float
+        """
+        if self.correlation is Correlation.INDEPENDENT:
+            return np.asarray(weights**2 @ self.values)
+        if self.correlation is Correlation.FULLY_SHARED:
+            return np.asarray((weights @ np.sqrt(self.values)) ** 2)
+        return np.asarray(np.sum((weights @ self.values) * weights, axis=1))
+
+    def carried(self, weights: FloatArray) -> FloatArray:
+        """Covariance matrix of weighted sums of the quantities: W S W', (m, m).
+
+        Parameters
+        ----------
+        weights : (m, n) float
+            One row for each sum.
+
+        References
+        ----------
+        JCGM 102, equation 3.
+        """
+        if self.correlation is Correlation.INDEPENDENT:
+            return np.asarray((weights * self.values) @ weights.T)
+        if self.correlation is Correlation.FULLY_SHARED:
+            deviation = weights @ np.sqrt(self.values)
+            return np.outer(deviation, deviation)
+        return np.asarray(weights @ self.values @ weights.T)
+
+    def errors(self, generator: np.random.Generator, trials: int) -> FloatArray:
+        """Normal errors of the quantities, drawn with this covariance.
+
+        Parameters
+        ----------
+        generator : numpy.random.Generator
+        trials : int
+
+        Returns
+        -------
+        (trials, n) float
+        """
+        if self.correlation is Correlation.FULLY_SHARED:
+            return generator.standard_normal((trials, 1)) * np.sqrt(self.values)
+        if self.correlation is Correlation.INDEPENDENT:
+            return generator.standard_normal((trials, len(self))) * np.sqrt(self.values)
+        eigenvalues, vectors = np.linalg.eigh(self.values)
+        root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+        return np.asarray(generator.standard_normal((trials, len(self))) @ root.T)
+
+
+def _check_matrix(matrix: FloatArray) -> None:
+    if matrix.shape[0] != matrix.shape[1]:
+        raise PretravelError(f"a covariance matrix is square; this one has shape {matrix.shape}")
+    if not len(matrix):
+        return
+    lowest, highest = np.linalg.eigvalsh(matrix)[[0, -1]]
+    asymmetry = 1e-12 * max(highest, 0.0)
+    if not np.allclose(matrix, matrix.T, atol=asymmetry) or lowest < -_ROUNDING * highest:
+        raise PretravelError("this is not a covariance: symmetric, no negative variance")
