@@ -42,7 +42,7 @@ from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.qualification.qualification import qualify
-from pretravel.surface.cad.part import read_step_part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import SeatStatics, seat_statics

@@ -38,7 +38,7 @@ _PUBLIC = {
     "TouchStatus": "probing.touching",
     "predicted_tip": "probing.tip",
     "slide": "probing.slide",
-    "read_step_part": "surface.cad.part",
+    "read_step_part": "surface.cad.step_part",
     "plan_inspection": "probing.inspection",
     "FunctionSurface": "surface.parametric",
     "simulate": "probing.simulation",
@@ -118,7 +118,7 @@ if TYPE_CHECKING:
     from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
     from pretravel.qualification.qualification import Qualification
     from pretravel.qualification.verification import verify
-    from pretravel.surface.cad.part import read_step_part
+    from pretravel.surface.cad.step_part import read_step_part
     from pretravel.surface.parametric import FunctionSurface
     from pretravel.surface.specification import parse_surface
     from pretravel.touches import Touches

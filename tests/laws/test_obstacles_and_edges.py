@@ -19,7 +19,8 @@ from pretravel.probing.simulation import simulate_some
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import TouchStatus, touch
-from pretravel.surface.cad.part import Part, read_step_part
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Reversed, Sphere, Torus
 from pretravel.trigger.predict import predict, predicted_map
 
@@ -118,7 +119,7 @@ class TestEdges:
         part = _part(pipe - Cylinder(Pnt(0, 0, height), X, hole, 2.0 * radius), tmp_path)
         (face,) = (
             f for f in part.faces
-            if f.kind == "cylinder" and abs(f.sharpest - 1.0 / radius) < 1e-9
+            if f.kind == "cylinder" and abs(f.largest_convex_curvature - 1.0 / radius) < 1e-9
         )  # fmt: skip
         around = np.linspace(0.0, 2.0 * math.pi, 2001)
         for off, expected in ((1e-3, True), (-1e-3, False)):
@@ -159,7 +160,7 @@ class TestFolded:
 
     def test_a_spindle_torus(self) -> None:
         from pretravel.surface.cad.brep import SurfaceRecord
-        from pretravel.surface.cad.part import _one_side
+        from pretravel.surface.cad.step_part import _one_side
         from pretravel.surface.cad.trim import Trim
 
         record = SurfaceRecord("torus", Torus([0, 0, 0], 3.0, 5.0))
@@ -208,7 +209,7 @@ class TestFolded:
 
     def test_offset_beyond_the_centre_of_curvature(self) -> None:
         from pretravel.surface.cad.brep import SurfaceRecord
-        from pretravel.surface.cad.part import _one_side
+        from pretravel.surface.cad.step_part import _one_side
         from pretravel.surface.swept import Offset
 
         hollow = SurfaceRecord("offset of sphere", Offset(Reversed(Sphere([0, 0, 0], 5.0)), 6.0))

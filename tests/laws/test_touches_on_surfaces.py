@@ -24,7 +24,8 @@ from pretravel.probing.slide import slide
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
-from pretravel.surface.cad.part import Part, read_step_part
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed, Sphere, Torus

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from pretravel.errors import PretravelError
 from pretravel.probing.inspection import plan_inspection
-from pretravel.surface.cad.part import read_step_part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Cylinder, Plane, Sphere, Torus
 
 from ..conftest import EXAMPLES

@@ -22,7 +22,7 @@ from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
 from pretravel.formats.machine_file import machine_text, read_machine
 from pretravel.probing.inspection import plan_inspection
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad.part import read_step_part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.units import DEGREE
 from tests.unit.test_command_line import rows, run
 

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError, PretravelError
-from pretravel.surface.cad.part import Face, Part, read_step_part
+from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import read_step_part
+from pretravel.surface.cad.step_reader import read_step_solids
 from pretravel.surface.specification import parse_surface
 
 from ..conftest import EXAMPLES
@@ -273,7 +276,8 @@ class TestBrepText:
         from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
 
         from pretravel.surface.cad.brep import parse_brep
-        from pretravel.surface.cad.part import _part
+        from pretravel.surface.cad.step_part import part_from_step
+        from pretravel.surface.cad.step_reader import StepContent
 
         def there(*moves: Any) -> Any:
             whole = moves[0]
@@ -287,7 +291,7 @@ class TestBrepText:
         both = Compound([group, group.Located(there(gp_Trsf.Translation(Vec(0, 50, 0))))])
         file = tmp_path / "groups.brep"
         both.WriteBrep(str(file), withTriangles=False)
-        part = _part("groups", parse_brep(file.read_text(encoding="ascii")), [], file)
+        part = part_from_step(StepContent(parse_brep(file.read_text(encoding="ascii")), ()), file)
         assert len(part.faces) == 24
         ours = np.array([f.derivatives(f.samples(np.inf))[0].mean(axis=0) for f in part.faces])
         theirs = np.array([[f.center.x, f.center.y, f.center.z] for f in both.faces])
@@ -300,7 +304,8 @@ class TestBrepText:
         from netgen.occ import Box
 
         from pretravel.surface.cad.brep import parse_brep
-        from pretravel.surface.cad.part import _part
+        from pretravel.surface.cad.step_part import part_from_step
+        from pretravel.surface.cad.step_reader import StepContent
 
         file = tmp_path / "box.brep"
         Box((0, 0, 0), (1, 2, 3)).WriteBrep(str(file), withTriangles=False)
@@ -313,9 +318,9 @@ class TestBrepText:
             moved = head + "Locations 1\n1 " + matrix + tail.rstrip()[: -len("+1 0")] + "+1 1"
             if refused:
                 with pytest.raises(InputError, match="mirror image"):
-                    _part("box", parse_brep(moved), [""] * 6, file)
+                    part_from_step(StepContent(parse_brep(moved), ("",) * 6), file)
             else:
-                part = _part("box", parse_brep(moved), [""] * 6, file)
+                part = part_from_step(StepContent(parse_brep(moved), ("",) * 6), file)
                 assert part.box == pytest.approx(np.array([[7.0, 0, 0], [9, 1, 3]]))
 
 
@@ -342,7 +347,7 @@ class TestRefusals:
         whole = (EXAMPLES / "part.step").read_text(encoding="ascii")
         head = whole[: whole.index("DATA;")]
         file.write_text(head + "DATA;\nENDSEC;\nEND-ISO-10303-21;\n", encoding="ascii")
-        with pytest.raises(InputError, match=r"empty\.step: holds no faces"):
+        with pytest.raises(InputError, match=r"empty\.step: contains no faces"):
             read_step_part(file)
         building = head.replace("AUTOMOTIVE_DESIGN", "IFC4")
         file.write_text(building + "DATA;\nENDSEC;\nEND-ISO-10303-21;\n", encoding="ascii")
@@ -361,6 +366,17 @@ class TestRefusals:
         file.write_text(text.replace("(#20,#30)", "(#20,#201)"), encoding="ascii")
         with pytest.raises(InputError):
             read_step_part(file)
+        with pytest.raises(InputError):  # the solids of a probe are read in the same way
+            read_step_solids(file)
+
+    def test_solids_of_a_probe_are_refused_with_the_reason(self, tmp_path: Path) -> None:
+        file = tmp_path / "half.step"
+        whole = (EXAMPLES / "part.step").read_text(encoding="ascii")
+        file.write_text(whole[: len(whole) // 2], encoding="ascii")
+        with pytest.raises(InputError, match=r"half\.step: is not complete"):
+            read_step_solids(file)
+        with pytest.raises(InputError, match="contains no solid"):
+            read_step_solids(EXAMPLES / "part.step")
 
     def test_a_bad_face_does_not_take_the_others_with_it(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

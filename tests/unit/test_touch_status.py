@@ -16,7 +16,8 @@ from pretravel.probing.simulation import simulate, simulate_some
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import TouchStatus, describe_failures, touch
-from pretravel.surface.cad.part import Part, read_step_part
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Plane, Sphere
 
 

@@ -21,7 +21,7 @@ def faces(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import faces_table
     from pretravel.report.words import faces_report
-    from pretravel.surface.cad.part import read_step_part
+    from pretravel.surface.cad.step_part import read_step_part
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [step])
     with working(f"reading {step.name}"):

@@ -10,7 +10,8 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.directions import polar_angle
 from pretravel.errors import PretravelError
-from pretravel.surface.cad.part import Face, Part
+from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 
 _FINE = 200

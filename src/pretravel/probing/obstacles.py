@@ -105,7 +105,7 @@ def first_obstacle(
     """
     cloud = part.cloud_of_spacing(0.5 * radius)
     # Every point of a face has one of its samples within this, seen past its curvature.
-    bends = np.array([face.sharpest for face in part.faces])
+    bends = np.array([face.largest_convex_curvature for face in part.faces])
     slack = float(np.max(cloud.gaps * np.sqrt(1.0 + radius * np.minimum(bends, 4.0 / radius))))
     least = _LEAST_STEP * radius
     last = min(slack**2 / radius + least, 0.5 * radius)

@@ -10,7 +10,8 @@ from pretravel.arrays import FloatArray
 from pretravel.probing.inspection import InspectionPlan
 from pretravel.probing.slide import SlideHistory
 from pretravel.report.plotting import COLOURS, new_figure
-from pretravel.surface.cad.part import Face, Part
+from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface, tangent_basis
 from pretravel.units import MICROMETRE
 

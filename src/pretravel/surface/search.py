@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.surface.cad.part import Face, Part
+from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Reach, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 

@@ -11,7 +11,8 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
 from pretravel.errors import InputError, PretravelError
-from pretravel.surface.cad.part import Part, read_step_part
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex
 from pretravel.surface.shapes import (

@@ -20,6 +20,7 @@ from pretravel.errors import DescriptionError, InputError
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
+from pretravel.surface.cad.step_reader import read_step_solids
 from pretravel.whole_file import whole_file
 
 SPRING = "spring"
@@ -235,17 +236,10 @@ def described_parts(probe: Probe) -> list[Part]:
 
 
 def _step_parts(probe: Probe, step: StepGeometry) -> list[Part]:
-    from netgen.occ import OCCGeometry
-
     path = Path(step.path)
     if not path.is_file():
         raise InputError("no such file; [geometry] step is looked for beside the TOML", path=path)
-    try:
-        solids = list(OCCGeometry(str(path)).shape.solids)
-    except Exception as error:  # the kernel has exceptions of its own
-        raise InputError("cannot be read as STEP; export it anew as AP214", path=path) from error
-    if not solids:
-        raise InputError("holds no solid (surfaces alone cannot be meshed)", path=path)
+    solids = read_step_solids(path)
     listing = "; ".join(
         f"#{number} '{solid.name or ''}' {solid.mass:.0f} mm³"
         for number, solid in enumerate(solids, start=1)

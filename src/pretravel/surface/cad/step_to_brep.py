@@ -1,9 +1,8 @@
-"""A STEP file through the CAD kernel into its text form; run as a process of its own."""
+"""Converts a STEP file into the CAD kernel's text form; runs as a process of its own."""
 
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from pathlib import Path
 
@@ -14,14 +13,12 @@ def convert(step: Path, folder: Path) -> None:
     Parameters
     ----------
     step : Path
+        A file that ends with ``.step`` in lower case: the kernel requires it.
     folder : Path
     """
     from netgen.occ import OCCGeometry
 
-    # The kernel knows a format by its ending, and only in small letters.
-    copy = folder / "part.step"
-    shutil.copyfile(step, copy)
-    shape = OCCGeometry(str(copy)).shape
+    shape = OCCGeometry(str(step)).shape
     shape.WriteBrep(str(folder / "part.brep"), withTriangles=False)
     names = [str(face.name or "") for face in shape.faces]
     (folder / "names.json").write_text(json.dumps(names), encoding="utf-8")

@@ -1,0 +1,166 @@
+"""Parts from STEP files: every face as a surface, with its edges and its outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.errors import InputError, PretravelError
+from pretravel.surface.cad.boundary import face_boundary
+from pretravel.surface.cad.brep import Brep, ShapeUse, SurfaceRecord
+from pretravel.surface.cad.face import Face, lattice
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_reader import StepContent, read_step
+from pretravel.surface.cad.trim import Trim
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.shapes import Torus
+from pretravel.surface.swept import Offset, Placed
+
+
+def read_step_part(path: str | Path) -> Part:
+    """All faces of a STEP file.
+
+    Parameters
+    ----------
+    path : str or Path
+        AP203, AP214 or AP242, in any unit of length.
+
+    Returns
+    -------
+    Part
+        In mm. `Part.unreadable` contains the faces that cannot be used, with the reasons.
+
+    Raises
+    ------
+    InputError
+        No STEP file, or one without faces.
+    """
+    path = Path(path)
+    return part_from_step(read_step(path), path)
+
+
+def part_from_step(content: StepContent, path: Path) -> Part:
+    """The faces of a STEP file that was read.
+
+    Parameters
+    ----------
+    content : StepContent
+    path : Path
+        Of the file, for its name and for messages.
+
+    Returns
+    -------
+    Part
+
+    Raises
+    ------
+    InputError
+        No faces, or none that can be used.
+    """
+    uses = list(_face_uses(content.brep))
+    if not uses:
+        raise InputError(
+            "has no faces: it contains only wires, points or triangles; export the part as a solid "
+            "or surface (AP214 or AP242 with exact geometry)",
+            path=path,
+        )
+    names = content.face_names if len(content.face_names) == len(uses) else ("",) * len(uses)
+    faces, unreadable = [], {}
+    for number, (use, name) in enumerate(zip(uses, names, strict=True), start=1):
+        try:
+            faces.append(_face(content.brep, use, number, name))
+        except (PretravelError, ValueError, FloatingPointError) as error:
+            unreadable[number] = str(error)
+    if not faces:
+        number, reason = next(iter(unreadable.items()))
+        raise InputError(
+            f"none of its {len(uses)} faces can be used; face {number}: {reason}", path=path
+        )
+    return Part(path.name, tuple(faces), tuple(range(len(faces))), unreadable)
+
+
+def _face_uses(brep: Brep) -> Iterator[ShapeUse]:
+    """Every face once, in the kernel's order, with its placement and orientation in the part."""
+    seen: set[tuple[int, bytes]] = set()
+    stack = [ShapeUse(use.index, use.reverses, use.placement) for use in reversed(brep.roots)]
+    while stack:
+        use = stack.pop()
+        shape = brep.shapes[use.index]
+        if shape.kind == "Fa":
+            key = (use.index, np.round(use.placement, 9).tobytes())
+            if key not in seen:
+                seen.add(key)
+                yield use
+            continue
+        if shape.kind in ("Wi", "Ed", "Ve"):
+            continue
+        stack.extend(
+            ShapeUse(part.index, use.reverses != part.reverses, use.placement @ part.placement)
+            for part in reversed(shape.parts)
+        )
+
+
+def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
+    shape = brep.shapes[use.index]
+    record = brep.surfaces[shape.surface - 1]
+    if record.surface is None:
+        raise PretravelError(f"{record.kind}: {record.problem}")
+    placement = use.placement @ shape.placement
+    turn = placement[:3, :3]
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-6:
+        raise PretravelError("its placement in the part changes its scale")
+    if float(np.linalg.det(turn)) < 0.0:
+        raise PretravelError("its placement in the part makes its mirror image")
+    rings, borders = face_boundary(brep, shape, record.surface)
+    trim = Trim(rings, record.surface.domain.period) if rings else None
+    if trim is not None and not borders and trim.covers(record.surface.domain):
+        trim = None  # a closed surface, a whole sphere for example: its rings are seams
+    record = _one_side(record, trim)
+    assert record.surface is not None  # refused above
+    surface: Surface = record.surface
+    if np.abs(placement - np.eye(4)).max() > 0.0:
+        surface = Placed(surface, turn, placement[:3, 3])
+    if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
+        raise PretravelError(f"{record.kind} without edges, which is unbounded")
+    against = record.along_parameters < 0
+    flips = use.reverses ^ against
+    return Face(number, name, record.kind, surface, trim, flips, tuple(borders))
+
+
+def _one_side(record: SurfaceRecord, trim: Trim | None) -> SurfaceRecord:
+    """The part of a self-intersecting surface on which the face lies.
+
+    Across the intersection the outside of the surface changes, so a face on both parts has no
+    outside.
+
+    Raises
+    ------
+    PretravelError
+        A face on both parts, or an offset beyond its centre of curvature.
+    """
+    surface = record.surface
+    if isinstance(surface, Torus) and surface.radius < surface.tube_radius:
+        v = np.linspace(0.0, 2.0 * np.pi, 721) if trim is None else trim.rings[0][:, 1]
+        from_axis = surface.radius + surface.tube_radius * np.cos(v)
+        slack = 1e-6 * surface.tube_radius
+        if from_axis.max() <= slack:
+            barrel = Torus(
+                surface.origin, surface.radius, surface.tube_radius, surface.axes, inner=True
+            )
+            return replace(record, surface=barrel, along_parameters=-record.along_parameters)
+        if from_axis.min() < -slack:
+            raise PretravelError(
+                "torus whose tube crosses its own axis; the face lies on both sides of the axis"
+            )
+    if isinstance(surface, Offset):
+        domain = surface.domain if trim is None else trim.domain(surface.domain)
+        samples = lattice(np.array(domain.lower), np.array(domain.upper), np.array([15, 15]))
+        bends = surface.basis.local(samples).principal_curvatures
+        if np.nanmin(1.0 + surface.distance * bends) <= 0.0:
+            raise PretravelError(
+                f"{record.kind} by {surface.distance:g} mm, beyond its centre of curvature"
+            )
+    return record
