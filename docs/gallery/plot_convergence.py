@@ -15,7 +15,7 @@ from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.geometry import probe_solids
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.predict import predict
 

@@ -18,7 +18,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, Tip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.surface.shapes import Plane, Reversed, Sphere
 
 POLAR = np.array([10.0, 26.7, 40.0, 60.0, 80.0])

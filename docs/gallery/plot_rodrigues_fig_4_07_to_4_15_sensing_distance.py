@@ -13,7 +13,7 @@ from published import PICTURES, trigger_table
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.trigger.predict import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 351.0, 10.0)

@@ -16,7 +16,7 @@ from published import PICTURES, sliding_tables
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import SlideHistory, slide
 from pretravel.probing.tip import predicted_tip
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.report.surface_pictures import draw_slide
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface

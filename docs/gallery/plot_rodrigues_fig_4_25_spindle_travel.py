@@ -18,7 +18,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.surface.shapes import Ellipsoid
 
 ANGLE = np.arange(10.0, 81.0, 5.0)

@@ -15,7 +15,7 @@ from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.trigger.predict import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 61.0, 5.0)

@@ -16,7 +16,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import predicted_tip
 from pretravel.probing.touching import SurfaceTouches, touch
-from pretravel.report.plotting import save
+from pretravel.report.style import save
 from pretravel.surface.shapes import Sphere
 
 POLAR = np.concatenate([np.arange(0.0, 20.0, 1.0), np.arange(20.0, 91.0, 5.0)])

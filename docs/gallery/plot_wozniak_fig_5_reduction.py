@@ -19,7 +19,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
 from pretravel.qualification.wozniak import wozniak_constant
-from pretravel.report.plotting import COLOURS, polar_axes, save
+from pretravel.report.style import COLOURS, polar_axes, save
 from pretravel.trigger.predict import predict
 
 LENGTHS = (30.0, 50.0)

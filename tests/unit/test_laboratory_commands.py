@@ -21,8 +21,8 @@ TRACES = sorted((EXAMPLES / "rig").glob("*.csv"))
 class TestQualify:
     def test_physical_then_compensate(self, tmp_path: Path) -> None:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind",
-                   "physical", "-o", tmp_path / "map.nc")  # fmt: skip
-        assert "six-seat probe" in text
+                   "physical", "--verbose", "-o", tmp_path / "map.nc")  # fmt: skip
+        assert "Six-seat probe" in text
         assert "first harmonic" in text
         run("compensate", PART, "--map", tmp_path / "map.nc", "-o", tmp_path / "points.csv")
         u = np.array([float(row["u_um"]) for row in rows(tmp_path / "points.csv")])
@@ -32,7 +32,7 @@ class TestQualify:
     def test_wozniak(self, tmp_path: Path) -> None:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind",
                    "wozniak", "-o", tmp_path / "map.csv", "--plot",
-                   tmp_path / "map.png")  # fmt: skip
+                   tmp_path / "map.png", "--verbose")  # fmt: skip
         assert "lobes found at azimuth" in text
         assert (tmp_path / "map.png").stat().st_size > 10_000
 

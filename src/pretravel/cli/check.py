@@ -128,10 +128,10 @@ def check(
         with whole_file(output) as temporary:
             temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
 
         title = f"pretravel check {standard}: {touches.name}"
-        write_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
+        write_text_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
     if plot is not None:
         from pretravel.report.plotting import save
 

@@ -50,10 +50,12 @@ def compare(
     if output is not None and output.suffix.lower() in (".csv", ".json"):
         write_table(output, comparison_table(result))
     elif output is not None:
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
 
         title = f"pretravel compare: {Path(map_file).name}"
-        write_page(output, title, [("Result", report)], {"Corrections": plot_comparison(result)})
+        write_text_page(
+            output, title, [("Result", report)], {"Corrections": plot_comparison(result)}
+        )
     if plot is not None:
         from pretravel.report.plotting import save
 

@@ -92,12 +92,12 @@ def compensate(
     report = points_report(points)
     warnings = readings.notes() + compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
         from pretravel.report.plotting import plot_points
 
         title = f"pretravel compensate: {touches.name}"
         sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
-        write_page(output, title, sections, {"Compensated points": plot_points(points)})
+        write_text_page(output, title, sections, {"Compensated points": plot_points(points)})
     elif output.suffix.lower() == ".msr":
         write_fusion_points(output, points, measured.nominal_points, pretravel_map.tip_radius)
     else:

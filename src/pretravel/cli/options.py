@@ -16,6 +16,9 @@ Gravity: TypeAlias = Annotated[
     typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
 ]
 Picture: TypeAlias = Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")]
+Verbose: TypeAlias = Annotated[
+    bool, typer.Option("--verbose", help="Print the full report, not its key figures alone.")
+]
 Place: TypeAlias = Annotated[
     str | None,
     typer.Option(

@@ -76,11 +76,13 @@ def predict(
     table["azimuth_deg"] = np.tile(azimuth_deg, len(polar_deg))
     report = prediction_report(trigger, description.name)
     if output is not None and output.suffix.lower() == ".html":
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
         from pretravel.report.plotting import plot_prediction, plot_probe
 
         pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
-        write_page(output, f"pretravel predict: {description.name}", [("Result", report)], pictures)
+        write_text_page(
+            output, f"pretravel predict: {description.name}", [("Result", report)], pictures
+        )
     elif output is not None:
         if output.suffix.lower() == ".nc" and model in OF_RESPONSE_FORM:  # else a table
             response = probe_response(description, model, workpiece=part, gravity=weight)

@@ -13,7 +13,8 @@ from pretravel.cli.arguments import (
     unit_vector,
     working,
 )
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.showing import save_picture, show
 
 
 def qualify(
@@ -64,6 +65,7 @@ def qualify(
         typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
@@ -75,7 +77,8 @@ def qualify(
     from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import write_map
     from pretravel.identification.kinds import choose, physical_warnings
-    from pretravel.report.words import kinds_report, qualification_report
+    from pretravel.report.page import write_page
+    from pretravel.report.qualification_report import qualification_document
     from pretravel.units import DEGREE, MICROMETRE
 
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
@@ -109,27 +112,15 @@ def qualify(
             axis=unit_vector(axis, "--axis"),
         )
     result = choice.qualification
-    report = qualification_report(result)
-    if choice.scores:
-        report += "\n\n" + kinds_report(choice.scores)
-    warnings = [*readings.notes(), *physical_warnings(result), *result.warnings]
+    report = qualification_document(
+        result,
+        touches_name=touches.name,
+        scores=choice.scores,
+        warnings=[*readings.notes(), *physical_warnings(result)],
+    )
     if output is not None and output.suffix.lower() == ".html":
-        from pretravel.report.page import write_page
-        from pretravel.report.plotting import plot_qualification
-
-        sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
-        write_page(
-            output,
-            f"pretravel qualify: {touches.name}",
-            sections,
-            {f"Map kind {choice.kind}": plot_qualification(result)},
-        )
+        write_page(output, report)
     elif output is not None:
         write_map(output, result.pretravel_map)
-    if plot is not None:
-        from pretravel.report.plotting import plot_qualification, save
-
-        save(plot_qualification(result, f"{touches.name}, map kind {choice.kind}"), plot)
-    typer.echo(report)
-    for warning in warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

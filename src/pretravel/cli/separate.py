@@ -76,9 +76,9 @@ def separate(
         with whole_file(output) as temporary:
             temporary.write_text(json.dumps(separation_json(result), indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
 
-        write_page(
+        write_text_page(
             output,
             f"pretravel separate: {readings.name}",
             [("Result", "\n".join([separation_report(result), "", *pairs]))],

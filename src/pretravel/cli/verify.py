@@ -112,11 +112,11 @@ def verify(
             document = verification_document(result, decision)
             temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
 
         title = f"pretravel verify: {touches.name} against {map_file.name}"
         figures = {"Differences, and the control chart": plot_verification(result, entries)}
-        write_page(output, title, [("Result", report)], figures)
+        write_text_page(output, title, [("Result", report)], figures)
     if plot is not None:
         from pretravel.report.plotting import save
 
@@ -149,10 +149,12 @@ def history(
     if output is not None and output.suffix.lower() == ".csv":
         write_csv_table(output, history_table(entries))
     elif output is not None:
-        from pretravel.report.page import write_page
+        from pretravel.report.page import write_text_page
 
         title = f"pretravel history: {path.name}"
-        write_page(output, title, [("Verifications", report)], {"Chart": plot_history(entries)})
+        write_text_page(
+            output, title, [("Verifications", report)], {"Chart": plot_history(entries)}
+        )
     if plot is not None:
         from pretravel.report.plotting import save
 

@@ -14,7 +14,7 @@ from pretravel.compensation.comparison import Comparison
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.formats.probe_history import Entry
 from pretravel.qualification.verification import Change, Verification
-from pretravel.report.plotting import COLOURS, new_figure
+from pretravel.report.style import COLOURS, new_figure
 from pretravel.report.words import table
 from pretravel.units import DEGREE, MICROMETRE
 

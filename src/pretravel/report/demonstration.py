@@ -22,8 +22,11 @@ from pretravel.identification.kinds import ALL_KINDS, qualify
 from pretravel.qualification.qualification import Qualification
 from pretravel.report import plotting
 from pretravel.report.controls_words import comparison_report, plot_comparison
-from pretravel.report.page import write_page
-from pretravel.report.words import points_report, qualification_report, table
+from pretravel.report.page import write_text_page
+from pretravel.report.qualification_report import plot_qualification, qualification_document
+from pretravel.report.style import save
+from pretravel.report.terminal import terminal_text
+from pretravel.report.words import points_report, table
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -174,19 +177,20 @@ def demonstrate(data: Path, output: Path) -> str:
     write_map(output / "map.nc", best.pretravel_map)
     write_points(output / "points.csv", points)
     pictures = {
-        "qualification.png": plotting.plot_qualification(
-            best, "Reference sphere, six-seat probe fitted"
-        ),
+        "qualification.png": plot_qualification(best, "Reference sphere, six-seat probe fitted"),
         "points.png": plotting.plot_points(points, "The part, compensated"),
         "compare.png": plot_comparison(compared, "What corrections of today's controls leave"),
         "kp3_ring.png": _ring_picture(ring),
     }
     for name, figure in pictures.items():
-        plotting.save(figure, output / name)
+        save(figure, output / name)
 
     noise = f"{best.repeatability / MICROMETRE:.2f}"
     sections = [
-        ("The probe, qualified on the sphere", qualification_report(best)),
+        (
+            "The probe, qualified on the sphere",
+            terminal_text(qualification_document(best), verbose=True),
+        ),
         ("The part, compensated", points_report(points)),
         ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part, best)),
         ("", _READ_SPHERE.format(noise=noise)),
@@ -194,7 +198,7 @@ def demonstrate(data: Path, output: Path) -> str:
         ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
         ("", _READ_RING),
     ]
-    write_page(
+    write_text_page(
         output / "index.html",
         "pretravel: from touches to compensated points",
         sections,

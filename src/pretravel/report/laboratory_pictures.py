@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.report.plotting import COLOURS, new_figure, polar_axes
+from pretravel.report.style import COLOURS, new_figure, polar_axes
 from pretravel.units import DEGREE, MICROMETRE
 
 if TYPE_CHECKING:

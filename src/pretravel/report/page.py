@@ -1,4 +1,4 @@
-"""Results as one HTML page: text and pictures in a single file that opens anywhere."""
+"""A document as one HTML file that opens anywhere: text, tables and pictures in it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,89 @@ import base64
 import html
 import io
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pretravel.report.document import Document, Picture, Table
+from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from matplotlib.figure import Figure
+
+
+def write_page(path: str | Path, document: Document, files: Sequence[str] = ()) -> None:
+    """Write a page with the full report, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    document : Document
+    files : strings
+        Names of files beside the page, to link to.
+    """
+    write_template(path, "page.html", document=document, files=files)
+
+
+def page_text(document: Document, files: Sequence[str] = ()) -> str:
+    """The page of a document as HTML.
+
+    >>> "<h1>Touches &amp; points</h1>" in page_text(Document("Touches & points"))
+    True
+    """
+    return _environment().get_template("page.html").render(document=document, files=files)
+
+
+def write_template(path: str | Path, template: str, **values: Any) -> None:
+    """Write a page from a template of this package, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    template : str
+        Name of a file in the folder templates.
+    **values
+        What the template shows.
+    """
+    text = _environment().get_template(template).render(**values)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("pretravel.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "addition": addition_text,
+        "heading": heading_text,
+        "png": _png,
+        "rows": _rows,
+        "value": lambda figure: value_text(figure.value, figure.unit, figure.digits),
+    }
+    return environment
+
+
+def _rows(table: Table) -> list[tuple[str, ...]]:
+    """The cells of a table, row by row."""
+    return list(zip(*(cell_texts(column) for column in table.columns), strict=True))
+
+
+def _png(picture: Picture) -> str:
+    """A picture as an address that contains it."""
+    data = io.BytesIO()
+    picture.draw().savefig(data, format="png")
+    return f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
+
 
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;"
@@ -21,7 +97,7 @@ _STYLE = (
 )
 
 
-def write_page(
+def write_text_page(
     path: str | Path,
     title: str,
     sections: Sequence[tuple[str, str]],

@@ -3,86 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import Points
-from pretravel.directions import azimuth_angle, from_angles, polar_angle
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import map_grid
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.qualification.qualification import Qualification
+from pretravel.report.style import COLOURS as COLOURS
+from pretravel.report.style import legend_below, new_figure, polar_axes
+from pretravel.report.style import save as save
 from pretravel.touches import Touches
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
-from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
-
-COLOURS = (
-    "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
-)  # fmt: skip
-_ENDINGS = (".png", ".svg", ".pdf")
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of the house's style, in inches."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]
-    return figure
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure, whole or not at all.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str or Path
-        Ending in .png, .svg or .pdf.
-
-    Raises
-    ------
-    PretravelError
-        Another ending.
-    """
-    if Path(path).suffix.lower() not in _ENDINGS:
-        raise PretravelError(
-            f"a picture cannot be written to '{path}': the ending must be {', '.join(_ENDINGS)}"
-        )
-    with whole_file(path) as temporary:
-        figure.savefig(temporary)
-
-
-def _legend_below(axes: Axes, columns: int) -> None:
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
-
-
-def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
-    """Axes around the circle, one of a grid of such."""
-    from matplotlib.projections.polar import PolarAxes
-
-    axes = figure.add_subplot(rows, columns, index, projection="polar")
-    assert isinstance(axes, PolarAxes)
-    axes.set_title(title, fontsize=11, pad=14)
-    axes.set_rlabel_position(100.0)
-    axes.tick_params(labelsize=8)
-    axes.grid(alpha=0.35)
-    return axes
 
 
 def plot_probe(probe: Probe) -> Figure:
@@ -187,7 +128,7 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     for axes in (force, travel):
         axes.set_ylim(bottom=0.0, top=None if len(shown) else 1.0)
     if len(shown):
-        _legend_below(force, 3)
+        legend_below(force, 3)
     shares = figure.add_subplot(1, 3, 3)
     mean = {
         name: np.array([share[polar == level].mean() for level in levels]) / MICROMETRE
@@ -208,126 +149,6 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     if len(levels) > 1:
         shares.set_xlabel("polar angle / °")
         shares.legend(fontsize=8, loc="upper left")
-    return figure
-
-
-def draw_map(axes: PolarAxes, pretravel_map: PretravelMap) -> None:
-    """A map as seen from the spindle: azimuth around, polar angle outwards.
-
-    Parameters
-    ----------
-    axes : matplotlib PolarAxes
-    pretravel_map : PretravelMap
-    """
-    values = map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
-    azimuth = np.append(values["azimuth_deg"], 360.0) * DEGREE
-    pretravel = np.hstack([values["pretravel_um"], values["pretravel_um"][:, :1]])
-    mesh = axes.pcolormesh(
-        azimuth, values["polar_deg"], pretravel, shading="gouraud", cmap="viridis"
-    )
-    nodes = pretravel_map.support.nodes
-    if len(nodes) <= 400:
-        axes.plot(
-            azimuth_angle(nodes),
-            polar_angle(nodes) / DEGREE,
-            "o",
-            ms=3,
-            mfc="w",
-            mec="k",
-            mew=0.4,
-            clip_on=False,
-        )
-    axes.set_ylim(0.0, float(values["polar_deg"].max()))
-    axes.grid(visible=False)
-    figure = axes.get_figure()
-    assert figure is not None
-    figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label="pretravel / µm")
-
-
-def draw_polar_diagram(
-    axes: PolarAxes, pretravel_map: PretravelMap, polar_deg: float, colour: str, label: str
-) -> None:
-    """Pretravel over azimuth at one polar angle, with a band of two uncertainties.
-
-    Parameters
-    ----------
-    axes : matplotlib PolarAxes
-    pretravel_map : PretravelMap
-    polar_deg : float
-        [deg]
-    colour, label : str
-    """
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 361)
-    directions = from_angles(polar_deg * DEGREE, azimuth)
-    supported = pretravel_map.support.supports(directions)
-    if not supported.any():
-        return
-    normals = directions @ pretravel_map.rotation.T
-    value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
-    u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
-    value[~supported] = np.nan
-    axes.plot(azimuth, value, color=colour, lw=1.6, label=label)
-    axes.fill_between(azimuth, value - 2.0 * u, value + 2.0 * u, color=colour, alpha=0.15, lw=0)
-
-
-def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
-    """The map from above, as polar diagrams with the touches, and the residuals.
-
-    Parameters
-    ----------
-    qualification : Qualification
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    pretravel_map = qualification.pretravel_map
-    figure = new_figure(13.0, 4.8)
-    figure.suptitle(title or f"Qualification, map kind {pretravel_map.kind}")
-    above = polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle")
-    draw_map(above, pretravel_map)
-    diagram = polar_axes(figure, 1, 3, 2, "pretravel / µm, ± 2 u of the map")
-    directions = qualification.contact_normals @ pretravel_map.rotation
-    polar = polar_angle(directions) / DEGREE
-    observed = qualification.observed / MICROMETRE
-    levels = np.unique(np.round(polar / 2.5) * 2.5)[::-1]
-    levels = levels[levels > 1.0][:4]
-    for colour, level in zip(COLOURS, levels, strict=False):
-        draw_polar_diagram(diagram, pretravel_map, float(level), colour, f"polar {level:g}°")
-        rows = np.abs(polar - level) < 1.5
-        diagram.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
-    diagram.set_ylim(bottom=0.0 if observed.min() > 0.0 else None)
-    _legend_below(diagram, 4)
-    residuals = figure.add_subplot(1, 3, 3)
-    number = np.arange(1, len(observed) + 1)
-    # What a least-squares sphere leaves, about its own centre.
-    sphere = np.hstack([np.ones((len(observed), 1)), directions])
-    mean = observed - sphere @ np.linalg.lstsq(sphere, observed, rcond=None)[0]
-    residuals.plot(number, mean, ".", color="#bbbbbb", ms=4, label="left by the mean radius")
-    residuals.plot(
-        number,
-        qualification.residuals / MICROMETRE,
-        ".",
-        color=COLOURS[0],
-        ms=5,
-        label=f"left by {pretravel_map.kind}",
-    )
-    rows = [row for outlier in qualification.outliers for row in outlier.rows]
-    residuals.plot(
-        number[rows],
-        qualification.residuals[rows] / MICROMETRE,
-        "o",
-        mfc="none",
-        mec=COLOURS[3],
-        ms=9,
-        label="named as outlier",
-    ) if rows else None
-    residuals.axhline(0.0, color="k", lw=0.6)
-    residuals.set_xlabel("touch")
-    residuals.set_ylabel("residual / µm")
-    residuals.legend(fontsize=8)
-    residuals.set_title("residuals", fontsize=11)
     return figure
 
 
@@ -436,7 +257,7 @@ def plot_ring_kinds(
             label=f"{name}: {residual.std():.1f} µm",
         )
     diagram.set_ylim(bottom=0.0)
-    _legend_below(diagram, 4)
+    legend_below(diagram, 4)
     left.axhline(0.0, color="k", lw=0.6)
     left.set_xlabel("azimuth / °")
     left.set_ylabel("left over / µm")
@@ -513,7 +334,7 @@ def plot_trigger_field(field: TriggerField, title: str = "") -> Figure:
     _draw_surface(left, mesh.points, corners, azimuth, faces=colours)
     for index, name in enumerate(mesh.region_names):
         left.plot([], [], "s", color=_REGION_COLOURS[index % len(_REGION_COLOURS)], label=name)
-    _legend_below(left, 3)
+    legend_below(left, 3)
     left.set_title(f"{len(mesh.elements)} elements, {mesh.unknowns} unknowns", fontsize=10)
     total, count = np.zeros(len(mesh.points)), np.zeros(len(mesh.points))
     np.add.at(total, mesh.elements, np.repeat(field.stress[:, None], 10, axis=1))

@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.probing.inspection import InspectionPlan
 from pretravel.probing.slide import SlideHistory
-from pretravel.report.plotting import COLOURS, new_figure
+from pretravel.report.style import COLOURS, new_figure
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface, tangent_basis

@@ -12,18 +12,13 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import Points
 from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.identification.kind_choice import KindScore
-from pretravel.identification.physical import PhysicalMapFit
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.probing.slide import SlideHistory
-from pretravel.qualification.delay import SignalDelay
-from pretravel.qualification.qualification import Qualification, over_support
 from pretravel.surface.cad.part import Part
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.trigger.predict import Trigger
-from pretravel.trigger.six_seats import IDEAL, PARAMETERS
 from pretravel.units import DEGREE, MICROMETRE
 
 
@@ -246,116 +241,6 @@ def faces_report(part: Part, columns: Mapping[str, npt.ArrayLike]) -> str:
             *refused,
         ]
     )
-
-
-def qualification_report(result: Qualification) -> str:
-    """What a qualification found, in a few lines, outliers named.
-
-    Returns
-    -------
-    str
-    """
-    pretravel_map = result.pretravel_map
-    center = ", ".join(f"{value:.5f}" for value in result.center)
-    u_center = ", ".join(
-        f"{math.sqrt(max(v, 0.0)) / MICROMETRE:.2f}" for v in np.diag(result.center_covariance)
-    )
-    normals = result.contact_normals
-    value = pretravel_map.pretravel(normals, extrapolate=True)
-    u = pretravel_map.standard_uncertainty(normals)
-    between = float(over_support(pretravel_map)[2].max())
-    dof = (
-        f"{result.repeatability_dof:.0f} degrees of freedom"
-        if math.isfinite(result.repeatability_dof)
-        else "as told"
-    )
-    u_radius = _um(result.u_effective_radius, 2)
-    spread, left = _um(float(np.std(result.residuals)), 2), result.degrees_of_freedom
-    lines = [
-        f"{pretravel_map.provenance['source']}, {pretravel_map.provenance['touches']}",
-        f"  map kind           {pretravel_map.kind}",
-        f"  centre             ({center}) mm, u = ({u_center}) µm",
-        f"  effective radius   {result.effective_radius:.6f} mm, u = {u_radius}",
-        f"  pretravel          {_range_um(value)} at the touches",
-        f"  u of the map       {_range_um(u)} at the touches, up to {_um(between, 2)} between them",
-        f"  repeatability      {_um(result.repeatability, 2)} ({dof})",
-        f"  residuals          {spread} standard deviation, {left:.1f} degrees of freedom",
-        *(_physical_lines(result.fit) if isinstance(result.fit, PhysicalMapFit) else []),
-        *(_delay_lines(result.delay) if result.delay is not None else []),
-        *labelled("gauge", pretravel_map.provenance["gauge"]),
-    ]
-    for outlier in result.outliers:
-        lines += labelled("OUTLIER", outlier.message)
-    return "\n".join(lines)
-
-
-def _delay_lines(delay: SignalDelay) -> list[str]:
-    told = (
-        f"{delay.delay * 1e3:.3f} ms, u = {delay.u_delay * 1e3:.3f} ms, from feeds of "
-        f"{delay.slowest:g} to {delay.fastest:g} mm/min; the map is that of the probe at rest, "
-        "compensation takes feed times delay off first"
-    )
-    return labelled("signal delay", told)
-
-
-def kinds_report(scores: Sequence[KindScore]) -> str:
-    """How the kinds of map predict touches that were left out of their fits.
-
-    Returns
-    -------
-    str
-    """
-    fitted = [score for score in scores if not score.problem]
-    rows = [
-        [
-            score.kind,
-            f"{score.rms / MICROMETRE:.2f}",
-            f"{score.u_rms / MICROMETRE:.2f}",
-            f"{score.honesty:.2f}",
-            f"{score.surprise:+.2f}",
-        ]
-        for score in fitted
-    ]
-    header = ["kind", "left-out rms/µm", "±/µm", "(error/u)²", "surprise"]
-    lines = [
-        f"Kind {fitted[0].kind} predicts directions left out of its fit best:",
-        table(header, rows),
-        "  rms: of left-out touches, repeatability in it, ± its standard error; (error/u)²: mean",
-        "  over touches, each with its own u, 1 where u is right; surprise: mean of ln(u/µm) +",
-        "  (error/u)²/2, the smallest is chosen",
-    ]
-    lines += [f"  {score.kind}: {score.problem}" for score in scores if score.problem]
-    return "\n".join(lines)
-
-
-def _physical_lines(fit: PhysicalMapFit) -> list[str]:
-    """The numbers of a fitted six-seat probe, in words."""
-    named = fit.basis.named
-    spread = np.sqrt(np.diag(fit.parameter_covariance))
-    index = {parameter.name: i for i, parameter in enumerate(PARAMETERS)}
-
-    def shown(name: str, factor: float, digits: int) -> str:
-        relative = PARAMETERS[index[name]].logarithmic
-        u = spread[index[name]] * (named[name] if relative else 1.0)
-        return f"{named[name] * factor:.{digits}f} ± {u * factor:.{digits}f}"
-
-    known = ", ".join(
-        f"{name.replace('_', ' ')} {100.0 * fit.learned[index[name]]:.0f} %"
-        for name in [parameter.name for parameter in IDEAL]
-    )
-    return [
-        (
-            f"  six-seat probe     lever / tripod radius {shown('lever_ratio', 1.0, 2)}, "
-            f"support angle {shown('support_angle', 1 / DEGREE, 1)}°"
-        ),
-        f"{'':21}first rod at azimuth {shown('rod_azimuth', 1 / DEGREE, 2)}° (or 120° further)",
-        (
-            f"{'':21}lateral deflection {shown('lateral_deflection', 1 / MICROMETRE, 2)} µm, "
-            f"seats sink in {shown('seat_indentation', 1 / MICROMETRE, 2)} µm at rest"
-        ),
-        *labelled("learned", f"share of prior variance that the touches took away: {known}"),
-        f"  asymmetry          {fit.asymmetry_scale:g} of the usual, by likelihood",
-    ]
 
 
 def points_report(points: Points) -> str:

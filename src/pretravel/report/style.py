@@ -1,0 +1,72 @@
+"""The style that all pictures share. Matplotlib is imported when a picture is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pretravel.errors import PretravelError
+from pretravel.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+
+COLOURS = (
+    "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
+)  # fmt: skip
+_ENDINGS = (".png", ".svg", ".pdf")
+
+
+def new_figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty figure of a size in inches, with a title above all of it."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+        Ending in .png, .svg or .pdf.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    if Path(path).suffix.lower() not in _ENDINGS:
+        raise PretravelError(
+            f"a picture cannot be written to '{path}': the ending must be {', '.join(_ENDINGS)}"
+        )
+    with whole_file(path) as temporary:
+        figure.savefig(temporary)
+
+
+def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
+    """Axes around the circle, in one cell of a grid of axes."""
+    from matplotlib.projections.polar import PolarAxes
+
+    axes = figure.add_subplot(rows, columns, index, projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_title(title, fontsize=11, pad=14)
+    axes.set_rlabel_position(100.0)
+    axes.tick_params(labelsize=8)
+    axes.grid(alpha=0.35)
+    return axes
+
+
+def legend_below(axes: Axes, columns: int) -> None:
+    """A legend below the axes."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
