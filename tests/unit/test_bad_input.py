@@ -200,7 +200,7 @@ def _edited(old: str, new: str) -> str:
         ("support_angle_deg = 27.266", "support_angle_deg = 90.0", "support angle is 90°"),
         ("radius_mm = 16.34", "radius_mm = -16.34", "must be positive"),
         ("radius_mm = 16.34", "radius_mm = 1.0", "do not fit"),
-        ("radius_mm = 16.34", "radius_mm = inf", "must be positive"),
+        ("radius_mm = 16.34", "radius_mm = inf", "must be a finite number"),
         ("radius_mm = 3.0", "radius_mm = 2.0", "smaller than the stem"),
         ("length_mm = 38.0", "length_mm = -41.0", "must be positive"),
         ("length_mm = 38.0", 'length_mm = "long"', "must be a number"),

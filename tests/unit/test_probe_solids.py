@@ -11,7 +11,7 @@ from netgen.occ import Box, Glue, Pnt
 
 from pretravel.directions import from_angles
 from pretravel.errors import CapacityError, DescriptionError, InputError, MeshError
-from pretravel.model import condensation
+from pretravel.model.fem import condensation
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.geometry import probe_solids, write_step

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.model import reduction_cache
+from pretravel.model.fem import reduction_cache
 from pretravel.model.fem.elasticity import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.reduction_cache import reduced_model, reduction_key

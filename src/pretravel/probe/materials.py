@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
 from pretravel.errors import DescriptionError
-from pretravel.units import GIGAPASCAL
+from pretravel.toml_file import TomlDocument, TomlStructure, parse_toml
 
 
 @dataclass(frozen=True)
@@ -64,28 +63,30 @@ class Material:
         return (1.0 - self.poissons_ratio**2) / self.youngs_modulus
 
 
-def material_from_table(name: str, table: Mapping[str, object], place: str) -> Material:
-    """A material from its TOML table, with units as the keys say.
+@dataclass(frozen=True)
+class _MaterialTable:
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    source: str = ""
 
-    >>> table = {"youngs_modulus_GPa": 70, "poissons_ratio": 0.33, "density_g_cm3": 2.7}
-    >>> material_from_table("aluminium", table, "mine.toml").youngs_modulus
+
+_STRUCTURE = TomlStructure()
+_STRUCTURE.table(_MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+
+
+def material_in(document: TomlDocument, name: str, *place: str | int) -> Material:
+    r"""A material from its table at `place` in a document; the keys state the units.
+
+    >>> text = "youngs_modulus_GPa = 70\npoissons_ratio = 0.33\ndensity_g_cm3 = 2.7"
+    >>> material_in(parse_toml(text), "aluminium").youngs_modulus
     70000.0
     """
-    numbers = {}
-    for key in ("youngs_modulus_GPa", "poissons_ratio", "density_g_cm3"):
-        value = table.get(key)
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            raise DescriptionError(
-                f"{place}: material '{name}' needs a number {key}, got {value!r}"
-            )
-        numbers[key] = float(value)
-    return Material(
-        name=name,
-        youngs_modulus=numbers["youngs_modulus_GPa"] * GIGAPASCAL,
-        poissons_ratio=numbers["poissons_ratio"],
-        density=numbers["density_g_cm3"] * 1e-6,
-        source=str(table.get("source", "")),
-    )
+    table = _STRUCTURE.make(document, _MaterialTable, *place)
+    with document.located(*place):
+        return Material(
+            name, table.youngs_modulus, table.poissons_ratio, table.density, table.source
+        )
 
 
 @cache
@@ -96,8 +97,8 @@ def known_materials() -> Mapping[str, Material]:
     True
     """
     text = files("pretravel.probe").joinpath("data/materials.toml").read_text(encoding="utf-8")
-    tables = tomllib.loads(text)
-    return {name: material_from_table(name, table, "materials") for name, table in tables.items()}
+    document = parse_toml(text, "materials")
+    return {name: material_in(document, name, name) for name in document.tables}
 
 
 def material(name: str, others: Mapping[str, Material] | None = None) -> Material:
