@@ -110,15 +110,13 @@ class Placement:
         return Placement(frozen(self.rotation.T), frozen(-self.rotation.T @ self.shift))
 
 
-def parse_placement(text: str | None, frame: str = "part") -> Placement:
+def parse_placement(text: str) -> Placement:
     """A placement from ``x,y,z`` or ``x,y,z,a,b,c``.
 
     Parameters
     ----------
-    text : str or None
-        Millimetres, then degrees about the machine's x, y and z axes, in that order.
-    frame : str
-        ``part`` or ``machine``; the latter says nothing without a placement.
+    text : str
+        Shift in mm, then rotations in degrees about the machine's x, y and z axes, in that order.
 
     Returns
     -------
@@ -131,19 +129,14 @@ def parse_placement(text: str | None, frame: str = "part") -> Placement:
     >>> parse_placement("0,0,0,0,0,90").vectors(np.array([[1.0, 0.0, 0.0]])).round(9).tolist()
     [[0.0, 1.0, 0.0]]
     """
-    if frame not in ("part", "machine"):
-        raise PretravelError(f"--frame {frame}: it is part or machine")
-    if text is None:
-        if frame == "machine":
-            raise PretravelError("--frame machine: say where the part is, --place x,y,z,a,b,c")
-        return Placement()
     try:
         numbers = [float(word) for word in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) not in (3, 6) or not all(math.isfinite(value) for value in numbers):
         raise PretravelError(
-            f"--place {text}: expected x,y,z in mm, or x,y,z,a,b,c with turns in degrees"
+            f"placement '{text}': expected x,y,z in mm, or x,y,z,a,b,c with rotations in degrees",
+            inputs=("place",),
         )
     turn = turned_about_axes(*(angle * DEGREE for angle in numbers[3:] or (0.0, 0.0, 0.0)))
     return Placement(frozen(turn), frozen(numbers[:3]))

@@ -318,14 +318,14 @@ class TestExportCommand:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            (["--to", "siemens", "-o", "x"], "--to siemens: it is one of"),
+            (["--to", "siemens", "-o", "x"], "--to siemens: it is not known; there are linuxcnc"),
             (["--to", "renishaw"], "say where to write to"),
             (["--to", "linuxcnc", "-o", "x.ngc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "/nowhere/x.txt"], "does not exist"),
             (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "not all common ones"),
             (["--to", "fanuc", "-o", "x.txt", "--base", "900"], "not all common ones"),
-            (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "it is max or rms"),
-            (["--to", "linuxcnc", "-o", "x", "--tolerance", "0"], "must be positive"),
+            (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "not one of 'max', 'rms'"),
+            (["--to", "linuxcnc", "-o", "x", "--tolerance", "0"], "greater than or equal to"),
         ],
     )
     def test_refused(

@@ -40,7 +40,7 @@ class TestQualify:
         ("options", "words"),
         [
             (["--kind", "magic"], "there are mean, sectors, wozniak, harmonic, physical, auto"),
-            (["--kind", "wozniak", "--transducer", "laser"], "there are contact, piezo"),
+            (["--kind", "wozniak", "--transducer", "laser"], "not one of 'contact', 'piezo'"),
             (["--lobe-azimuth", "30"], "go with --kind wozniak"),
         ],
     )
@@ -159,9 +159,9 @@ class TestSeparate:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            (["--repeat-variance", "0.8"], "go together"),
+            (["--repeat-variance", "0.8"], "together, or neither"),
             (["--repeat-variance", "0.8", "--repeat-pair", "25,1"], "no reading has machine"),
-            (["--method", "magic"], "there are reml, least-squares"),
+            (["--method", "magic"], "not one of 'reml', 'least-squares'"),
             (["--pair", "1.5,2"], "whole numbers"),
             (["--repeat-variance", "-1", "--repeat-pair", "1,1"], "positive"),
         ],
@@ -223,7 +223,10 @@ class TestStandards:
             (["iso9999", SPHERE, "--diameter", 25], "there are iso10360-5, iso230-10"),
             (["iso10360-5", PART, "--diameter", 25], "not the 25 points"),
             (["iso10360-5", SPHERE, "--diameter", 12.5, "--tip-diameter", 6], "check --diameter"),
-            (["iso10360-5", SPHERE, "--diameter", 25, "--u-diameter", -1], "not negative"),
+            (
+                ["iso10360-5", SPHERE, "--diameter", 25, "--u-diameter", -1],
+                "greater than or equal to 0",
+            ),
             (["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1], "give --tip-diameter"),
             (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "go with iso10360-5"),
         ],

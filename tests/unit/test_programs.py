@@ -302,7 +302,7 @@ class TestCommands:
         assert "0 and 180" in run(
             "program", "sphere", mill, "--diameter", 25, "--polar", "200", "-o", out, code=2
         )
-        assert "it is rings" in run(
+        assert "there are rings" in run(
             "program", "sphere", mill, "--diameter", 25, "--pattern", "x", "-o", out, code=2
         )
         assert "pretravel machine >" in run(

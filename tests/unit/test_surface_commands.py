@@ -72,7 +72,7 @@ class TestSlide:
             (["--surface", "convex", "--at", "middle"], "expected two numbers"),
             (["--surface", "convex", "--at", "0,0", "--step", "0"], "above zero"),
             (["--surface", "convex", "--at", "0,0", "--steps", "0"], "1 to 100000"),
-            (["--surface", "convex", "--at", "0,0", "--process", "odd"], "curved, inclined"),
+            (["--surface", "convex", "--at", "0,0", "--process", "odd"], "not one of 'curved'"),
             (["--surface", "convex", "--at", "0,0", "--search", "golden"], "vertical and inclined"),
             (["--surface", "convex", "--at", "0.5,0.5", "--process", "vertical"], "for walls"),
             (
@@ -136,9 +136,9 @@ class TestFacesAndPlan:
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
-            (["--grid", "6"], "points along u x points along v"),
+            (["--grid", "6"], "the points along u and the points along v"),
             ([], "one way to choose"),
-            (["--grid", "2x2", "--max-polar", "0"], "between 0 and 180"),
+            (["--grid", "2x2", "--max-polar", "0"], "greater than or equal to 0.001"),
             (["--grid", "2x2", "--u", "5"], "expected two numbers"),
         ],
     )

@@ -1,195 +1,277 @@
-"""What people type, as values: ranges, vectors; and progress for long work."""
+"""Values as people type them: angles, vectors, pairs, and names from a registry.
+
+Each function is a `parser` for an option of typer. It raises `typer.BadParameter` with the value
+and the reason; `pretravel.cli.command.Command` adds the name of the option.
+"""
 
 from __future__ import annotations
 
-import logging
+import functools
 import math
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+import typer
 
 from pretravel.errors import PretravelError
+from pretravel.units import MICROMETRE
 
 _MOST_VALUES = 100_000
 
-PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".nc", ".csv", ".json", ".html")
-POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr", ".html")
+T = TypeVar("T")
 
 
-def check_files(
-    outputs: Sequence[tuple[Path | None, Sequence[str]]], inputs: Sequence[Path | str] = ()
-) -> None:
-    """Refuse outputs that could not be written, before any work is done for them.
+class Vector(NamedTuple):
+    """Three numbers, x, y, z."""
 
-    Parameters
+    x: float
+    y: float
+    z: float
+
+
+class Pair(NamedTuple):
+    """Two numbers, of surface parameters or of a range."""
+
+    first: float
+    second: float
+
+
+class Indices(NamedTuple):
+    """The index of a machine and that of a probe direction."""
+
+    machine: int
+    probe: int
+
+
+class Counts(NamedTuple):
+    """Numbers of points along the parameters u and v of a face."""
+
+    along_u: int
+    along_v: int
+
+
+class Feeds(tuple[float, ...]):
+    """Feeds. [mm/min]"""
+
+
+@dataclass(frozen=True)
+class Length:
+    """A length, or none.
+
+    Attributes
     ----------
-    outputs : pairs of path and endings
-        Paths that will be written (None: not asked for), and what they may end in.
-    inputs : paths
-        Of files that are read; none may be overwritten.
-
-    Raises
-    ------
-    PretravelError
-        Another ending, no such folder, a folder of that name, a file that is read.
-
-    >>> check_files([(Path("map.xyz"), (".nc",))])
-    Traceback (most recent call last):
-    ...
-    pretravel.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    micrometres : float or None
+        [µm]
     """
-    seen: set[Path] = set()
-    for path, endings in outputs:
-        if path is None:
-            continue
-        if path.suffix.lower() not in endings:
-            raise PretravelError(f"cannot write {path}: the ending must be {', '.join(endings)}")
-        if not path.parent.is_dir():
-            raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
-        if path.is_dir():
-            raise PretravelError(f"cannot write {path}: it is a folder")
-        resolved = path.resolve()
-        if resolved in seen:
-            raise PretravelError(f"cannot write {path} twice")
-        if any(resolved == Path(source).resolve() for source in inputs):
-            raise PretravelError(
-                f"cannot write {path}: it is read too and would be overwritten; choose another name"
-            )
-        seen.add(resolved)
+
+    micrometres: float | None
+
+    @property
+    def millimetres(self) -> float | None:
+        """The length inside the library. [mm]"""
+        return None if self.micrometres is None else self.micrometres * MICROMETRE
+
+    def __str__(self) -> str:
+        return "none" if self.micrometres is None else str(self.micrometres)
 
 
-def angle_range(text: str, name: str) -> list[float]:
-    """Angles from ``start:stop:step`` (the stop included), ``a,b,c`` or one number.
+@dataclass(frozen=True)
+class Angles:
+    """Angles, and the text that they come from.
 
-    Parameters
+    Attributes
     ----------
     text : str
+    degrees : tuple of float
         [deg]
-    name : str
-        The argument's name, for messages.
+    """
 
-    Returns
-    -------
-    list of float
-        [deg]
+    text: str
+    degrees: tuple[float, ...]
 
-    Raises
-    ------
-    PretravelError
+    @classmethod
+    def of(cls, text: str) -> Angles:
+        """The angles that `text` means; see `angles`."""
+        return angles(text)
 
-    >>> angle_range("0:30:10", "--azimuth"), angle_range("90", "--polar")
-    ([0.0, 10.0, 20.0, 30.0], [90.0])
+    def __str__(self) -> str:
+        return self.text
+
+
+def parser(value_type: type[T]) -> Callable[[Callable[[str], T]], Callable[[str], T]]:
+    """Make a function a parser for typer, which passes the default value through it too."""
+
+    def decorate(read: Callable[[str], T]) -> Callable[[str], T]:
+        @functools.wraps(read)
+        def parse(text: str) -> T:
+            if isinstance(text, value_type):
+                return text
+            try:
+                return read(text)
+            except PretravelError as error:
+                raise typer.BadParameter(f"{text}: {error}") from error
+
+        return parse
+
+    return decorate
+
+
+@parser(Angles)
+def angles(text: str) -> Angles:
+    """Angles from ``start:stop:step`` (the stop included), ``a,b,c`` or one number, in degrees.
+
+    >>> angles("0:30:10").degrees, angles("90").degrees
+    ((0.0, 10.0, 20.0, 30.0), (90.0,))
     """
     try:
         numbers = [float(part) for part in text.replace(":", ",").split(",")]
         if not all(math.isfinite(value) for value in numbers):
             raise ValueError
         if ":" not in text:
-            return numbers
+            return Angles(text, tuple(numbers))
         start, stop, step = numbers
     except ValueError:
-        raise PretravelError(
-            f"{name} {text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
+        raise typer.BadParameter(
+            f"{text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
         ) from None
     if not step > 0.0 or stop < start:
-        raise PretravelError(f"{name} {text}: start:stop:step must go upwards, with a step above 0")
+        raise typer.BadParameter(
+            f"{text}: in start:stop:step the stop must not lie below the start, with a step above 0"
+        )
     count = int((stop - start) / step + 1e-9) + 1
     if count > _MOST_VALUES:
-        raise PretravelError(f"{name} {text}: {count} angles are more than {_MOST_VALUES}")
-    return [start + step * i for i in range(count)]
+        raise typer.BadParameter(f"{text}: {count} angles are more than {_MOST_VALUES}")
+    return Angles(text, tuple(start + step * i for i in range(count)))
 
 
-def number(text: str, name: str) -> float:
-    """One finite number.
+@parser(Angles)
+def polar_angles(text: str) -> Angles:
+    """Angles between 0 and 180 degrees, as `angles` reads them.
 
-    Raises
-    ------
-    PretravelError
-
-    >>> number("1.5", "--axial-pretravel")
-    1.5
+    >>> polar_angles("0:30:10").degrees
+    (0.0, 10.0, 20.0, 30.0)
     """
+    found = angles(text)
+    if min(found.degrees) < 0.0 or max(found.degrees) > 180.0:
+        raise typer.BadParameter(f"{text}: polar angles lie between 0 and 180 degrees")
+    return found
+
+
+def _numbers(text: str, count: int, expected: str) -> list[float]:
     try:
-        value = float(text)
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise PretravelError(f"{name} {text}: expected a number")
-    return value
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
+        raise typer.BadParameter(f"{text}: expected {expected}")
+    return numbers
 
 
-def pair(text: str, name: str) -> tuple[float, float]:
+@parser(Pair)
+def pair(text: str) -> Pair:
     """Two finite numbers from ``a,b`` or ``a:b``.
 
-    Raises
-    ------
-    PretravelError
-
-    >>> pair("0.5,-0.5", "--at")
-    (0.5, -0.5)
+    >>> pair("0.5,-0.5")
+    Pair(first=0.5, second=-0.5)
     """
-    try:
-        first, second = (float(part) for part in text.replace(":", ",").split(","))
-    except ValueError:
-        first, second = math.nan, math.nan
-    if not (math.isfinite(first) and math.isfinite(second)):
-        raise PretravelError(f"{name} {text}: expected two numbers, for example 0.5,0.5")
-    return (first, second)
+    return Pair(*_numbers(text.replace(":", ","), 2, "two numbers, for example 0.5,0.5"))
 
 
-def vector(text: str, name: str) -> tuple[float, float, float]:
-    """Three numbers from ``x,y,z``.
+@parser(Indices)
+def indices(text: str) -> Indices:
+    """Two whole numbers from ``machine,probe``.
 
-    Raises
-    ------
-    PretravelError
-
-    >>> vector("0,0,1", "--axis")
-    (0.0, 0.0, 1.0)
+    >>> indices("1,2")
+    Indices(machine=1, probe=2)
     """
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise PretravelError(f"{name} {text}: expected three numbers x,y,z") from None
-    return (x, y, z)
+    expected = "two whole numbers, for example 1,1"
+    first, second = _numbers(text.replace(":", ","), 2, expected)
+    if first != round(first) or second != round(second):
+        raise typer.BadParameter(f"{text}: expected {expected}")
+    return Indices(int(first), int(second))
 
 
-def unit_vector(text: str, name: str) -> tuple[float, float, float]:
-    """A direction from ``x,y,z`` of any length but zero, scaled to one.
+@parser(Feeds)
+def feeds_list(text: str) -> Feeds:
+    """Feeds from ``a,b,…``, in mm/min.
 
-    >>> unit_vector("0,0,-2", "--gravity")
-    (0.0, 0.0, -1.0)
+    >>> feeds_list("50,200")
+    (50.0, 200.0)
     """
-    x, y, z = vector(text, name)
+    return Feeds(_numbers(text, text.count(",") + 1, "feeds in mm/min, for example 50,200"))
+
+
+@parser(Length)
+def length_or_none(text: str) -> Length:
+    """A length between 0 and 100 µm; or ``none``.
+
+    >>> length_or_none("1.5").micrometres, length_or_none("none").millimetres
+    (1.5, None)
+    """
+    if text.lower() == "none":
+        return Length(None)
+    (value,) = _numbers(text, 1, "a number in µm, or none")
+    if not 0.0 <= value <= 100.0:
+        raise typer.BadParameter(f"{text}: it lies between 0 and 100 µm")
+    return Length(value)
+
+
+@parser(Counts)
+def counts(text: str) -> Counts:
+    """Points along u and along v, from ``10x8``.
+
+    >>> counts("10x8")
+    Counts(along_u=10, along_v=8)
+    """
+    words = text.lower().split("x")
+    if len(words) != 2 or not all(word.strip().isdigit() for word in words):
+        raise typer.BadParameter(
+            f"{text}: expected the points along u and the points along v, for example 10x8"
+        )
+    return Counts(int(words[0]), int(words[1]))
+
+
+@parser(Vector)
+def vector(text: str) -> Vector:
+    """Three finite numbers from ``x,y,z``.
+
+    >>> vector("0,0,1")
+    Vector(x=0.0, y=0.0, z=1.0)
+    """
+    return Vector(*_numbers(text, 3, "three numbers x,y,z"))
+
+
+@parser(Vector)
+def unit_vector(text: str) -> Vector:
+    """A direction from ``x,y,z`` of any length except zero, scaled to length one.
+
+    >>> unit_vector("0,0,-2")
+    Vector(x=0.0, y=0.0, z=-1.0)
+    """
+    x, y, z = vector(text)
     length = math.hypot(x, y, z)
     if not (math.isfinite(length) and length > 0.0):
-        raise PretravelError(f"{name} {text}: a direction has three finite numbers, not all zero")
-    return (x / length, y / length, z / length)
+        raise typer.BadParameter(f"{text}: a direction has three finite numbers, not all zero")
+    return Vector(x / length, y / length, z / length)
 
 
-@contextmanager
-def working(what: str) -> Iterator[None]:
-    """A spinner on stderr while something takes long; silent where it is not a terminal."""
-    if not sys.stderr.isatty():
-        yield
-        return
-    from rich.console import Console
+def one_of(names: Callable[[], Iterable[str]]) -> Callable[[str], str]:
+    """A parser for a name from a registry of the library, which is read when a command runs.
 
-    class Stage(logging.Handler):
-        """Long work says what it is at; the spinner repeats it."""
+    Parameters
+    ----------
+    names : callable
+        Returns the names that are known.
 
-        def emit(self, record: logging.LogRecord) -> None:
-            status.update(f"{what}: {record.getMessage()}")
+    >>> one_of(lambda: ("mm", "inch"))("mm")
+    'mm'
+    """
 
-    logger, handler = logging.getLogger("pretravel"), Stage(logging.INFO)
-    level = logger.level
-    with Console(stderr=True).status(what) as status:
-        logger.addHandler(handler)
-        logger.setLevel(logging.INFO)
-        try:
-            yield
-        finally:
-            logger.removeHandler(handler)
-            logger.setLevel(level)
+    def name(text: str) -> str:
+        known = list(names())
+        if text not in known:
+            raise typer.BadParameter(f"{text}: it is not known; there are {', '.join(known)}")
+        return text
+
+    return name

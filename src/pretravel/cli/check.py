@@ -1,49 +1,78 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, unit_vector, vector
-from pretravel.cli.options import Picture
+from pretravel.cli.arguments import Vector, one_of, vector
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import Diameter, Picture, ProbeAxis
+
+
+def _standards() -> list[str]:
+    from pretravel.laboratory.standards import CHECKS
+
+    return list(CHECKS)
+
+
+Standard: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        parser=one_of(_standards),
+        metavar="STANDARD",
+        help="iso10360-5 (25 touches on a sphere) or iso230-10 (36 on the equator).",
+    ),
+]
 
 
 def check(
-    standard: Annotated[str, typer.Argument(help="iso10360-5 or iso230-10.")],
-    touches: Annotated[Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz of a sphere.")],
-    diameter: Annotated[float, typer.Option(help="Calibrated diameter of the sphere, mm.")],
+    standard: Standard,
+    touches: Annotated[
+        Path, typer.Argument(help="Touches on a sphere, .csv: x_mm,y_mm,z_mm,nx,ny,nz.")
+    ],
+    diameter: Diameter,
     tip_diameter: Annotated[
         float | None,
-        typer.Option(help="Of the tip as the machine uses it (effective), mm; for the size error."),
+        typer.Option(
+            help="Effective diameter of the tip, as the machine uses it, in mm, for the size error."
+        ),
     ] = None,
     map_file: Annotated[
-        Path | None, typer.Option("--map", help="Compensate with this map instead.")
+        Path | None, typer.Option("--map", help="Compensate with this map.")
     ] = None,
     form_limit: Annotated[
-        float | None, typer.Option(help="Maximum permissible form error, µm.")
+        float | None,
+        typer.Option(min=0.0, max=1e6, help="Maximum permissible form error, in µm."),
     ] = None,
     size_limit: Annotated[
-        float | None, typer.Option(help="Maximum permissible size error, µm.")
+        float | None,
+        typer.Option(min=0.0, max=1e6, help="Maximum permissible size error, in µm (iso10360-5)."),
     ] = None,
     repeat_limit: Annotated[
-        float | None, typer.Option(help="Maximum permissible range of repeats, µm (iso230-10).")
+        float | None,
+        typer.Option(
+            min=0.0, max=1e6, help="Maximum permissible range of repeats, in µm (iso230-10)."
+        ),
     ] = None,
     u_diameter: Annotated[
-        float, typer.Option("--u-diameter", help="Standard uncertainty of the diameter, µm.")
+        float,
+        typer.Option(
+            "--u-diameter", min=0.0, max=1e6, help="Standard uncertainty of the diameter, in µm."
+        ),
     ] = 0.0,
-    sphere_form: Annotated[float, typer.Option(help="Form error of the sphere, µm.")] = 0.0,
-    axis: Annotated[
-        str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
-    ] = "0,0,1",
+    sphere_form: Annotated[
+        float, typer.Option(min=0.0, max=1e6, help="Form error of the sphere, in µm.")
+    ] = 0.0,
+    axis: ProbeAxis = Vector(0, 0, 1),
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """A standard's figures for probing, from touches on a reference sphere.
+    """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    Definitions are recalled, not checked against the standards' texts.
+    The definitions are recalled, not checked against the texts of the standards.
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
@@ -60,21 +89,10 @@ def check(
     from pretravel.units import MICROMETRE
     from pretravel.whole_file import whole_file
 
-    if standard not in CHECKS:
-        raise PretravelError(f"standard '{standard}' is not known; there are {', '.join(CHECKS)}")
     check_files(
         [(output, (".csv", ".json", ".html")), (plot, PICTURES)],
-        [touches, *([map_file] if map_file else [])],
+        [touches, map_file],
     )
-    for name, value in (
-        ("--form-limit", form_limit),
-        ("--size-limit", size_limit),
-        ("--repeat-limit", repeat_limit),
-        ("--u-diameter", u_diameter),
-        ("--sphere-form", sphere_form),
-    ):
-        if value is not None and not 0.0 <= value < 1e6:
-            raise PretravelError(f"{name} {value:g}: it is not negative, in µm")
     if standard == "iso10360-5" and repeat_limit is not None:
         raise PretravelError("--repeat-limit goes with iso230-10; iso10360-5 has no such figure")
     if standard == "iso230-10" and (size_limit is not None or u_diameter):
@@ -102,7 +120,7 @@ def check(
         diameter,
         tip_diameter=tip_diameter,
         pretravel_map=pretravel_map,
-        axis=unit_vector(axis, "--axis"),
+        axis=axis,
         sphere_form=sphere_form * MICROMETRE,
         limits=limits,
     )
@@ -154,52 +172,60 @@ def check(
 
 
 def pattern(
-    standard: Annotated[
-        str, typer.Argument(help="iso10360-5 (25 on a sphere), iso230-10 (36 on the equator).")
+    standard: Standard,
+    diameter: Annotated[
+        float, typer.Option(min=0.001, max=1000.0, help="Diameter of the sphere, in mm.")
     ],
-    diameter: Annotated[float, typer.Option(help="Of the sphere, mm.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Targets: .csv.")],
     center: Annotated[
-        str, typer.Option(help="Centre of the sphere x,y,z in the machine, mm.")
-    ] = "0,0,0",
+        Vector,
+        typer.Option(
+            parser=vector,
+            metavar="X,Y,Z",
+            help="Centre of the sphere in the machine's frame, in mm.",
+        ),
+    ] = Vector(0, 0, 0),
     tip_diameter: Annotated[
-        float, typer.Option(help="Of the tip, mm, for where touches start.")
+        float,
+        typer.Option(
+            min=0.001,
+            max=1000.0,
+            help="Diameter of the tip, in mm, for the positions where touches start.",
+        ),
     ] = 6.0,
     clearance: Annotated[
-        float, typer.Option(help="From where a touch starts to the sphere, mm.")
+        float,
+        typer.Option(
+            min=0.0, max=10000.0, help="Distance of tip and sphere where a touch starts, in mm."
+        ),
     ] = 5.0,
-    repeats: Annotated[int, typer.Option(help="Of each direction, in a row.")] = 1,
-    turn: Annotated[float, typer.Option(help="The pattern's turn about the axis, degrees.")] = 0.0,
-    axis: Annotated[
-        str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
-    ] = "0,0,1",
+    repeats: Annotated[
+        int,
+        typer.Option(min=1, max=1000, help="Touches of each direction, one after the other."),
+    ] = 1,
+    turn: Annotated[
+        float, typer.Option(help="Rotation of the pattern about the probe axis, in degrees.")
+    ] = 0.0,
+    axis: ProbeAxis = Vector(0, 0, 1),
 ) -> None:
-    """Write a standard's touches as targets: for simulate, or for a machine's program.
+    """Write the touches of a standard as targets, for simulate or for a machine's program.
 
-    start_x_mm… are the tip centre's places from which each touch starts along -n.
+    Each touch starts with the tip centre at start_x_mm,… and moves along -n.
 
     Example: pretravel pattern iso10360-5 --diameter 25 -o targets.csv
     """
-    from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import pattern_table
     from pretravel.laboratory.standards import PATTERNS
     from pretravel.units import DEGREE
 
     check_files([(output, (".csv",))])
-    if standard not in PATTERNS:
-        raise PretravelError(f"standard '{standard}' is not known; there are {', '.join(PATTERNS)}")
-    for name, value in (("--diameter", diameter), ("--tip-diameter", tip_diameter)):
-        if not 0.0 < value < 1000.0:
-            raise PretravelError(f"{name} {value:g}: it must be positive, in mm")
-    if clearance < 0.0 or not 1 <= repeats <= 1000:
-        raise PretravelError("--clearance is not negative, --repeats lies between 1 and 1000")
     columns = pattern_table(
         PATTERNS[standard](),
-        vector(center, "--center"),
+        center,
         0.5 * diameter,
         0.5 * tip_diameter + clearance,
-        axis=unit_vector(axis, "--axis"),
+        axis=axis,
         turn=turn * DEGREE,
         repeats=repeats,
     )

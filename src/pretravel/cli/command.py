@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import typer
 from typer.core import TyperCommand, TyperOption
 
 from pretravel.errors import PretravelError
@@ -14,8 +15,17 @@ class Command(TyperCommand):
 
     The library speaks of quantities and names the inputs that can correct a fault
     (`PretravelError.inputs`). An input ``tip_diameter`` is the option ``--tip-diameter`` of a
-    command that has it.
+    command that has it. Values that typer refuses become messages of the same form.
     """
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; a value that cannot be used is named with its option."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            if not error.message or error.param is None:  # an option is missing: typer's message
+                raise
+            raise PretravelError(f"{_typed_name(error.param)} {_reason(error)}") from error
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
@@ -31,7 +41,20 @@ class Command(TyperCommand):
         """The longest spelling of the option for an input; empty where there is none."""
         for parameter in self.params:
             if isinstance(parameter, TyperOption):
-                longest = max(parameter.opts, key=len)
+                longest = _typed_name(parameter)
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
+
+
+def _typed_name(parameter: Any) -> str:
+    """An option as it is typed; an argument as the help shows it."""
+    longest: str = max(parameter.opts, key=len)
+    return longest if longest.startswith("-") else longest.upper()
+
+
+def _reason(error: typer.BadParameter) -> str:
+    """The value and what is wrong with it; typer's own checks do not repeat the value."""
+    details = getattr(error.__cause__, "errors", None)
+    reason = error.message.removeprefix("Value error, ").replace("Input should", "it should")
+    return f"{details()[0]['input']}: {reason}" if details else reason

@@ -5,27 +5,30 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
+from pretravel.cli.progress import working
 
 
 def compare(
     map_file: Annotated[
-        str, typer.Argument(metavar="MAP", help="Map: .nc or .csv; or a probe, whose prediction.")
+        str,
+        typer.Argument(metavar="MAP", help="Map: .nc or .csv; or a probe, whose map is predicted."),
     ],
     part: Annotated[
         Path | None,
-        typer.Option(help="Touches or targets of a part (columns nx,ny,nz): what it means there."),
+        typer.Option(help="Touches or targets of a part (columns nx,ny,nz), to compare there too."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """What would a full map bring? What simpler corrections leave of it, in µm.
+    """Compare the errors that corrections leave, from one radius to the full map.
 
-    One mean radius, two axis radii, four directions, eight sectors as touched and resampled,
-    Woźniak's constant, the full map: on the equator, in all directions, on a part.
+    The corrections are one mean radius, two axis radii, four directions, eight sectors as touched
+    and as resampled, Woźniak's constant and the full map; the errors are those on the equator, in
+    all directions and on a part, in µm.
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
@@ -36,8 +39,7 @@ def compare(
     from pretravel.formats.touches_csv import read_normals
     from pretravel.report.controls_words import comparison_report, comparison_table, plot_comparison
 
-    inputs: list[Path | str] = [map_file, *([part] if part else [])]
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
+    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [map_file, part])
     with working("comparing"):
         pretravel_map = map_or_prediction(map_file)
         normals = None

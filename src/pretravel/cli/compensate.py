@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, POINTS, check_files, working
-from pretravel.cli.options import Frame, Picture, Place
+from pretravel.cli.files import PICTURES, POINTS, check_files
+from pretravel.cli.options import Frame, ModelName, Picture, Place, part_in_machine
+from pretravel.cli.progress import working
 
 
 def compensate(
@@ -17,8 +18,8 @@ def compensate(
         str,
         typer.Option(
             "--map",
-            help="Map from qualify or predict: .nc, or a .csv table; or a probe (catalogue name, "
-            ".toml), whose prediction it then is.",
+            help="Map from qualify or predict: .nc, or a .csv table; or a probe (catalogue name or "
+            ".toml), whose map is predicted.",
         ),
     ],
     output: Annotated[
@@ -32,29 +33,28 @@ def compensate(
     nominal: Annotated[
         str | None,
         typer.Option(
-            help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as for simulate). "
-            "The contact is found on it; else normals are the touches' own and deviations "
-            "are from the columns nominal_x_mm…, where there are any."
+            help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as in simulate); "
+            "the contact is computed on it. Without it, the normals are those of the touches, and "
+            "deviations refer to the columns nominal_x_mm…, where these exist."
         ),
     ] = None,
     tip_diameter: Annotated[
-        float | None, typer.Option(help="Diameter of the tip, mm, if not the map's.")
+        float | None,
+        typer.Option(help="Diameter of the tip, in mm; the default is that of the map."),
     ] = None,
     extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Also for directions outside the map.")
+        bool, typer.Option("--extrapolate", help="Allow directions outside the map.")
     ] = False,
-    model: Annotated[
-        str, typer.Option(help="With a probe as map: analytic, fem or shen.")
-    ] = "analytic",
+    model: ModelName = "analytic",
     feed: Annotated[
         float | None,
-        typer.Option(help="Feed of the touches, mm/min, where they have no column feed_mm_min."),
+        typer.Option(help="Feed of the touches, in mm/min, without a column feed_mm_min."),
     ] = None,
     place: Place = None,
     frame: Frame = "part",
     plot: Picture = None,
 ) -> None:
-    """Compensate touches: surface points with uncertainties.
+    """Compensate touches to surface points with uncertainties.
 
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
@@ -64,31 +64,30 @@ def compensate(
     from pretravel.formats.logs.fusion import write_fusion_points
     from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
-    from pretravel.frames import parse_placement
     from pretravel.report.words import points_report
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved, with_feed
 
     files = [] if nominal is None else source_file(nominal)
     check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
-    part_in_machine = parse_placement(place, frame)
+    placement = part_in_machine(place, frame)
     readings = read_touches_of(touches, machine_axes=False)
     measured = with_feed(readings.touches, feed)
     if place is None:  # a log tells how its work coordinates are turned
-        part_in_machine = readings.placement
+        placement = readings.placement
     pretravel_map = map_or_prediction(map_file, model, tip_diameter=tip_diameter)
     surface = None if nominal is None else parse_surface(nominal)
     if frame == "machine":
-        measured = moved(measured, part_in_machine.inverse)
+        measured = moved(measured, placement.inverse)
     with working(f"compensating {len(measured)} touches"):
         points = apply(
             measured,
-            pretravel_map.seen_from(part_in_machine),
+            pretravel_map.seen_from(placement),
             nominal=surface,
             extrapolate=extrapolate,
         )
     if frame == "machine":
-        points = placed(points, part_in_machine)
+        points = placed(points, placement)
     report = points_report(points)
     warnings = readings.notes() + compensation_warnings(measured, points, pretravel_map)
     if output.suffix.lower() == ".html":

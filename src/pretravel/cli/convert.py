@@ -1,16 +1,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import check_files, vector
+from pretravel.cli.arguments import Vector, one_of, vector
+from pretravel.cli.files import check_files
+from pretravel.cli.options import Units
 
 if TYPE_CHECKING:
     from pretravel.formats.logs.joining import FileReadings
 
 _OUTPUTS = (".csv", ".parquet", ".qif", ".msr", ".txt")
+
+
+def _formats() -> list[str]:
+    from pretravel.formats.logs.detection import FORMATS
+
+    return [entry.name for entry in FORMATS]
 
 
 def convert(
@@ -24,39 +32,57 @@ def convert(
         ),
     ],
     file_format: Annotated[
-        str | None, typer.Option("--from", help="Format of the file; found out when not given.")
+        str | None,
+        typer.Option(
+            "--from",
+            parser=one_of(_formats),
+            metavar="FORMAT",
+            help="Format of the file (pretravel formats lists them); the default is detected.",
+        ),
     ] = None,
     plan: Annotated[
         Path | None,
-        typer.Option(help="The targets that were run, .csv, for files that tell positions alone."),
+        typer.Option(
+            help="The targets that were touched, .csv, for files that contain positions only."
+        ),
     ] = None,
     machine: Annotated[
         Path | None,
-        typer.Option(help="Machine file: tip diameter, and the overtravel by which misses show."),
+        typer.Option(
+            help="Machine file: tip diameter, and the overtravel, which identifies misses."
+        ),
     ] = None,
     units: Annotated[
-        str | None, typer.Option(help="mm or inch, for files that do not tell.")
+        Units | None, typer.Option(help="Unit of length, for files that do not state it.")
     ] = None,
-    tip_diameter: Annotated[float | None, typer.Option(help="Diameter of the tip, mm.")] = None,
+    tip_diameter: Annotated[float | None, typer.Option(help="Diameter of the tip, in mm.")] = None,
     offset: Annotated[
-        str | None,
-        typer.Option(help="Work coordinates x,y,z in the machine's, mm, for grbl logs."),
+        Vector | None,
+        typer.Option(
+            parser=vector,
+            metavar="X,Y,Z",
+            help="Origin of the work coordinates in machine coordinates, in mm, for grbl logs.",
+        ),
     ] = None,
     radius_taken_off: Annotated[
         float | None,
-        typer.Option(help="DMIS: radius that its points have had taken off, mm; 0: tip centres."),
+        typer.Option(
+            help="DMIS: tip radius that was subtracted from its points, in mm; 0: tip centres."
+        ),
     ] = None,
     frame: Annotated[
-        str | None,
-        typer.Option(help="Where the work coordinates were turned: work, or machine axes."),
+        Literal["work", "machine"] | None,
+        typer.Option(help="Axes of the touches, where the work coordinates were rotated."),
     ] = None,
     feed: Annotated[
-        float | None, typer.Option(help="Feed of the touches, mm/min, where the file tells none.")
+        float | None,
+        typer.Option(help="Feed of the touches, in mm/min, where the file states none."),
     ] = None,
 ) -> None:
-    """Read what a control, CMM or CAM wrote, and write touches.
+    """Read a file of a control, CMM or CAM system, and write touches.
 
-    Positions alone are joined with the plan by the lines they lie on; nothing is counted.
+    Positions without normals are joined with the plan by geometry: each position lies on the
+    line of a target.
 
     Example: pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv
     """
@@ -98,7 +124,7 @@ def convert(
         units=units,
         tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
         overtravel=None if known is None else known.overtravel,
-        offset=None if offset is None else vector(offset, "--offset"),
+        offset=offset,
         taken_off=radius_taken_off,
         rotation=None if known is None or known.work is None else work_turn(known.work),
     )
@@ -126,8 +152,6 @@ def _write(
     from pretravel.touches import moved, with_feed
 
     touches = found.touches
-    if frame not in (None, "work", "machine"):
-        raise PretravelError(f"--frame {frame}: it is work or machine")
     if abs(found.rotation) > 1e-9:
         turn = math.degrees(found.rotation)
         if frame is None:
@@ -168,7 +192,7 @@ def _write(
 
 
 def formats() -> None:
-    """List the file formats: what is read and written, and what that was verified against.
+    """List the file formats, and how reading and writing of each was verified.
 
     Example: pretravel formats
     """

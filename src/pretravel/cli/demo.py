@@ -5,18 +5,19 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import working
+from pretravel.cli.progress import working
 
 
 def demo(
     data: Annotated[
-        Path, typer.Option(help="Folder with sphere_touches.csv, part_touches.csv, kp3_ring.csv.")
+        Path, typer.Option(help="Folder of sphere_touches.csv, part_touches.csv and kp3_ring.csv.")
     ] = Path("examples/data"),
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for points, pictures and the page.")
+        Path,
+        typer.Option("--output", "-o", help="Folder for the points, the pictures and the page."),
     ] = Path("demo-output"),
 ) -> None:
-    """Run the main job on the example data: qualify, compensate, compare; with a page.
+    """Qualify, compensate and compare with the example data, and write a page.
 
     Example: pretravel demo -o demo-output
     """

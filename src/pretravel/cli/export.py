@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import check_files
+from pretravel.cli.arguments import one_of
+from pretravel.cli.files import check_files
 
 CONTROLS = ("linuxcnc", "renishaw", "fanuc", "heidenhain", "csv")
 _MOST = {"linuxcnc": 1900, "fanuc": 400}
@@ -27,50 +28,61 @@ def export(
     to: Annotated[
         str,
         typer.Option(
-            help="linuxcnc (subroutines, a folder), renishaw (vector radii), fanuc (Macro B), "
-            "heidenhain (from a template, unverified), csv (a table of effective radii)."
+            parser=one_of(lambda: CONTROLS),
+            metavar="CONTROL",
+            help="linuxcnc (a folder of subroutines), renishaw (vector radii), fanuc (Macro B), "
+            "heidenhain (from a template, not verified), csv (a table of effective radii).",
         ),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File, or for linuxcnc the folder of subroutines."),
+        typer.Option("--output", "-o", help="File; for linuxcnc the folder of subroutines."),
     ] = None,
     form: Annotated[
-        str,
+        Literal["auto", "formula", "table"],
         typer.Option(
-            help="linuxcnc: formula (exact: harmonic, mean, physical maps), table (interpolated), "
-            "auto."
+            help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
+            "(interpolated) or auto."
         ),
     ] = "auto",
     tolerance: Annotated[
-        float, typer.Option(help="Largest error of a table against the map, µm.")
+        float,
+        typer.Option(
+            min=1e-6, max=1000.0, help="Largest deviation of a table from the map, in µm."
+        ),
     ] = 0.02,
     base: Annotated[
         int | None, typer.Option(help="First variable: linuxcnc 3000, renishaw and fanuc 500.")
     ] = None,
     criterion: Annotated[
-        str, typer.Option(help="renishaw: make the largest residual small (max), or the rms.")
+        Literal["max", "rms"],
+        typer.Option(help="renishaw: the residual to minimise, the largest or the rms."),
     ] = "max",
-    template: Annotated[Path | None, typer.Option(help="heidenhain: the template to fill.")] = None,
+    template: Annotated[
+        Path | None, typer.Option(help="heidenhain: the template to fill in.")
+    ] = None,
     show_template: Annotated[
         bool, typer.Option("--show-template", help="heidenhain: print the template to edit.")
     ] = False,
     azimuth: Annotated[
         float | None,
-        typer.Option(help="heidenhain: azimuth at which the probe is always touched, degrees."),
+        typer.Option(help="heidenhain: azimuth of all touches, in degrees."),
     ] = None,
     feed: Annotated[
         float | None,
         typer.Option(
-            help="Measuring feed, mm/min, for tables of a map that knows the signal delay; "
-            "linuxcnc takes it off by itself."
+            min=0.0,
+            max=1e6,
+            help="Measuring feed, in mm/min, for tables of a map that contains the signal delay; "
+            "the subroutines for linuxcnc use the feed of each touch.",
         ),
     ] = None,
     tip_diameter: Annotated[
-        float | None, typer.Option(help="Diameter of the tip, mm, if not the map's.")
+        float | None,
+        typer.Option(help="Diameter of the tip, in mm; the default is that of the map."),
     ] = None,
 ) -> None:
-    """Write a map as tables and macros for a control.
+    """Export a map as tables and macros for a control.
 
     Example: pretravel export map.nc --to linuxcnc -o subroutines
     """
@@ -83,21 +95,15 @@ def export(
     from pretravel.units import DEGREE, MICROMETRE, delay_travel
     from pretravel.whole_file import whole_file
 
-    if to not in CONTROLS:
-        raise PretravelError(f"--to {to}: it is one of {', '.join(CONTROLS)}")
     if show_template:
         typer.echo(tables.heidenhain_template(), nl=False)
         return
     if output is None:
         raise PretravelError("say where to write to: -o FILE, for linuxcnc -o FOLDER")
-    if form not in ("auto", "formula", "table"):
-        raise PretravelError(f"--form {form}: it is auto, formula or table")
-    if not tolerance > 0.0:
-        raise PretravelError(f"--tolerance {tolerance:g}: it must be positive, in µm")
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
     travel = 0.0
     if pretravel_map.delay is not None and to != "linuxcnc":
-        if feed is None or feed < 0.0:
+        if feed is None:
             raise PretravelError(
                 f"this map is one of the probe at rest and knows a signal delay of "
                 f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: say --feed"

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
+from pretravel.cli.progress import working
 
 
 def faces(
@@ -14,7 +15,7 @@ def faces(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
     plot: Picture = None,
 ) -> None:
-    """List the faces of a STEP file: their numbers are what part.step#face means.
+    """List the faces of a STEP file, with the numbers that part.step#face uses.
 
     Example: pretravel faces part.step --plot faces.png
     """

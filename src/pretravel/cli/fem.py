@@ -5,36 +5,62 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, number, working
+from pretravel.cli.arguments import one_of
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture, ProbeName
+from pretravel.cli.progress import working
+
+
+def _solvers() -> list[str]:
+    from pretravel.model.fem.linear_solvers import SOLVERS
+
+    return ["auto", *SOLVERS]
 
 
 def fem(
     probe: ProbeName,
-    azimuth: Annotated[str, typer.Option(help="Of the surface normal, degrees.")] = "0",
-    polar: Annotated[str, typer.Option(help="Of the surface normal, degrees; 90: a wall.")] = "90",
+    azimuth: Annotated[
+        float,
+        typer.Option(min=-360.0, max=360.0, help="Azimuth of the surface normal, in degrees."),
+    ] = 0.0,
+    polar: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=180.0,
+            help="Polar angle of the surface normal, in degrees; 90 is a vertical wall.",
+        ),
+    ] = 90.0,
     refinement: Annotated[
-        float, typer.Option(help="Divides all element sizes; 2 is about four times the work.")
+        float,
+        typer.Option(
+            min=0.1, max=5.0, help="Divides all element sizes; 2 needs about four times the time."
+        ),
     ] = 1.0,
     solver: Annotated[
-        str, typer.Option(help="auto, cholmod (scikit-sparse), pardiso (pypardiso) or superlu.")
+        str,
+        typer.Option(
+            parser=one_of(_solvers),
+            metavar="SOLVER",
+            help="auto, cholmod (scikit-sparse), pardiso (pypardiso) or superlu.",
+        ),
     ] = "auto",
     vtu: Annotated[
-        Path | None, typer.Option(help="Mesh, displacement, stress, forces, for ParaView: .vtu.")
+        Path | None,
+        typer.Option(help="Mesh, displacements, stresses and forces for ParaView: .vtu."),
     ] = None,
     step: Annotated[
-        Path | None, typer.Option(help="The solids that were meshed, for CAD: .step.")
+        Path | None, typer.Option(help="The solids of the mesh, for CAD: .step.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Build the finite-element model of a probe and look at it at the trigger.
+    """Build the finite-element model of a probe and show its state at the trigger.
 
     Example: pretravel fem omp40-2 --vtu omp40.vtu --plot omp40.png
     """
     import math
 
     from pretravel.directions import from_angles
-    from pretravel.errors import PretravelError
     from pretravel.formats.vtu import write_vtu
     from pretravel.model.fem.geometry import write_step
     from pretravel.model.fem.linear_solvers import check_solver
@@ -47,14 +73,9 @@ def fem(
 
     check_files([(vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe])
     description = load_probe(probe)
-    polar_deg, azimuth_deg = number(polar, "--polar"), number(azimuth, "--azimuth")
-    if not 0.0 <= polar_deg <= 180.0:
-        raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
-    if not 0.1 <= refinement <= 5.0:
-        raise PretravelError(f"--refinement {refinement:g}: it lies between 0.1 and 5")
     check_solver(solver)
-    direction = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
-    predict(description, direction.reshape(1, 3), "shen")  # where it never triggers, say so now
+    direction = from_angles(math.radians(polar), math.radians(azimuth))[0]
+    predict(description, direction.reshape(1, 3), "shen")  # refuses a direction without a trigger
     if step is not None:
         write_step(step, description)
     settings = MeshSettings(refinement=refinement)

@@ -1,46 +1,51 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, angle_range, check_files, working
-from pretravel.cli.options import Picture, ProbeName
+from pretravel.cli.arguments import Angles
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import Azimuths, Picture, Polars, ProbeName
+from pretravel.cli.progress import working
 
 
 def hysteresis(
     probe: ProbeName,
     friction: Annotated[
-        float, typer.Option(help="Coulomb's coefficient at the seats, below tan(support angle).")
+        float,
+        typer.Option(
+            help="Coulomb's coefficient of friction at the seats, below tan(support angle)."
+        ),
     ] = 0.1,
-    azimuth: Annotated[
-        str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")
-    ] = "0:330:30",
-    polar: Annotated[str, typer.Option(help="Polar angles in degrees.")] = "90",
-    cycles: Annotated[int, typer.Option(help="Touches one after the other.")] = 3,
+    azimuth: Azimuths = Angles.of("0:330:30"),
+    polar: Polars = Angles.of("90"),
+    cycles: Annotated[int, typer.Option(help="Number of touches, one after the other.")] = 3,
     overtravel: Annotated[
         float | None,
         typer.Option(
-            help="Deflection beyond the frictionless trigger, µm; if not given, 10 or twice that "
-            "at the trigger."
+            help="Deflection beyond that of the frictionless trigger, in µm; the default is 10, "
+            "or twice the deflection at the trigger."
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(help="Of each loading and each return.")] = 100,
-    model: Annotated[str, typer.Option(help="Body of the probe: fem (elastic) or rigid.")] = "fem",
+    steps: Annotated[int, typer.Option(help="Steps of each loading and of each return.")] = 100,
+    model: Annotated[
+        Literal["fem", "rigid"],
+        typer.Option(help="Body of the probe: finite elements (elastic) or rigid."),
+    ] = "fem",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Touch and return with friction at the seats: trigger hysteresis, reseat error, zero drift.
+    """Load and unload a probe with friction at the seats: hysteresis, reseat error, zero drift.
 
     Example: pretravel hysteresis omp40-2 --friction 0.1 --cycles 3 -o cycles.csv --plot cycles.png
     """
     import numpy as np
 
     from pretravel.directions import grid
-    from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.friction_table import friction_table
     from pretravel.model.fem.reduction_cache import reduced_model
@@ -50,12 +55,8 @@ def hysteresis(
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe])
-    if model not in ("fem", "rigid"):
-        raise PretravelError(f"--model {model}: here it is fem or rigid")
     description = load_probe(probe)
-    directions = grid(
-        np.radians(angle_range(polar, "--polar")), np.radians(angle_range(azimuth, "--azimuth"))
-    )
+    directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     beyond = None if overtravel is None else overtravel * MICROMETRE
     check_conditions(description, friction, beyond, cycles, steps)
     with working(f"{cycles} touches in {len(directions)} directions"):

@@ -5,29 +5,28 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, working
-from pretravel.cli.options import Picture
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import ModelName, Picture
+from pretravel.cli.progress import working
 
 
 def identify(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map from qualify: .nc or .csv.")],
-    probe: Annotated[
-        str, typer.Option(help="Description to start from: catalogue name or TOML file.")
-    ],
+    probe: Annotated[str, typer.Option(help="Initial description: catalogue name or TOML file.")],
     free: Annotated[
         str,
         typer.Option(
-            help="What is fitted, a,b,…: preload, lever, tripod_radius, support_angle, "
+            help="Quantities to fit, a,b,…: preload, lever, tripod_radius, support_angle, "
             "ball_radius, rod_radius, stem_diameter, rotation, rod_azimuth_1, _2, _3."
         ),
     ] = "rotation,stem_diameter",
-    model: Annotated[str, typer.Option(help="analytic, shen or fem.")] = "analytic",
+    model: ModelName = "analytic",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The description found, .toml.")
+        Path | None, typer.Option("--output", "-o", help="The identified description, .toml.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Identify numbers of a probe's description from a measured map.
+    """Identify quantities of a probe's description from a measured map.
 
     Example: pretravel identify map.nc --probe omp40-2 --free rotation,stem_diameter -o mine.toml
     """

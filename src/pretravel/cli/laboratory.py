@@ -4,7 +4,7 @@ import typer
 
 
 def laboratory() -> None:
-    """Print what a calibration certificate states, as TOML to fill in.
+    """Print the statements of a calibration certificate, as TOML to fill in.
 
     Example: pretravel laboratory > lab.toml
     """

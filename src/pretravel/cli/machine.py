@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import check_files
+from pretravel.cli.files import check_files
+from pretravel.cli.options import Units
 
 _LARGEST_TIP = 30.0  # mm
 
@@ -13,18 +14,23 @@ _LARGEST_TIP = 30.0  # mm
 def machine(
     parameters: Annotated[
         Path | None,
-        typer.Option("--var", help="Parameter file of LinuxCNC (.var): the work offset's place."),
+        typer.Option("--var", help="Parameter file of LinuxCNC (.var), for the work offset."),
     ] = None,
     offset: Annotated[
-        str | None, typer.Option(help="Work offset G54 to G59.3; else the one last active.")
+        str | None,
+        typer.Option(help="Work offset, G54 to G59.3; the default is the last active one."),
     ] = None,
     tools: Annotated[
-        Path | None, typer.Option(help="Tool table of LinuxCNC (.tbl): the tip's diameter.")
+        Path | None,
+        typer.Option(help="Tool table of LinuxCNC (.tbl), for the diameter of the tip."),
     ] = None,
-    tool: Annotated[int | None, typer.Option(help="Number of the probe in it.")] = None,
-    units: Annotated[str, typer.Option(help="Of the machine's own files: mm or inch.")] = "mm",
+    tool: Annotated[int | None, typer.Option(help="Number of the probe in the tool table.")] = None,
+    units: Annotated[
+        Units, typer.Option(help="Unit of length in the files of the machine.")
+    ] = "mm",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Machine file: .toml; else printed.")
+        Path | None,
+        typer.Option("--output", "-o", help="Machine file: .toml; the default is to print it."),
     ] = None,
 ) -> None:
     """Print a machine file to edit: probe, feeds, safe height, work offset.
@@ -36,15 +42,12 @@ def machine(
     from pretravel.controls.machine import Machine
     from pretravel.errors import PretravelError
     from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
-    from pretravel.formats.logs.joining import UNITS
     from pretravel.formats.machine_file import machine_text
     from pretravel.whole_file import whole_file
 
-    if units not in UNITS:
-        raise PretravelError(f"--units {units}: it is mm or inch")
     if tools is not None and tool is None:
         raise PretravelError(f"--tools {tools}: say which is the probe, --tool NUMBER")
-    check_files([(output, (".toml",))], [path for path in (parameters, tools) if path])
+    check_files([(output, (".toml",))], [parameters, tools])
     found = Machine(tool=tool or 0)
     if parameters is not None:
         name, work = read_work_offset(parameters, offset, units)

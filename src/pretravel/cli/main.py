@@ -1,4 +1,4 @@
-"""The command ``pretravel``: its commands, and how errors reach people."""
+"""The command ``pretravel``: its subcommands, and the form of errors and warnings."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """A warning of the library, in the words and the place of the commands' own."""
+    """Print a warning of the library as the commands print theirs."""
     del category, filename, lineno, file, line
     typer.echo(f"Warning: {message}", err=True)
 

@@ -2,18 +2,98 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
+
+from pretravel.cli.arguments import Angles, Vector, angles, one_of, polar_angles, unit_vector
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.frames import Placement
+
+
+def _materials() -> Iterable[str]:
+    from pretravel.probe.materials import known_materials
+
+    return sorted(known_materials())
+
+
+def models() -> Iterable[str]:
+    """Names of the compliance models, from the library's registry."""
+    from pretravel.trigger.predict import MODELS
+
+    return MODELS
+
+
+def _contact_models() -> Iterable[str]:
+    from pretravel.trigger.response import OF_RESPONSE_FORM
+
+    return OF_RESPONSE_FORM
+
 
 ProbeName: TypeAlias = Annotated[
     str, typer.Argument(help="Catalogue name, or path of a TOML description.")
 ]
-Workpiece: TypeAlias = Annotated[str, typer.Option(help="Material of the part.")]
+Workpiece: TypeAlias = Annotated[
+    str, typer.Option(parser=one_of(_materials), metavar="MATERIAL", help="Material of the part.")
+]
+ModelName: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        parser=one_of(models),
+        metavar="MODEL",
+        help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+    ),
+]
+ContactModel: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        parser=one_of(_contact_models),
+        metavar="MODEL",
+        help="Model of the probe's compliance: analytic, fem or shen.",
+    ),
+]
 Gravity: TypeAlias = Annotated[
-    str | None,
-    typer.Option(help="Direction x,y,z in which weight pulls, machine frame; else left out."),
+    Vector | None,
+    typer.Option(
+        parser=unit_vector,
+        metavar="X,Y,Z",
+        help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
+    ),
+]
+ProbeAxis: TypeAlias = Annotated[
+    Vector,
+    typer.Option(
+        parser=unit_vector,
+        metavar="X,Y,Z",
+        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+    ),
+]
+Azimuths: TypeAlias = Annotated[
+    Angles,
+    typer.Option(
+        parser=angles,
+        metavar="ANGLES",
+        help="Azimuths in degrees: start:stop:step, a list a,b,c, or one.",
+    ),
+]
+Polars: TypeAlias = Annotated[
+    Angles,
+    typer.Option(
+        parser=polar_angles,
+        metavar="ANGLES",
+        help="Polar angles in degrees: start:stop:step, a list a,b,c, or one; 90 is a vertical "
+        "wall.",
+    ),
+]
+Diameter: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        min=0.001, max=10000.0, help="Calibrated diameter of the sphere (or ring), in mm."
+    ),
 ]
 Picture: TypeAlias = Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")]
 Verbose: TypeAlias = Annotated[
@@ -22,10 +102,37 @@ Verbose: TypeAlias = Annotated[
 Place: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        help="Where the part's frame is in the machine: x,y,z in mm, then turns about the "
-        "machine's x, y, z in degrees, in that order; the probe stays as it is described."
+        metavar="X,Y,Z,A,B,C",
+        help="Placement of the part's frame in the machine: x,y,z in mm, then rotations about the "
+        "machine's x, y and z axes in degrees, in that order. The probe is not rotated.",
     ),
 ]
 Frame: TypeAlias = Annotated[
-    str, typer.Option(help="Frame of the touches with --place: part or machine.")
+    Literal["part", "machine"], typer.Option(help="Frame of the touches with --place.")
 ]
+
+
+def part_in_machine(place: str | None, frame: str) -> Placement:
+    """The placement that --place and --frame state.
+
+    Raises
+    ------
+    PretravelError
+        Touches in the machine's frame without a placement of the part.
+    """
+    from pretravel.frames import Placement, parse_placement
+
+    if place is not None:
+        return parse_placement(place)
+    if frame == "machine":
+        raise PretravelError("--frame machine needs the placement of the part: --place x,y,z,a,b,c")
+    return Placement()
+
+
+Approach: TypeAlias = Annotated[
+    Literal["normal", "file"],
+    typer.Option(
+        help="normal: against the surface normal; file: the columns ax,ay,az of the targets."
+    ),
+]
+Units: TypeAlias = Literal["mm", "inch"]

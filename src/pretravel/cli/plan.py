@@ -5,8 +5,10 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, pair, unit_vector, working
-from pretravel.cli.options import Picture
+from pretravel.cli.arguments import Counts, Pair, Vector, counts, pair
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import Picture, ProbeAxis
+from pretravel.cli.progress import working
 
 
 def plan(
@@ -15,33 +17,46 @@ def plan(
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Targets: .csv.")],
     grid: Annotated[
-        str | None, typer.Option(help="Points along u and v of each face: 10x8.")
+        Counts | None,
+        typer.Option(
+            parser=counts, metavar="NUxNV", help="Points along u and v of each face: 10x8."
+        ),
     ] = None,
     spacing: Annotated[
-        float | None, typer.Option(help="Largest distance of neighbours, mm.")
+        float | None, typer.Option(help="Largest distance between neighbours, in mm.")
     ] = None,
     curvature: Annotated[
         float | None,
-        typer.Option(help="Closer where it is curved: largest height over a chord, µm."),
+        typer.Option(
+            help="Choose closer points where the surface is curved: the largest height of the "
+            "surface over the chord between neighbours, in µm."
+        ),
     ] = None,
-    margin: Annotated[float, typer.Option(help="Distance kept from edges, mm.")] = 1.0,
-    u: Annotated[str | None, typer.Option(help="Range of u, from,to.")] = None,
-    v: Annotated[str | None, typer.Option(help="Range of v, from,to.")] = None,
+    margin: Annotated[float, typer.Option(help="Distance from the edges, in mm.")] = 1.0,
+    u: Annotated[
+        Pair | None, typer.Option(parser=pair, metavar="FROM,TO", help="Range of u.")
+    ] = None,
+    v: Annotated[
+        Pair | None, typer.Option(parser=pair, metavar="FROM,TO", help="Range of v.")
+    ] = None,
     max_polar: Annotated[
-        float, typer.Option(help="Normals further than this from the probe axis are left out, °.")
+        float,
+        typer.Option(
+            min=0.001,
+            max=180.0,
+            help="Largest angle between normal and probe axis, in degrees; other points are left "
+            "out.",
+        ),
     ] = 90.0,
-    axis: Annotated[
-        str, typer.Option(help="Direction x,y,z of the probe axis, up to the spindle.")
-    ] = "0,0,1",
+    axis: ProbeAxis = Vector(0, 0, 1),
     plot: Picture = None,
 ) -> None:
-    """Choose points of a surface to touch: targets for simulate, or for a machine.
+    """Choose points of a surface to touch, as targets for simulate or for a machine.
 
     Example: pretravel plan part.step#1 --spacing 3 -o plan.csv --plot plan.png
     """
     import math
 
-    from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import plan_table
     from pretravel.probing.inspection import plan_inspection
@@ -49,26 +64,18 @@ def plan(
     from pretravel.units import DEGREE, MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], source_file(surface))
-    counts = None
-    if grid is not None:
-        words = grid.lower().split("x")
-        if len(words) != 2 or not all(word.strip().isdigit() for word in words):
-            raise PretravelError(f"--grid {grid}: expected points along u x points along v, 10x8")
-        counts = (int(words[0]), int(words[1]))
-    if not 0.0 < max_polar <= 180.0:
-        raise PretravelError(f"--max-polar {max_polar:g}: it lies between 0 and 180 degrees")
     shape = parse_surface(surface)
     with working(f"planning on {surface}"):
         chosen = plan_inspection(
             shape,
-            grid=counts,
+            grid=grid,
             spacing=spacing,
             curvature=None if curvature is None else curvature * MICROMETRE,
             margin=margin,
-            u_range=None if u is None else pair(u, "--u"),
-            v_range=None if v is None else pair(v, "--v"),
+            u_range=u,
+            v_range=v,
             largest_polar=max_polar * DEGREE,
-            axis=unit_vector(axis, "--axis"),
+            axis=axis,
         )
     write_csv_table(output, plan_table(chosen))
     if plot is not None:

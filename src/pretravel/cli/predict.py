@@ -5,15 +5,18 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import (
-    MAPS,
-    PICTURES,
-    angle_range,
-    check_files,
-    unit_vector,
-    working,
+from pretravel.cli.arguments import Angles, one_of
+from pretravel.cli.files import MAPS, PICTURES, check_files
+from pretravel.cli.options import (
+    Azimuths,
+    Gravity,
+    Picture,
+    Polars,
+    ProbeName,
+    Workpiece,
+    models,
 )
-from pretravel.cli.options import Gravity, Picture, ProbeName, Workpiece
+from pretravel.cli.progress import working
 
 
 def predict(
@@ -21,19 +24,21 @@ def predict(
     model: Annotated[
         str,
         typer.Option(
-            help="analytic: stylus as a beam, seats; fem: finite elements; shen: one cantilever; "
-            "ren: the Abbé paper's closed form; wozniak: one constant, as five touches would find."
+            parser=one_of(models),
+            metavar="MODEL",
+            help="analytic: stylus as a stepped beam, elastic seats; fem: finite elements; shen: "
+            "one cantilever; ren: closed form of Ren's paper on the Abbé error; wozniak: one "
+            "constant, as five touches would determine it.",
         ),
     ] = "analytic",
-    azimuth: Annotated[
-        str, typer.Option(help="Azimuths in degrees: start:stop:step, a,b,c or one.")
-    ] = "0:355:5",
-    polar: Annotated[
-        str, typer.Option(help="Polar angles in degrees; 90 is a vertical wall.")
-    ] = "0:90:5",
+    azimuth: Azimuths = Angles.of("0:355:5"),
+    polar: Polars = Angles.of("0:90:5"),
     lever: Annotated[
         float | None,
-        typer.Option(help="Tip centre to the plane of the rods, mm; the hub offset follows."),
+        typer.Option(
+            help="Distance from the tip centre to the plane of the rods, in mm; the hub offset is "
+            "changed to it."
+        ),
     ] = None,
     workpiece: Workpiece = "steel",
     gravity: Gravity = None,
@@ -50,7 +55,6 @@ def predict(
     import numpy as np
 
     from pretravel.directions import grid
-    from pretravel.errors import PretravelError
     from pretravel.formats.map_file import trigger_table, write_map
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
@@ -62,18 +66,16 @@ def predict(
     description = load_probe(probe)
     if lever is not None:
         description = description.with_lever(lever, shorten=model == "shen")
-    polar_deg, azimuth_deg = angle_range(polar, "--polar"), angle_range(azimuth, "--azimuth")
-    if min(polar_deg) < 0.0 or max(polar_deg) > 180.0:
-        raise PretravelError(f"--polar {polar}: polar angles lie between 0 and 180 degrees")
-    directions = grid(np.radians(polar_deg), np.radians(azimuth_deg))
+    directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     with working(f"predicting {len(directions)} directions"):
         part = material(workpiece)
-        weight = None if gravity is None else unit_vector(gravity, "--gravity")
-        trigger = prediction.predict(description, directions, model, workpiece=part, gravity=weight)
+        trigger = prediction.predict(
+            description, directions, model, workpiece=part, gravity=gravity
+        )
     table = trigger_table(trigger)
-    # The angles that were asked for; at the pole a direction has lost its azimuth.
-    table["polar_deg"] = np.repeat(polar_deg, len(azimuth_deg))
-    table["azimuth_deg"] = np.tile(azimuth_deg, len(polar_deg))
+    # The angles as given: a direction at the pole no longer contains its azimuth.
+    table["polar_deg"] = np.repeat(polar.degrees, len(azimuth.degrees))
+    table["azimuth_deg"] = np.tile(azimuth.degrees, len(polar.degrees))
     report = prediction_report(trigger, description.name)
     if output is not None and output.suffix.lower() == ".html":
         from pretravel.report.page import write_text_page
@@ -85,7 +87,7 @@ def predict(
         )
     elif output is not None:
         if output.suffix.lower() == ".nc" and model in OF_RESPONSE_FORM:  # else a table
-            response = probe_response(description, model, workpiece=part, gravity=weight)
+            response = probe_response(description, model, workpiece=part, gravity=gravity)
             predicted = response_map(description, response, trigger)
         else:
             predicted = prediction.predicted_map(description, trigger)

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files
+from pretravel.cli.files import PICTURES, check_files
 
 
 def probes(
     name: Annotated[
         str | None,
-        typer.Argument(help="A catalogue probe, to print; or a TOML file, to check."),
+        typer.Argument(help="A probe of the catalogue, to print; or a TOML file, to check."),
     ] = None,
     plot: Annotated[
         Path | None, typer.Option(help="Picture of the named probe: .png, .svg or .pdf.")

@@ -5,18 +5,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.arguments import angle_range, check_files, vector, working
+from pretravel.cli.arguments import Angles, Feeds, Vector, feeds_list, one_of, polar_angles, vector
 from pretravel.cli.command import Command
+from pretravel.cli.files import check_files
+from pretravel.cli.options import Approach
+from pretravel.cli.progress import working
 
 if TYPE_CHECKING:
     from pretravel.controls.program import ProbingProgram
 
 app = typer.Typer(
     name="program",
-    help="Write a probing program (G-code of LinuxCNC) that logs every touch.",
+    help="Write a probing program (G-code for LinuxCNC) that logs every touch.",
     no_args_is_help=True,
     add_completion=False,
 )
+
+
+def _patterns() -> list[str]:
+    from pretravel.laboratory.standards import PATTERNS
+
+    return ["rings", *PATTERNS]
+
 
 MachineFile = Annotated[
     Path, typer.Argument(help="Machine file: pretravel machine > mill.toml writes one to edit.")
@@ -25,15 +35,21 @@ Output = Annotated[Path, typer.Option("--output", "-o", help="Program: .ngc.")]
 Log = Annotated[
     str | None,
     typer.Option(
-        help="Log file on the machine, relative to its INI file; the program's name with .log."
+        help="Log file on the machine, relative to its INI file; the default is the name of the "
+        "program with the ending .log."
     ),
 ]
-Repeats = Annotated[int, typer.Option(help="Of each touch, in a row.")]
-Feeds = Annotated[
-    str | None,
-    typer.Option(help="Measuring feeds a,b,…, mm/min: every touch at each; else the machine's."),
+Repeats = Annotated[int, typer.Option(help="Repeats of each touch, one after the other.")]
+FeedsOption = Annotated[
+    Feeds | None,
+    typer.Option(
+        parser=feeds_list,
+        metavar="FEEDS",
+        help="Measuring feeds a,b,…, in mm/min: every touch is made at each; the default is that "
+        "of the machine file.",
+    ),
 ]
-_RINGS = "0,20,40,60,75,90"
+_RINGS = Angles.of("0,20,40,60,75,90")
 _ENDINGS = (".ngc", ".nc", ".gcode", ".tap")
 
 
@@ -43,37 +59,58 @@ _ENDINGS = (".ngc", ".nc", ".gcode", ".tap")
 )
 def sphere(
     machine: MachineFile,
-    diameter: Annotated[float, typer.Option(help="Of the reference sphere, mm.")],
+    diameter: Annotated[
+        float, typer.Option(min=0.001, max=1000.0, help="Diameter of the sphere, in mm.")
+    ],
     output: Output,
     pattern: Annotated[
         str,
         typer.Option(
-            help="rings (--polar, --count), iso10360-5 (25 touches), iso230-10 (36 on the equator)."
+            parser=one_of(_patterns),
+            metavar="PATTERN",
+            help="rings (--polar, --count), iso10360-5 (25 touches) or iso230-10 (36 on the "
+            "equator).",
         ),
     ] = "rings",
     polar: Annotated[
-        str | None,
+        Angles | None,
         typer.Option(
-            help="Of the rings, degrees from the pole, 90 is the equator; 0,20,40,60,75,90."
+            parser=polar_angles,
+            metavar="ANGLES",
+            help="Polar angles of the rings, in degrees; 90 is the equator; the default is "
+            "0,20,40,60,75,90.",
         ),
     ] = None,
     count: Annotated[
-        int | None, typer.Option(help="Touches on the equator, other rings as dense; 24.")
+        int | None,
+        typer.Option(help="Touches on the equator; other rings are as dense; the default is 24."),
     ] = None,
     center: Annotated[
-        str, typer.Option(help="Centre of the sphere x,y,z in work coordinates, mm.")
-    ] = "0,0,0",
+        Vector,
+        typer.Option(
+            parser=vector,
+            metavar="X,Y,Z",
+            help="Centre of the sphere in work coordinates, in mm.",
+        ),
+    ] = Vector(0, 0, 0),
     shank: Annotated[
-        float, typer.Option(help="Diameter of a shank straight down from the sphere, mm; 0: none.")
+        float,
+        typer.Option(
+            min=0.0,
+            max=1000.0,
+            help="Diameter of a vertical shank below the sphere, in mm; 0: none.",
+        ),
     ] = 0.0,
-    turn: Annotated[float, typer.Option(help="Of the pattern about the axis, degrees.")] = 0.0,
+    turn: Annotated[
+        float, typer.Option(help="Rotation of the pattern about the probe axis, in degrees.")
+    ] = 0.0,
     repeats: Repeats = 1,
-    feeds: Feeds = None,
+    feeds: FeedsOption = None,
     log: Log = None,
 ) -> None:
-    """Touch a reference sphere all around: what pretravel qualify needs.
+    """Touch a reference sphere in all directions, for pretravel qualify.
 
-    The work offset's origin (or --center) is the sphere's centre, right to about a millimetre.
+    The centre of the sphere is the origin of the work offset (or --center), to about 1 mm.
     """
     import numpy as np
 
@@ -87,22 +124,18 @@ def sphere(
     from pretravel.units import DEGREE
 
     check_files([(output, _ENDINGS)], [machine])
-    if not 0.0 < diameter < 1000.0:
-        raise PretravelError(f"--diameter {diameter:g}: it must be positive, in mm")
-    if shank < 0.0 or shank >= diameter:
-        raise PretravelError(f"--shank {shank:g}: a shank is thinner than its sphere")
+    if shank >= diameter:
+        raise PretravelError(f"--shank {shank:g}: the shank must be thinner than the sphere")
     if pattern == "rings":
-        rings = [angle * DEGREE for angle in angle_range(polar or _RINGS, "--polar")]
+        rings = [angle * DEGREE for angle in (polar or _RINGS).degrees]
         directions = ring_pattern(rings, 24 if count is None else count)
     elif polar is not None or count is not None:
         raise PretravelError(f"--polar and --count go with --pattern rings, not {pattern}")
-    elif pattern in PATTERNS:
-        directions = PATTERNS[pattern]()
     else:
-        raise PretravelError(f"--pattern {pattern}: it is rings, {' or '.join(PATTERNS)}")
+        directions = PATTERNS[pattern]()
     known = read_machine(machine)
     normals = directions @ probe_rotation(rotation=turn * DEGREE).T
-    middle = np.array(vector(center, "--center"))
+    middle = np.array(center)
     targets = Targets(
         middle + 0.5 * diameter * normals,
         normals,
@@ -113,7 +146,7 @@ def sphere(
             targets,
             known,
             title=f"sphere of {diameter:g} mm",
-            feeds=_feeds(feeds),
+            feeds=feeds or (),
             repeats=repeats,
             obstacles=[SphereObstacle(middle, 0.5 * diameter, shank)],
         )
@@ -125,32 +158,30 @@ def sphere(
 )
 def part(
     machine: MachineFile,
-    targets: Annotated[Path, typer.Argument(help="Targets: .csv, as pretravel plan writes them.")],
+    targets: Annotated[Path, typer.Argument(help="Targets, .csv, from pretravel plan.")],
     output: Output,
     surface: Annotated[
         str | None,
-        typer.Option(help="The part, part.step: moves are checked against all of its faces."),
+        typer.Option(help="The part, part.step: moves are checked against all its faces."),
     ] = None,
     compensated: Annotated[
         bool,
         typer.Option(
             "--compensated",
-            help="Surface points on the control too, by the subroutines of pretravel export "
+            help="Compute surface points on the control, with the subroutines of pretravel export "
             "--to linuxcnc.",
         ),
     ] = False,
     leave_out: Annotated[
         bool,
-        typer.Option("--leave-out", help="Targets that cannot be reached, instead of refusing."),
+        typer.Option("--leave-out", help="Leave out targets that cannot be reached."),
     ] = False,
-    approach: Annotated[
-        str, typer.Option(help="normal, or file: by its columns ax,ay,az.")
-    ] = "normal",
+    approach: Approach = "normal",
     repeats: Repeats = 1,
-    feeds: Feeds = None,
+    feeds: FeedsOption = None,
     log: Log = None,
 ) -> None:
-    """Touch the targets of a plan, each from its side, with free ways between them."""
+    """Touch the targets of a plan, with moves between them that are free of collisions."""
     from pretravel.controls.program import PartObstacle, plan_program
     from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
@@ -176,18 +207,12 @@ def part(
             plan,
             known,
             title=targets.stem,
-            feeds=_feeds(feeds),
+            feeds=feeds or (),
             repeats=repeats,
             obstacles=[] if shape is None else [PartObstacle(shape)],
             leave_out=leave_out,
         )
     _write(program, output, log, compensated=compensated)
-
-
-def _feeds(text: str | None) -> list[float]:
-    from pretravel.cli.arguments import number
-
-    return [] if text is None else [number(word, "--feeds") for word in text.split(",")]
 
 
 def _write(program: ProbingProgram, output: Path, log: str | None, *, compensated: bool) -> None:

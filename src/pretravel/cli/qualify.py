@@ -1,65 +1,72 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import (
-    MAPS,
-    PICTURES,
-    check_files,
-    number,
-    unit_vector,
-    working,
-)
-from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
+from pretravel.cli.files import MAPS, PICTURES, check_files
+from pretravel.cli.options import Diameter, Picture, ProbeAxis, Verbose
+from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+
+
+def _kinds() -> list[str]:
+    from pretravel.identification.kinds import ALL_KINDS, AUTO
+
+    return [*ALL_KINDS, AUTO]
 
 
 def qualify(
     touches: Annotated[
         Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a log of our programs.")
     ],
-    diameter: Annotated[
-        float, typer.Option(help="Calibrated diameter of the sphere (or ring), mm.")
-    ],
+    diameter: Diameter,
     tip_diameter: Annotated[
         float | None,
-        typer.Option(help="Diameter of the tip, mm; without it the map is relative to its mean."),
+        typer.Option(
+            help="Diameter of the tip, in mm. Without it, the map is relative to its mean."
+        ),
     ] = None,
     kind: Annotated[
         str,
         typer.Option(
-            help="Kind of map: harmonic; physical (a six-seat probe, fitted); wozniak (one "
-            "constant); mean (one radius); sectors (a table); auto: the one that predicts "
-            "left-out touches best."
+            parser=one_of(_kinds),
+            metavar="KIND",
+            help="Kind of map: harmonic; physical (a fitted six-seat probe); wozniak (one "
+            "constant); mean (one radius); sectors (a table); auto: the kind that predicts "
+            "left-out touches best.",
         ),
     ] = "harmonic",
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
     u_diameter: Annotated[
-        float, typer.Option("--u-diameter", help="Standard uncertainty of the diameter, µm.")
+        float,
+        typer.Option(
+            "--u-diameter", min=0.0, max=1000.0, help="Standard uncertainty of the diameter, in µm."
+        ),
     ] = 0.0,
     axial_pretravel: Annotated[
-        str,
+        Length,
         typer.Option(
-            help="Pretravel along the axis, µm, to tell the sphere's height from the map's (kind "
-            "harmonic); 'none': least-squares centre."
+            parser=length_or_none,
+            metavar="UM",
+            help="Pretravel along the probe axis, in µm, which separates the height of the sphere "
+            "from the map (kind harmonic); none: least-squares centre.",
         ),
-    ] = "1.0",
+    ] = Length(1.0),
     lobe_azimuth: Annotated[
         float | None,
         typer.Option(
-            help="Kind wozniak: azimuth of largest pretravel, opposite a rod, degrees; found from "
-            "8 directions or more."
+            help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
+            "default is determined from 8 directions or more."
         ),
     ] = None,
     transducer: Annotated[
-        str, typer.Option(help="Kind wozniak: contact (lobes) or piezo (none).")
+        Literal["contact", "piezo"],
+        typer.Option(help="Kind wozniak: contact (the map has lobes) or piezo (it has none)."),
     ] = "contact",
-    axis: Annotated[
-        str, typer.Option(help="Probe axis x,y,z, tip to spindle, in the machine's frame.")
-    ] = "0,0,1",
+    axis: ProbeAxis = Vector(0, 0, 1),
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
@@ -69,7 +76,7 @@ def qualify(
 ) -> None:
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
-    Touches at two or more feeds (column feed_mm_min) tell the signal delay apart.
+    Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
 
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
@@ -82,16 +89,6 @@ def qualify(
     from pretravel.units import DEGREE, MICROMETRE
 
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
-    if not 0.0 <= u_diameter <= 1000.0:
-        raise PretravelError(f"--u-diameter {u_diameter:g}: it lies between 0 and 1000 µm")
-    if axial_pretravel.lower() == "none":
-        axial = None
-    else:
-        axial = number(axial_pretravel, "--axial-pretravel") * MICROMETRE
-        if not 0.0 <= axial <= 0.1:
-            raise PretravelError(
-                f"--axial-pretravel {axial_pretravel}: it lies between 0 and 100 µm"
-            )
     if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
         raise PretravelError("--lobe-azimuth and --transducer go with --kind wozniak")
     if lobe_azimuth is not None and transducer == "piezo":
@@ -108,8 +105,8 @@ def qualify(
             ring=ring,
             tip_diameter=tip_diameter,
             u_diameter=u_diameter * MICROMETRE,
-            axial_pretravel=axial,
-            axis=unit_vector(axis, "--axis"),
+            axial_pretravel=axial_pretravel.millimetres,
+            axis=axis,
         )
     result = choice.qualification
     report = qualification_document(

@@ -5,44 +5,57 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, working
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
+from pretravel.cli.progress import working
 
 
 def rig(
     traces: Annotated[
         list[Path],
-        typer.Argument(help="CSV: time_s,ruler_mm,laser_mm,contact,trigger; rig_AZIMUTH_REPEAT."),
+        typer.Argument(
+            help="Traces rig_AZIMUTH_REPEAT.csv: time_s,ruler_mm,laser_mm,contact,trigger."
+        ),
     ],
     output: Annotated[
         Path | None,
         typer.Option(
             "--output",
             "-o",
-            help="Touches .csv, everything .json, or a calibration certificate to print, .html.",
+            help="Touches, .csv; the whole result, .json; or a calibration certificate, .html.",
         ),
     ] = None,
     lab: Annotated[
         Path | None,
-        typer.Option(help="What the certificate states of laboratory and item: .toml."),
+        typer.Option(help="Laboratory and item, as the certificate states them: .toml."),
     ] = None,
     budget: Annotated[
         Path | None,
         typer.Option(
-            help="Budget of the rig: source,type,uncertainty_um,per_metre_um; else that of Ren "
-            "2020, Table 2."
+            help="Uncertainty budget of the rig, .csv: source,type,uncertainty_um,per_metre_um; "
+            "the default is that of Ren 2020, Table 2."
         ),
     ] = None,
     map_file: Annotated[
         Path | None,
-        typer.Option("--map", help="Mean pretravel as a map to compensate with: .nc or .csv."),
+        typer.Option("--map", help="Map of the mean pretravel, for compensation: .nc or .csv."),
     ] = None,
-    tip_diameter: Annotated[float | None, typer.Option(help="Of the tip, mm, for --map.")] = None,
-    temperature: Annotated[float, typer.Option(help="Of the ruler, °C.")] = 20.0,
-    expansion: Annotated[float, typer.Option(help="The ruler's thermal expansion, 1e-6/K.")] = 8.0,
+    tip_diameter: Annotated[
+        float | None,
+        typer.Option(min=0.001, max=100.0, help="Diameter of the tip, in mm, for --map."),
+    ] = None,
+    temperature: Annotated[
+        float, typer.Option(min=-50.0, max=100.0, help="Temperature of the ruler, in °C.")
+    ] = 20.0,
+    expansion: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=100.0, help="Thermal expansion coefficient of the ruler, in 1e-6/K."
+        ),
+    ] = 8.0,
     plot: Picture = None,
 ) -> None:
-    """Calibration-rig traces: contact, trigger, pretravel, hysteresis, and what a probe is worth.
+    """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty.
 
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
@@ -71,13 +84,8 @@ def rig(
         [(output, (".csv", ".json", ".html")), (map_file, (".nc", ".csv")), (plot, PICTURES)],
         [*traces],
     )
-    if map_file is not None and not (tip_diameter is not None and 0.0 < tip_diameter < 100.0):
+    if map_file is not None and tip_diameter is None:
         raise PretravelError("--map needs the tip's diameter: --tip-diameter, mm")
-    if not -50.0 < temperature < 100.0 or not 0.0 <= expansion < 100.0:
-        raise PretravelError(
-            f"--temperature {temperature:g} °C, --expansion {expansion:g}: the ruler's temperature "
-            "in °C and its expansion in 1e-6 per kelvin"
-        )
     if lab is not None and (output is None or output.suffix.lower() != ".html"):
         raise PretravelError("--lab goes with a certificate: -o certificate.html")
     names = [path.stem for path in traces]

@@ -1,39 +1,52 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, pair, working
+from pretravel.cli.arguments import Indices, indices
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
+from pretravel.cli.progress import working
 
 
 def separate(
     readings: Annotated[Path, typer.Argument(help="CSV: machine_index,probe_index,error_um.")],
     repeat_variance: Annotated[
         float | None,
-        typer.Option(help="Variance of one configuration, measured by repeats, µm²."),
+        typer.Option(help="Variance of one configuration, measured by repeats, in µm²."),
     ] = None,
     repeat_pair: Annotated[
-        str | None, typer.Option(help="That configuration: machine,probe index.")
+        Indices | None,
+        typer.Option(
+            parser=indices, metavar="MACHINE,PROBE", help="Indices of that configuration."
+        ),
     ] = None,
-    repeat_count: Annotated[int, typer.Option(help="Repeats behind that variance.")] = 10,
+    repeat_count: Annotated[
+        int, typer.Option(help="Number of repeats from which that variance was estimated.")
+    ] = 10,
     method: Annotated[
-        str, typer.Option(help="reml (restricted likelihood) or least-squares (the paper's).")
+        Literal["reml", "least-squares"],
+        typer.Option(help="Restricted maximum likelihood, or the paper's least squares."),
     ] = "reml",
     pair_of: Annotated[
-        list[str] | None,
-        typer.Option("--pair", help="Print the variance of this pair too: machine,probe index."),
+        list[Indices] | None,
+        typer.Option(
+            "--pair",
+            parser=indices,
+            metavar="MACHINE,PROBE",
+            help="Print the variance of this pair too.",
+        ),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Tell machine from probe: systematic errors and variances from multi-step readings.
+    """Separate the errors and variances of machine and probe, from multi-step readings.
 
-    A reading is the machine's error less the probe's, in one of many combinations.
+    A reading is the error of the machine minus that of the probe, for one pair of directions.
 
     Example: pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv
     """
@@ -50,20 +63,18 @@ def separate(
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [readings])
     if (repeat_variance is None) != (repeat_pair is None):
-        raise PretravelError("--repeat-variance and --repeat-pair go together: which, and how much")
+        raise PretravelError("give --repeat-variance and --repeat-pair together, or neither")
     square = MICROMETRE**2
     repeated = None
     if repeat_variance is not None and repeat_pair is not None:
-        machine, probe = _indices(repeat_pair, "--repeat-pair")
         repeated = separation.RepeatedPair(
-            machine, probe, repeat_variance * square, count=repeat_count
+            *repeat_pair, repeat_variance * square, count=repeat_count
         )
-    wanted = [_indices(text, "--pair") for text in pair_of or []]
     measured = read_readings(readings)
     with working(f"separating {len(measured)} readings"):
-        result = separation.separate(measured, method=method, repeated=repeated)  # type: ignore[arg-type]
+        result = separation.separate(measured, method=method, repeated=repeated)
     pairs = []
-    for machine, probe in wanted:
+    for machine, probe in pair_of or []:
         variance, u = result.pair_variance(machine, probe)
         low, high = result.pair_interval(machine, probe)
         pairs.append(
@@ -91,33 +102,31 @@ def separate(
     typer.echo("\n".join([separation_report(result), *([""] if pairs else []), *pairs]))
 
 
-def _indices(text: str, name: str) -> tuple[int, int]:
-    from pretravel.errors import PretravelError
-
-    first, second = pair(text, name)
-    if first != round(first) or second != round(second):
-        raise PretravelError(f"{name} {text}: expected two whole numbers, for example 1,1")
-    return int(first), int(second)
-
-
 def separation_plan(
-    directions: Annotated[int, typer.Option(help="Of machine and probe, equally spaced.")] = 24,
+    directions: Annotated[
+        int, typer.Option(help="Directions of machine and probe, equally spaced.")
+    ] = 24,
     variance: Annotated[
-        float, typer.Option(help="Expected variance of a touch, machine and probe together, µm².")
+        float,
+        typer.Option(help="Expected variance of a touch, machine and probe together, in µm²."),
     ] = 0.5,
     u_systematic: Annotated[
-        float | None, typer.Option("--u-systematic", help="Wanted of each error, µm.")
+        float | None,
+        typer.Option("--u-systematic", help="Standard uncertainty to reach for each error, in µm."),
     ] = None,
     u_variance: Annotated[
         float | None,
-        typer.Option("--u-variance", help="Wanted of each direction's variance, % of it."),
+        typer.Option(
+            "--u-variance",
+            help="Relative standard uncertainty to reach for each direction's variance, in %.",
+        ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Every touch in order, a form to fill in: .csv."),
+        typer.Option("--output", "-o", help="Form with all touches in order, to fill in: .csv."),
     ] = None,
 ) -> None:
-    """Plan a multi-step test: orientations and repeats for a wanted uncertainty.
+    """Plan a multi-step test: orientations and repeats for a required uncertainty.
 
     Example: pretravel separation-plan --directions 24 --variance 0.4 --u-systematic 0.2 -o form.csv
     """

@@ -5,14 +5,24 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, unit_vector, working
-from pretravel.cli.options import Frame, Gravity, Picture, Place, Workpiece
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import (
+    Approach,
+    ContactModel,
+    Frame,
+    Gravity,
+    Picture,
+    Place,
+    Workpiece,
+    part_in_machine,
+)
+from pretravel.cli.progress import working
 
 
 def simulate(
     probe: Annotated[
         str,
-        typer.Argument(help="Catalogue name, path of a TOML description, or a map (.nc, .csv)."),
+        typer.Argument(help="Catalogue name, TOML description, or map (.nc, .csv)."),
     ],
     surface: Annotated[
         str,
@@ -22,36 +32,46 @@ def simulate(
         ),
     ],
     targets: Annotated[
-        Path, typer.Option(help="CSV of targets: nx,ny,nz, with x_mm,y_mm,z_mm where needed.")
+        Path,
+        typer.Option(help="Targets, .csv: nx,ny,nz, and x_mm,y_mm,z_mm where they are needed."),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Touches: .csv.")],
-    model: Annotated[str, typer.Option(help="analytic, fem or shen.")] = "analytic",
-    approach: Annotated[
-        str, typer.Option(help="normal: along -n; file: columns ax,ay,az of the targets.")
-    ] = "normal",
+    model: ContactModel = "analytic",
+    approach: Approach = "normal",
     friction: Annotated[
-        float, typer.Option(help="Coulomb's coefficient at the tip: 0 slides freely, inf sticks.")
+        float,
+        typer.Option(
+            help="Coulomb's coefficient of friction at the tip: with 0 the tip slides freely, with "
+            "inf it sticks."
+        ),
     ] = 0.0,
-    feed: Annotated[float | None, typer.Option(help="Feed rate, mm/min.")] = None,
-    delay: Annotated[float, typer.Option(help="Delay of the trigger signal, ms.")] = 0.0,
-    noise: Annotated[float, typer.Option(help="Repeatability, standard deviation in µm.")] = 0.0,
-    seed: Annotated[int | None, typer.Option(help="Of the noise, to get the same again.")] = None,
+    feed: Annotated[float | None, typer.Option(help="Feed rate, in mm/min.")] = None,
+    delay: Annotated[float, typer.Option(help="Delay of the trigger signal, in ms.")] = 0.0,
+    noise: Annotated[
+        float, typer.Option(help="Repeatability, as a standard deviation in µm.")
+    ] = 0.0,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the noise: the same seed gives the same touches.")
+    ] = None,
     workpiece: Workpiece = "steel",
     gravity: Gravity = None,
     clearance: Annotated[
-        float, typer.Option(help="Way before the contact on which nothing else may be met, mm.")
+        float,
+        typer.Option(
+            help="Distance before the contact on which the tip may not touch anything else, in mm."
+        ),
     ] = 2.0,
     stem: Annotated[
-        bool, typer.Option("--stem", help="The stylus, too, must not run into the part.")
+        bool, typer.Option("--stem", help="Check that the stylus, too, does not touch the part.")
     ] = False,
     leave_out: Annotated[
         bool,
         typer.Option(
-            "--leave-out", help="Write the touches that succeed; targets that fail are named."
+            "--leave-out", help="Write the touches that succeed, and list the targets that fail."
         ),
     ] = False,
     extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="With a map: also outside its directions.")
+        bool, typer.Option("--extrapolate", help="With a map: allow directions outside it.")
     ] = False,
     place: Place = None,
     frame: Frame = "part",
@@ -67,7 +87,6 @@ def simulate(
     from pretravel.errors import PretravelError
     from pretravel.formats.map_file import read_map
     from pretravel.formats.touches_csv import read_targets, write_touches
-    from pretravel.frames import parse_placement
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
@@ -78,7 +97,7 @@ def simulate(
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, targets, *source_file(surface)])
-    part_in_machine = parse_placement(place, frame)
+    placement = part_in_machine(place, frame)
     measured = Path(probe).suffix.lower() in (".nc", ".csv")
     if measured and (model != "analytic" or friction or stem or gravity is not None):
         raise PretravelError(
@@ -95,7 +114,7 @@ def simulate(
             wanted,
             model=model,
             workpiece=material(workpiece),
-            gravity=None if gravity is None else unit_vector(gravity, "--gravity"),
+            gravity=gravity,
             friction=friction,
             clearance=clearance,
             stem=stem,
@@ -103,7 +122,7 @@ def simulate(
             delay=delay * 1e-3,
             noise=noise * MICROMETRE,
             seed=seed,
-            placement=part_in_machine,
+            placement=placement,
             extrapolate=extrapolate,
         )
     failures = describe_failures(simulated.happened, wanted, shape)
@@ -111,7 +130,7 @@ def simulate(
         simulation.refuse(simulated.happened, wanted, shape)
     touches = simulated.touches
     assert touches is not None  # none at all was refused above
-    write_touches(output, moved(touches, part_in_machine) if frame == "machine" else touches)
+    write_touches(output, moved(touches, placement) if frame == "machine" else touches)
     unreadable = shape.unreadable if isinstance(shape, Part) else {}
     for warning in [
         *(

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files, pair, working
-from pretravel.cli.options import Picture, ProbeName, Workpiece
+from pretravel.cli.arguments import Pair, pair
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import ContactModel, Picture, ProbeName, Workpiece
+from pretravel.cli.progress import working
 
 
 def slide(
@@ -14,43 +16,52 @@ def slide(
     surface: Annotated[
         str,
         typer.Option(
-            help="plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face … (as for simulate)."
+            help="plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, … (as in simulate)."
         ),
     ],
     at: Annotated[
-        str,
-        typer.Option(help="Parameters u,v of the first contact; radians where they are angles."),
+        Pair,
+        typer.Option(
+            parser=pair,
+            metavar="U,V",
+            help="Surface parameters of the first contact, in radians where they are angles.",
+        ),
     ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Every step: .csv.")] = None,
     step: Annotated[
         float | None,
         typer.Option(
-            help="Feed of a step, mm (vertical: deflection, mm; inclined: force, N); if not given "
-            "0.001, inclined 0.1."
+            help="Travel of a step, in mm (vertical: deflection, in mm; inclined: force, in N); "
+            "the default is 0.001; for inclined it is 0.1."
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(help="How many.")] = 20,
+    steps: Annotated[int, typer.Option(help="Number of steps.")] = 20,
     process: Annotated[
-        str, typer.Option(help="curved (any surface), vertical or inclined: the thesis's three.")
+        Literal["curved", "inclined", "vertical"],
+        typer.Option(
+            help="Process of the thesis: curved (any surface), or that for inclined or vertical "
+            "planes."
+        ),
     ] = "curved",
     search: Annotated[
-        str, typer.Option(help="steps; or golden, for vertical and inclined.")
+        Literal["steps", "golden"],
+        typer.Option(help="Search for the trigger: equal steps, or golden section (planes only)."),
     ] = "steps",
     kinematics: Annotated[
-        str,
+        Literal["lateral", "full"],
         typer.Option(
-            help="lateral: the stylus gives across its axis only, as in the thesis; full: all that "
-            "the model gives."
+            help="lateral: the tip deflects across the probe axis only, as in the thesis; full: in "
+            "all directions."
         ),
     ] = "lateral",
-    model: Annotated[str, typer.Option(help="analytic, fem or shen.")] = "analytic",
+    model: ContactModel = "analytic",
     workpiece: Workpiece = "steel",
     plot: Picture = None,
 ) -> None:
     """Follow one touch step by step: how the tip slides from first contact to the trigger.
 
-    The CSV has, in mm, P where the tip centre were with the stylus straight, C where it is, T the
-    contact, and n the normal there; forces end at the trigger.
+    The CSV contains, in mm, the spindle point P (the tip centre of an undeflected stylus), the tip
+    centre C, the contact T and the surface normal n there. Forces end at the trigger.
 
     Example: pretravel slide omp40-2 --surface convex --at 0.5,0.5 --steps 20 -o slide.csv
     """
@@ -69,17 +80,16 @@ def slide(
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, *source_file(surface)])
-    where = pair(at, "--at")
     description = load_probe(probe)
     shape = face_of(surface)
     with working("sliding"):
         tip = predicted_tip(description, model, workpiece=material(workpiece))
-        local = shape.local(np.array([where]))
+        local = shape.local(np.array([at]))
         target = Targets(local.point, local.normal)
         history = step_by_step(
             tip,
             shape,
-            where,
+            at,
             step=step,
             steps=steps,
             process=process,
@@ -92,9 +102,9 @@ def slide(
         from pretravel.report.plotting import save
         from pretravel.report.surface_pictures import plot_slide
 
-        title = f"{description.name} on {surface} at u, v = {at}"
+        title = f"{description.name} on {surface} at u, v = {at.first:g},{at.second:g}"
         save(plot_slide(history, shape, title), plot)
-    typer.echo(slide_report(history, description.name, f"{surface} at {at}"))
+    typer.echo(slide_report(history, description.name, f"{surface} at {at.first:g},{at.second:g}"))
     at_once = {
         "sideways only": touch(LateralTip(tip), shape, target),
         "all that gives": touch(tip, shape, target),

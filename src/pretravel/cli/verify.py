@@ -5,11 +5,11 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.arguments import PICTURES, check_files
-from pretravel.cli.options import Picture
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import Diameter, Picture
 
 CHANGED = 1
-"""Exit code when the probe has changed, for scripts; 2 is an error."""
+"""Exit code for scripts when the probe has changed; 2 is an error."""
 
 
 def verify(
@@ -17,27 +17,30 @@ def verify(
         Path, typer.Argument(help="New touches on the reference: .csv, or a log of our programs.")
     ],
     map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
-    diameter: Annotated[
-        float, typer.Option(help="Calibrated diameter of the sphere (or ring), mm.")
-    ],
+    diameter: Diameter,
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
     false_alarms: Annotated[
-        float, typer.Option(help="Share of unchanged probes that may be called changed, %.")
+        float,
+        typer.Option(
+            min=0.0001,
+            max=49.9,
+            help="Accepted false alarms: percentage of unchanged probes reported as changed.",
+        ),
     ] = 1.0,
     history: Annotated[
         Path | None,
-        typer.Option(help="History of this probe, one file: .sqlite; made where there is none."),
+        typer.Option(help="History file of this probe, .sqlite; created when it does not exist."),
     ] = None,
     accept: Annotated[
         Path | None,
-        typer.Option(help="Qualify on the new touches and write their map here, .nc."),
+        typer.Option(help="Qualify again with the new touches and write the new map: .nc."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Has the probe changed since it was qualified? Exit code 0: no; 1: yes.
+    """Test whether a probe has changed since its qualification. Exit code 0: no; 1: yes.
 
     The old map is kept unless --accept names a new one.
 
@@ -63,12 +66,10 @@ def verify(
             (plot, PICTURES),
             (accept, (".nc",)),
         ],
-        [touches, map_file, *([history] if history else [])],
+        [touches, map_file, history],
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
         raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
-    if not 0.0 < false_alarms < 50.0:
-        raise PretravelError(f"--false-alarms {false_alarms:g}: it lies between 0 and 50 %")
     pretravel_map = read_map(map_file)
     readings = read_touches_of(touches, machine_axes=True)
     result = verify_probe(
@@ -129,13 +130,15 @@ def verify(
 
 
 def history(
-    path: Annotated[Path, typer.Argument(metavar="HISTORY", help="Of one probe: .sqlite.")],
+    path: Annotated[
+        Path, typer.Argument(metavar="HISTORY", help="History file of one probe: .sqlite.")
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html.")
     ] = None,
     plot: Picture = None,
 ) -> None:
-    """Show the history of a probe: every verification, as table and control chart.
+    """Show the history of a probe: all verifications, as a table and a control chart.
 
     Example: pretravel history probe.sqlite --plot chart.png
     """

@@ -1,0 +1,57 @@
+"""Output files of commands: their endings, and checks before any work is done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pretravel.errors import PretravelError
+
+PICTURES = (".png", ".svg", ".pdf")
+MAPS = (".nc", ".csv", ".json", ".html")
+POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr", ".html")
+
+
+def check_files(
+    outputs: Sequence[tuple[Path | None, Sequence[str]]], inputs: Sequence[Path | str | None] = ()
+) -> None:
+    """Refuse outputs that cannot be written, before any work is done for them.
+
+    Parameters
+    ----------
+    outputs : pairs of path and endings
+        Paths that will be written (None: no such output), and the endings that they may have.
+    inputs : paths
+        Files that are read; none of them may be overwritten (None: no such input).
+
+    Raises
+    ------
+    PretravelError
+        The ending is not one of those, the folder does not exist, the path is a folder, or the
+        file is also read.
+
+    >>> check_files([(Path("map.xyz"), (".nc",))])
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    """
+    sources = {Path(source).resolve() for source in inputs if source is not None}
+    seen: set[Path] = set()
+    for path, endings in outputs:
+        if path is None:
+            continue
+        if path.suffix.lower() not in endings:
+            raise PretravelError(f"cannot write {path}: the ending must be {', '.join(endings)}")
+        if not path.parent.is_dir():
+            raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
+        if path.is_dir():
+            raise PretravelError(f"cannot write {path}: it is a folder")
+        resolved = path.resolve()
+        if resolved in seen:
+            raise PretravelError(f"cannot write two outputs to {path}")
+        if resolved in sources:
+            raise PretravelError(
+                f"cannot write {path}: this file is also read and would be overwritten; choose "
+                "another name"
+            )
+        seen.add(resolved)
