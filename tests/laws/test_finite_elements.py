@@ -37,7 +37,7 @@ from pretravel.trigger.elastic_field import field_at_trigger
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
-from tests.conftest import COARSE, coarse_model, coarse_reduced
+from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 20.0, 70.0]), np.radians([0.0, 60.0, 20.0, 100.0, 213.0])

@@ -19,7 +19,7 @@ from pretravel.trigger.compliance.fem import condensed
 from pretravel.trigger.friction import FrictionCycle, friction_cycle
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
-from tests.conftest import coarse_reduced
+from tests.support.coarse_models import coarse_reduced
 
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 90.0, 50.0, 25.0]), np.radians([0.0, 20.0, 60.0, 100.0, 213.0])

@@ -33,8 +33,8 @@ from pretravel.touches import Touches, moved
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map
 from pretravel.trigger.seats import seat_statics
-
-from ..conftest import EXAMPLES, coarse_reduced
+from tests.support.coarse_models import coarse_reduced
+from tests.support.examples import EXAMPLES
 
 
 @cache

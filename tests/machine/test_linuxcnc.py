@@ -31,7 +31,7 @@ from pretravel.probing.targets import Targets
 from pretravel.touches import moved
 from pretravel.units import DEGREE, MICROMETRE
 from tests.machine.conftest import SIMULATOR, environment, run_program
-from tests.unit.test_command_line import rows
+from tests.support.commands import rows
 
 DIAMETER = 24.9987
 # The last digit of a log is 1e-4 µm; three of them make a point.
@@ -150,7 +150,7 @@ def example_map() -> PretravelMap:
 @cache
 def _example_map(kind: str = "harmonic") -> PretravelMap:
     from pretravel.formats.touches_csv import read_touches
-    from tests.conftest import EXAMPLES
+    from tests.support.examples import EXAMPLES
 
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
     return qualify(touches, DIAMETER, tip_diameter=6.0, kind=kind).pretravel_map

@@ -19,7 +19,7 @@ from pretravel.qualification.map_fit import KINDS, Kind
 from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
-from tests.conftest import EXAMPLES
+from tests.support.examples import EXAMPLES
 
 NOISE = 0.3e-3
 PROBE = load_probe("omp40-2-100mm-carbide")

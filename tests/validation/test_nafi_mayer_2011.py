@@ -22,7 +22,7 @@ from pretravel.laboratory.separation import (
     separate,
 )
 from pretravel.laboratory.separation_plan import error_factor, plan_separation
-from tests.conftest import EXAMPLES
+from tests.support.examples import EXAMPLES
 
 UM, UM2 = 1e-3, 1e-6
 COUNT = 24

@@ -20,53 +20,13 @@ from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kinds import ALL_KINDS, choose, physical_warnings, qualify
 from pretravel.identification.physical import PhysicalMapFit
 from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.trigger.response import ProbeResponse, probe_response
-from pretravel.trigger.seats import seat_statics
-from tests.conftest import EXAMPLES
+from tests.support.examples import EXAMPLES
+from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of
 
-NOISE = 0.3e-3
 PART = read_touches(EXAMPLES / "part_touches.csv").normals
-PATTERN = np.repeat(sphere_pattern_25(), 3, axis=0)
-
-
-def _made_up(rng: np.random.Generator, asymmetry: float) -> ProbeResponse:
-    """A probe of the catalogue with other preload, seats, stiffness, orientation; its rods
-    off by 0.6° times the asymmetry, its spring off the axis by 2 % of the tripod's radius."""
-    probe = load_probe(rng.choice(["omp40-2-100mm", "omp40-2", "omp40-2-100mm-carbide"]))
-    azimuths = np.radians([0.0, 120.0, 240.0]) + rng.uniform(0.0, 2.0 * np.pi)
-    azimuths += asymmetry * rng.normal(0.0, np.radians(0.6), 3)
-    probe = replace(
-        probe,
-        preload=probe.preload * rng.uniform(0.5, 1.5),
-        tripod=replace(
-            probe.tripod,
-            rod_azimuths=tuple(azimuths),
-            radius=probe.tripod.radius * rng.uniform(0.7, 1.2),
-        ),
-        seats=replace(
-            probe.seats,
-            support_angle=np.radians(rng.uniform(20.0, 50.0)),
-            ball_radius=probe.seats.ball_radius * rng.uniform(0.4, 1.0),
-        ),
-    )
-    return _off_axis(probe, asymmetry * rng.normal(0.0, 0.02, 2) * probe.tripod.radius)
-
-
-def _off_axis(probe: Probe, offset: np.ndarray) -> ProbeResponse:
-    response = probe_response(probe)
-    moment = np.array([0, 0, 0, -probe.preload * offset[1], probe.preload * offset[0], 0])
-    change = np.linalg.solve(seat_statics(probe).wrenches, moment)
-    return replace(response, rest_reactions=response.rest_reactions - change)
-
-
-def _touched(
-    response: ProbeResponse, n: np.ndarray, rng: np.random.Generator, noise: float = NOISE
-) -> Touches:
-    distance = 15.5 - response.pretravel(n) + rng.normal(0.0, noise, len(n))
-    return Touches(np.array([120.0, -40.0, 7.0]) + n * distance[:, None], n)
 
 
 def _judged(
@@ -84,8 +44,8 @@ def studied() -> list[tuple[np.ndarray, np.ndarray]]:
     found = []
     for seed in range(12):
         rng = np.random.default_rng(seed)
-        response = _made_up(rng, (0.0, 0.3, 1.0)[seed % 3])
-        touches = _touched(response, PATTERN, rng)
+        response = made_up_response(rng, (0.0, 0.3, 1.0)[seed % 3])
+        touches = touches_of(response, PATTERN, rng)
         result = qualify(touches, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
         found.append(_judged(response, result, rng))
     return found
@@ -123,8 +83,8 @@ def test_example_probe() -> None:
 def test_noise_free_touches_give_the_probe_back() -> None:
     """Nothing but priors stands between; 10 nm of noise outweigh them."""
     rng = np.random.default_rng(1)
-    response = _made_up(rng, 0.0)
-    touches = _touched(response, PATTERN, rng, noise=1e-5)
+    response = made_up_response(rng, 0.0)
+    touches = touches_of(response, PATTERN, rng, noise=1e-5)
     result = qualify(touches, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
     value = result.pretravel_map.pretravel(PART, extrapolate=True)
     error = value - response.pretravel(PART)
@@ -135,8 +95,8 @@ def test_noise_free_touches_give_the_probe_back() -> None:
 def test_another_kind_of_probe_is_noticed() -> None:
     """Lobes that no tripod has, 1 um: said, and u of the map grows by what is missed."""
     rng = np.random.default_rng(2)
-    response = _made_up(rng, 0.0)
-    touches = _touched(response, PATTERN, rng)
+    response = made_up_response(rng, 0.0)
+    touches = touches_of(response, PATTERN, rng)
     lobes = 1e-3 * np.cos(2.0 * np.arctan2(PATTERN[:, 1], PATTERN[:, 0])) * PATTERN[:, 2]
     wrong = replace(touches, positions=touches.positions - lobes[:, None] * PATTERN)
     result = qualify(wrong, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
@@ -151,7 +111,7 @@ def test_gauge_is_stated() -> None:
     """Centre against first harmonic: along the axis priors decide, to a quarter of a micrometre."""
     rng = np.random.default_rng(3)
     result = qualify(
-        _touched(_made_up(rng, 0.0), PATTERN, rng),
+        touches_of(made_up_response(rng, 0.0), PATTERN, rng),
         25.0,
         tip_diameter=6.0,
         kind="physical",
@@ -166,7 +126,7 @@ def test_gauge_is_stated() -> None:
 
 def test_without_the_tip_diameter_points_are_the_same() -> None:
     rng = np.random.default_rng(4)
-    touches = _touched(_made_up(rng, 0.0), PATTERN, rng)
+    touches = touches_of(made_up_response(rng, 0.0), PATTERN, rng)
     told, open_ = (
         qualify(touches, 25.0, tip_diameter=d, kind="physical", search_outliers=False)
         for d in (6.0, None)

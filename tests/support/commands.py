@@ -1,0 +1,42 @@
+"""The command line in this process, and the tables that it writes."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.cli import main
+
+
+def run(*arguments: object, code: int = 0) -> str:
+    """Run in this process; gives stdout, or stderr where an error is expected."""
+    out, err = io.StringIO(), io.StringIO()
+    stopped = 0
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        patch.setattr(sys, "argv", ["pretravel", *map(str, arguments)])
+        try:
+            main.run()
+        except SystemExit as stop:
+            stopped = int(stop.code or 0)
+    assert stopped == code, out.getvalue() + err.getvalue()
+    assert "Traceback" not in err.getvalue()
+    return out.getvalue() if code == 0 else err.getvalue()
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def positions(path: Path) -> np.ndarray:
+    return np.array([[float(row[k]) for k in ("x_mm", "y_mm", "z_mm")] for row in rows(path)])

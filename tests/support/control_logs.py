@@ -1,0 +1,69 @@
+"""Small logs and result files as controls, CMMs and CAM write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.controls.linuxcnc import LOG_COLUMNS
+from pretravel.formats.logs.qif import NAMESPACE
+from pretravel.probing.targets import Targets
+
+OWN_LOG_HEAD = (
+    "pretravel-log,1,plan,2,end\nwork,G54,30.0000000,end\ncolumns," + ",".join(LOG_COLUMNS)
+    + ",end\n"
+)  # fmt: skip
+OWN_LOG_TOUCH = "touch,{label},0.0,0.0,2990.0,0,0,1,0,0,-1,50,0,0,0,{touched},end\n"
+OWN_LOG = (
+    OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="1.0000000")
+    + OWN_LOG_TOUCH.format(label="b", touched="0.0000000") + "done,2,end\n"
+)  # fmt: skip
+PROBEOPEN_ROW = "{x:.6f} 0.000000 2.990000 " + "0.000000 " * 5 + "0.000000\n"
+GRBL_LOG = (
+    "Grbl 1.1f ['$' for help]\n$13=0 (report in inches)\n"
+    "<Idle|MPos:0.000,0.000,0.000|WCO:-100.000,50.000,-20.000>\n"
+    "[22:44:43] [ G38.3 Z-5 F100 ] [PRB:-100.000,50.000,-17.010:1]\nok\n"
+    "<<< [PRB:-90.000,50.000,-17.020:1]\n"
+    "[G54:-100.000,50.000,-20.000]\n[TLO:0.000]\n[PRB:-90.000,50.000,-17.020:1]\n"
+    "ALARM:5\n[PRB:-75.000,50.000,-25.000:0]\n"
+)
+# The forms are those of posts; the numbers of the first are worked out by hand.
+FUSION_HAAS = (
+    "RESULTSFILE a\nSTART\nTOOLPATHID 12\nG330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0\n"
+    "G800 N1 X-0.4394 Y0.5291 Z-0.0753 I0.63893 J-0.76927 K0. O0. U0.005 L0.005\n"
+    "G801 N1 X-.4187 Y.5040 Z-.0753 R.0345\n"
+    "G800 N2 X1. Y0 Z0 I1 J0 K0 O0U0.01L-0.01\nEND\n"
+)
+QIF_FILE = (
+    f'<?xml version="1.0"?><QIFDocument xmlns="{NAMESPACE}" versionQIF="3.0.0" idMax="9">'
+    '<QPId>fd43400a-29bf-4ec6-b96c-e2f846eb6ff6</QPId>UNITS<Results><MeasurementResultsSet n="1">'
+    '<MeasurementResults id="8"><MeasuredPointSets n="1"><MeasuredPointSet count="2" id="7">'
+    "<Points>0 0 3 10 0 3</Points><Normals>0 0 1 0 0 1</Normals><Compensated>false</Compensated>"
+    "<ProbeRadius>2.5</ProbeRadius></MeasuredPointSet></MeasuredPointSets><InspectionStatus>"
+    "<InspectionStatusEnum>PASS</InspectionStatusEnum></InspectionStatus></MeasurementResults>"
+    "</MeasurementResultsSet></Results></QIFDocument>"
+)
+DMIS_OUTPUT = (
+    "$$ a comment\nFILNAM/'OUT'\nUNITS/MM, ANGDEC\n"
+    "F(P1)=FEAT/POINT,CART,0,0,0,0,0,1\nFA(P1) = Feat/Point, CART, 0.0, $\n 0.0, 0.01, 0,0,1\n"
+    "FA(C1)=FEAT/CIRCLE,INNER,CART,50,50,40,0,0,1,50\n"
+    "F(P2)=FEAT/POINT,CART,5,0,0,0,0,1\nENDFIL\n"
+)
+PRINT_FILE = (
+    "-----------\n   COMPONENT NO 1      FEATURE NO 2\n-----------\n"
+    "SIZE D71.0000   ACTUAL 71.9072   TOL 0.1000   DEV 0.9072\n"
+    "          +++++OUT OF TOL+++++ ERROR  0.8072\n"
+    "POSN X 10.0000   ACTUAL 10.0100   DEV .0100\nPOSN Z0   ACTUAL NaN   DEV NaN\n"
+)
+PLAN = Targets(
+    np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 0, 0], [20.0, 0, -5]]),
+    np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
+    labels=("a", "b.1", "b.2", "wall"),
+)
+
+
+def written(tmp_path: Path, text: str | bytes, name: str = "file.txt") -> Path:
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path

@@ -1,0 +1,22 @@
+"""pretravel demo: the whole chain on the example data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.support.commands import run
+from tests.support.examples import EXAMPLES
+
+
+def test_demo(tmp_path: Path) -> None:
+    text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
+    assert "harmonic map" in text
+    made = {path.name for path in (tmp_path / "out").iterdir()}
+    pictures = {"qualification.png", "points.png", "compare.png", "kp3_ring.png"}
+    assert made == {"index.html", "map.nc", "points.csv", *pictures}
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert all(name in page for name in pictures)
+
+
+def test_demo_elsewhere() -> None:
+    assert "no such folder" in run("demo", "--data", "nowhere", code=2)

@@ -1,0 +1,78 @@
+"""pretravel identify: a description from a map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.probe.catalogue import load_probe
+from tests.support.commands import run
+from tests.support.examples import SPHERE
+
+
+class TestIdentify:
+    @pytest.mark.parametrize("ending", ["nc", "csv"])
+    def test_description_from_a_map(self, tmp_path: Path, ending: str) -> None:
+        """A map predicted from a changed description gives that description back."""
+        from pretravel.probe.catalogue import description_text, rewritten
+
+        changed = tmp_path / "changed.toml"
+        text = rewritten(
+            description_text("omp40-2-100mm"),
+            {"spring.preload_N": (7.0, ""), "orientation.rotation_deg": (17.0, ""),
+             "tripod.radius_mm": (15.0, "")},
+        )  # fmt: skip
+        changed.write_text(text, encoding="utf-8")
+        run("predict", changed, "--azimuth", "0:350:10", "--polar", "0:90:10",
+            "-o", tmp_path / f"map.{ending}")  # fmt: skip
+        run("identify", tmp_path / f"map.{ending}", "--probe", "omp40-2-100mm", "--free",
+            "preload,tripod_radius,rotation", "-o", tmp_path / "found.toml",
+            "--plot", tmp_path / "left.png")  # fmt: skip
+        found = load_probe(tmp_path / "found.toml")
+        assert found.preload == pytest.approx(7.0, rel=1e-4)
+        assert found.tripod.radius == pytest.approx(15.0, rel=1e-4)
+        assert np.degrees(found.orientation.rotation) % 120.0 == pytest.approx(17.0, abs=0.01)
+        written = (tmp_path / "found.toml").read_text(encoding="utf-8")
+        assert "# axis to the points where the rods rest" in written
+        assert f"identified from map.{ending}" in written
+
+    def test_what_the_map_does_not_tell(self, tmp_path: Path) -> None:
+        run("predict", "omp40-2", "--azimuth", "0:350:10", "--polar", "0:90:10",
+            "-o", tmp_path / "map.nc")  # fmt: skip
+        from pretravel.formats.map_file import read_map
+        from pretravel.identification.probe import identify
+
+        found = identify(
+            read_map(tmp_path / "map.nc"), load_probe("omp40-2"), ["lever", "tripod_radius"]
+        )
+        assert any("undone by" in sentence for sentence in found.unknown)
+
+    def test_a_probe_of_another_kind_widens_u(self) -> None:
+        """Woźniak's lobes are no six-seat probe's: said, and u is of the size of what is missed."""
+        from pretravel.formats.touches_csv import read_touches
+        from pretravel.identification.kinds import qualify
+        from pretravel.identification.probe import identify
+
+        made = qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="wozniak")
+        sharp = replace(made.pretravel_map, covariance=1e-4 * made.pretravel_map.covariance)
+        found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
+        assert any("another kind" in sentence for sentence in found.unknown)
+        true = identify(
+            qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="physical").pretravel_map,
+            load_probe("omp40-2-100mm"),
+            ["rotation", "stem_diameter"],
+        )
+        off = np.abs(found.values - true.values)
+        assert np.all(off < 4.0 * found.standard_uncertainty + 4.0 * true.standard_uncertainty)
+
+    @pytest.mark.parametrize(
+        ("free", "words"), [("magic", "what can is preload"), ("", "nothing is free")]
+    )
+    def test_errors_teach(self, tmp_path: Path, free: str, words: str) -> None:
+        run("predict", "omp40-2", "--azimuth", "0:350:30", "--polar", "0:90:30",
+            "-o", tmp_path / "map.nc")  # fmt: skip
+        text = run("identify", tmp_path / "map.nc", "--probe", "omp40-2", "--free", free, code=2)
+        assert words in text

@@ -1,0 +1,156 @@
+"""Qualify, then compensate: files, refusals, warnings, pages; inputs are not overwritten."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from pretravel.cli import main
+from tests.support.commands import rows, run
+from tests.support.examples import PART, SPHERE
+
+
+class TestMainJob:
+    def test_qualify_then_compensate(self, tmp_path: Path) -> None:
+        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved,
+                   "--plot", tmp_path / "q.png")  # fmt: skip
+        assert "repeatability      0.32 µm (50 degrees of freedom)" in text
+        assert "OUTLIER" not in text
+        run("compensate", PART, "--map", saved, "-o", points, "--plot", tmp_path / "p.png")
+        table = rows(points)
+        assert list(table[0]) == [
+            "label", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "pretravel_um", "u_um",
+            "deviation_um",
+        ]  # fmt: skip
+        assert len(table) == 140
+        part = rows(PART)
+        for given, found in zip(part, table, strict=True):
+            normal = np.array([float(given[k]) for k in ("nx", "ny", "nz")])
+            reading = np.array([float(given[k]) for k in ("x_mm", "y_mm", "z_mm")])
+            point = np.array([float(found[k]) for k in ("x_mm", "y_mm", "z_mm")])
+            # Equation 3.36, by hand; 1e-7: normals are given with seven decimals.
+            expected = reading - (3.0 - float(found["pretravel_um"]) * 1e-3) * normal
+            assert np.allclose(point, expected, atol=1e-6)
+        for picture in ("q.png", "p.png"):
+            assert (tmp_path / picture).read_bytes()[:4] == b"\x89PNG"
+
+    @pytest.mark.parametrize("kind", ["mean", "sectors"])
+    def test_other_kinds(self, kind: str, tmp_path: Path) -> None:
+        saved = tmp_path / "map.nc"
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", kind, "-o",
+            saved)  # fmt: skip
+        run("compensate", PART, "--map", saved, "-o", tmp_path / "points.nc")
+
+    def test_without_a_tip_diameter_points_are_the_same_but_for_the_height(
+        self, tmp_path: Path
+    ) -> None:
+        """The mean pretravel is unknown then, and so is the axial gauge."""
+        found = []
+        for extra in (["--tip-diameter", 6, "--axial-pretravel", "none"], []):
+            run("qualify", SPHERE, "--diameter", 24.9987, *extra, "-o", tmp_path / "map.nc")
+            run("compensate", PART, "--map", tmp_path / "map.nc", "-o", tmp_path / "points.csv")
+            found.append(
+                [
+                    [float(r[k]) for k in ("x_mm", "y_mm", "z_mm")]
+                    for r in rows(tmp_path / "points.csv")
+                ]
+            )
+        assert np.allclose(found[0], found[1], atol=1e-6)
+
+    def test_refuses_directions_outside(self, tmp_path: Path) -> None:
+        lines = SPHERE.read_text().splitlines()
+        upper = [lines[0], *(line for line in lines[1:] if float(line.split(",")[5]) > 0.5)]
+        (tmp_path / "upper.csv").write_text("\n".join(upper))
+        saved = tmp_path / "map.nc"
+        run("qualify", tmp_path / "upper.csv", "--diameter", 24.9987, "-o", saved)
+        message = run("compensate", SPHERE, "--map", saved, "-o", tmp_path / "p.csv", code=2)
+        assert "lie outside the map" in message
+        assert not (tmp_path / "p.csv").exists()
+        run("compensate", SPHERE, "--map", saved, "-o", tmp_path / "p.csv", "--extrapolate")
+
+    def test_warns_of_another_feed(self, tmp_path: Path) -> None:
+        for name, feed in (("slow.csv", 50), ("fast.csv", 500)):
+            lines = SPHERE.read_text().splitlines()
+            text = "\n".join([f"{lines[0]},feed_mm_min", *(f"{v},{feed}" for v in lines[1:])])
+            (tmp_path / name).write_text(text)
+        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        run("qualify", tmp_path / "slow.csv", "--diameter", 24.9987, "-o", saved)
+        result = CliRunner().invoke(
+            main.app,
+            ["compensate", str(tmp_path / "fast.csv"), "--map", str(saved), "-o", str(points)],
+        )
+        assert result.exit_code == 0
+        assert "50 mm/min" in result.stderr
+
+
+def test_pages(tmp_path: Path) -> None:
+    """One file with the numbers and a picture in it."""
+    saved = tmp_path / "map.nc"
+    options = ["--diameter", 24.9987, "--tip-diameter", 6]
+    run("qualify", SPHERE, *options, "-o", saved)
+    pages = {
+        "q.html": (["qualify", SPHERE, *options], "repeatability"),
+        "c.html": (["compensate", PART, "--map", saved], "140 points"),
+        "p.html": (["predict", "omp40-2"], "trigger force"),
+    }
+    for name, (arguments, words) in pages.items():
+        run(*arguments, "-o", tmp_path / name)
+        page = (tmp_path / name).read_text()
+        assert words in page
+        assert "data:image/png;base64," in page
+
+
+class TestFilesAreSafe:
+    def test_inputs_are_not_overwritten(self, tmp_path: Path) -> None:
+        own = tmp_path / "own.csv"
+        own.write_bytes(SPHERE.read_bytes())
+        saved = tmp_path / "map.nc"
+        run("qualify", own, "--diameter", 24.9987, "-o", saved)
+        for arguments in (
+            ["qualify", own, "--diameter", 24.9987, "-o", own],
+            ["compensate", own, "--map", saved, "-o", own],
+            ["compensate", own, "--map", saved, "-o", saved],
+        ):
+            assert "would be overwritten" in run(*arguments, code=2)
+        assert own.read_bytes() == SPHERE.read_bytes()
+
+    def test_a_bad_picture_stops_before_the_map_is_written(self, tmp_path: Path) -> None:
+        saved = tmp_path / "map.nc"
+        arguments = ["--diameter", 24.9987, "-o", saved, "--plot", tmp_path / "picture.bmp"]
+        assert "picture.bmp" in run("qualify", SPHERE, *arguments, code=2)
+        assert not saved.exists()
+
+    @pytest.mark.parametrize(
+        "extra",
+        [
+            ["--u-diameter", "nan"],
+            ["--u-diameter", "-1"],
+            ["--axial-pretravel", "1e9"],
+            ["--axial-pretravel", "nan"],
+            ["--axis", "nan,0,1"],
+            ["--axis", "0,0"],
+            ["--kind", "magic"],
+        ],
+    )
+    def test_nonsense_options(self, extra: list[str]) -> None:
+        message = run("qualify", SPHERE, "--diameter", 24.9987, *extra, code=2)
+        assert extra[1] in message
+
+    def test_inches_in_compensate_are_warned_of(self, tmp_path: Path) -> None:
+        head, *lines = PART.read_text().splitlines()
+        inches = [head]
+        for line in lines:
+            values = [float(cell) for cell in line.split(",")]
+            inches.append(
+                ",".join(str(v if 3 <= i < 6 else v / 25.4) for i, v in enumerate(values))
+            )
+        (tmp_path / "inches.csv").write_text("\n".join(inches))
+        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
+        arguments = ["compensate", tmp_path / "inches.csv", "--map", saved, "-o", points]
+        result = CliRunner().invoke(main.app, [str(a) for a in arguments])
+        assert "of the size of the tip radius" in result.stderr

@@ -1,0 +1,98 @@
+"""pretravel rig: tables, certificate, map, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
+
+TRACES = sorted((EXAMPLES / "rig").glob("*.csv"))
+
+
+class TestRig:
+    COLUMNS = ("trace", "r0_mm", "r1_mm", "r2_mm", "r3_mm", "pretravel_um", "hysteresis_um")
+
+    def test_csv(self, tmp_path: Path) -> None:
+        text = run("rig", *TRACES, "-o", tmp_path / "rig.csv", "--plot", tmp_path / "rig.png")
+        found = rows(tmp_path / "rig.csv")
+        assert tuple(found[0])[:7] == self.COLUMNS
+        assert [row["trace"] for row in found] == [path.stem for path in TRACES]
+        for row in found:
+            pretravel = (float(row["r1_mm"]) - float(row["r0_mm"])) * 1e3
+            assert float(row["pretravel_um"]) == pytest.approx(pretravel, abs=1e-6)
+        assert "anisotropy" in text
+        assert "expanded, 95 %" in text
+
+    def test_json(self, tmp_path: Path) -> None:
+        run("rig", *TRACES, "-o", tmp_path / "rig.json")
+        document = json.loads((tmp_path / "rig.json").read_text())
+        assert [d["azimuth_deg"] for d in document["directions"]] == pytest.approx([0, 60, 90])
+        assert len(document["touches"]) == len(TRACES)
+        assert document["repeatability_um"]["low"] < document["repeatability_um"]["value"]
+
+    def test_certificate_states_what_a_laboratory_must(self, tmp_path: Path) -> None:
+        template = run("laboratory")
+        lab = tmp_path / "lab.toml"
+        filled = template.replace('number = ""', 'number = "C-17"', 1)
+        lab.write_text(filled.replace('name = ""', 'name = "Lab <A>"', 1), encoding="utf-8")
+        run("rig", *TRACES, "--lab", lab, "-o", tmp_path / "certificate.html")
+        page = (tmp_path / "certificate.html").read_text(encoding="utf-8")
+        for words in (
+            "Calibration certificate C-17", "Lab &lt;A&gt;", "not stated", "traceable to the SI",
+            "expanded, 95 %", "may not be reproduced", "@page", "Serial number", "Temperature",
+        ):  # fmt: skip
+            assert words in page
+        assert page.count("data:image/png") == 2
+
+    def test_map_to_compensate_with(self, tmp_path: Path) -> None:
+        """At its directions the map has their mean pretravel; between them it is linear."""
+        from pretravel.directions import from_angles
+        from pretravel.formats.map_file import read_map
+
+        run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.nc",
+            "--tip-diameter", 6)  # fmt: skip
+        directions = json.loads((tmp_path / "rig.json").read_text())["directions"]
+        made = read_map(tmp_path / "map.nc")
+        n = from_angles(np.full(3, np.pi / 2), np.radians([d["azimuth_deg"] for d in directions]))
+        assert made.pretravel(n) * 1e3 == pytest.approx([d["pretravel_um"] for d in directions])
+        u = made.standard_uncertainty(n) * 1e3
+        assert np.all(u > [d["u_pretravel_um"] for d in directions])
+        assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.nc", code=2)
+
+    def test_implausible_traces(self, tmp_path: Path) -> None:
+        """Micrometres in a file of millimetres; two probes at once."""
+        lines = [line.split(",") for line in TRACES[0].read_text().splitlines()]
+        wrong = [lines[0], *([a, str(float(b) * 1e3), str(float(c) * 1e3), d, e]
+                             for a, b, c, d, e in lines[1:])]  # fmt: skip
+        path = tmp_path / "um_000_1.csv"
+        path.write_text("\n".join(",".join(line) for line in wrong))
+        assert "are ruler_mm and laser_mm in mm" in run("rig", path, code=2).lower()
+        path.write_text(TRACES[0].read_text())
+        assert "two names" in run("rig", TRACES[0], path, code=2)
+
+    def test_budget_with_a_word(self, tmp_path: Path) -> None:
+        path = tmp_path / "b.csv"
+        path.write_text("source,type,uncertainty_um,per_metre_um\nscale,B,abc,0\n")
+        assert "line 2: uncertainty_um is 'abc'" in run("rig", *TRACES, "--budget", path, code=2)
+
+    def test_one_trace(self, tmp_path: Path) -> None:
+        text = run("rig", TRACES[0], "--plot", tmp_path / "one.png")
+        assert "nothing was repeated" in text
+
+    def test_bad_input(self, tmp_path: Path) -> None:
+        bad = tmp_path / "bad.csv"
+        lines = TRACES[0].read_text().splitlines()
+        bad.write_text("\n".join([lines[0], *lines[1:50], lines[50][:-1] + "2", *lines[51:]]))
+        assert "bad.csv, line 51: trigger is 2" in run("rig", bad, code=2)
+        bad.write_text("time_s,ruler_mm\n0,0\n")
+        assert "laser_mm" in run("rig", bad, code=2)
+        assert "given twice" in run("rig", TRACES[0], TRACES[0], code=2)
+        lab = tmp_path / "lab.toml"
+        lab.write_text("[laboratory]\ncolour = 'red'\n")
+        page = tmp_path / "page.html"
+        assert "has no colour" in run("rig", TRACES[0], "--lab", lab, "-o", page, code=2)

@@ -1,0 +1,66 @@
+"""pretravel separate: files, pictures, plans."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
+
+READINGS = EXAMPLES / "redundancy_24x24.csv"
+
+
+class TestSeparate:
+    def test_csv(self, tmp_path: Path) -> None:
+        text = run("separate", READINGS, "--repeat-variance", 0.74, "--repeat-pair", "1,1",
+                   "--repeat-count", 200, "--pair", "2,5", "-o", tmp_path / "s.csv")  # fmt: skip
+        found = rows(tmp_path / "s.csv")
+        assert list(found[0]) == [
+            "kind", "index", "systematic_um", "u_systematic_um", "variance_um2", "u_variance_um2",
+        ]  # fmt: skip
+        assert [row["kind"] for row in found] == ["machine"] * 24 + ["probe"] * 24
+        assert [int(row["index"]) for row in found] == [*range(1, 25)] * 2
+        machine = np.array([float(row["systematic_um"]) for row in found[:24]])
+        assert machine.sum() == pytest.approx(0.0, abs=1e-6)
+        assert all(float(row["variance_um2"]) >= 0.0 for row in found)
+        assert "rank 47 of 48" in text.replace("\n" + " " * 21, " ")
+        assert "pair (2, 5): variance" in text
+
+    def test_page_json_and_picture(self, tmp_path: Path) -> None:
+        run("separate", READINGS, "-o", tmp_path / "s.html", "--plot", tmp_path / "s.png")
+        assert "data:image/png" in (tmp_path / "s.html").read_text()
+        run("separate", READINGS, "--method", "least-squares", "-o", tmp_path / "s.json")
+        document = json.loads((tmp_path / "s.json").read_text())
+        assert np.array(document["pair_variance_um2"]).shape == (24, 24)
+
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            (["--repeat-variance", "0.8"], "together, or neither"),
+            (["--repeat-variance", "0.8", "--repeat-pair", "25,1"], "no reading has machine"),
+            (["--method", "magic"], "not one of 'reml', 'least-squares'"),
+            (["--pair", "1.5,2"], "whole numbers"),
+            (["--repeat-variance", "-1", "--repeat-pair", "1,1"], "positive"),
+        ],
+    )
+    def test_errors_teach(self, options: list[str], words: str) -> None:
+        assert words in run("separate", READINGS, *options, code=2)
+
+    def test_plan_is_a_form_that_reads_back(self, tmp_path: Path) -> None:
+        form = tmp_path / "form.csv"
+        text = run("separation-plan", "--directions", 12, "--variance", 0.5, "--u-systematic", 0.3,
+                   "-o", form)  # fmt: skip
+        assert "turn the probe to" in text
+        lines = form.read_text().splitlines()
+        filled = [lines[0], *(f"{line}{0.1 * (i % 7):.2f}" for i, line in enumerate(lines[1:]))]
+        form.write_text("\n".join(filled) + "\n")
+        assert "12 machine and 12 probe" in run("separate", form).replace("\n" + " " * 21, " ")
+        # A cell left empty is a reading that was not made.
+        count = len(filled) - 1
+        form.write_text("\n".join([*filled[:5], lines[5], *filled[6:]]) + "\n")
+        assert f"{count - 1} readings" in run("separate", form)
+        assert "say what is wanted" in run("separation-plan", code=2)

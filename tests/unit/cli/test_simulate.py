@@ -1,0 +1,114 @@
+"""pretravel simulate: there and back, noise, delay, errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from pretravel.cli import main
+from tests.support.commands import positions, rows, run
+
+
+class TestSimulate:
+    def test_targets_that_do_not_fit_are_warned_of(self, tmp_path: Path) -> None:
+        targets = tmp_path / "t.csv"
+        targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0,0,1\n")
+        arguments = ["simulate", "omp40-2", "--surface", "plane:polar=40", "--targets", targets]
+        result = CliRunner().invoke(
+            main.app, [*(str(a) for a in arguments), "-o", str(tmp_path / "o.csv")]
+        )
+        assert "up to 40.0° away" in result.stderr
+
+    def _targets(self, path: Path) -> Path:
+        path.write_text("nx,ny,nz,label\n0,0,1,top\n1,0,0,side\n0,0.6,0.8,slope\n")
+        return path
+
+    def test_sphere_and_back(self, tmp_path: Path) -> None:
+        """Touched and compensated with the same probe's map, the sphere comes back: to what
+        linear interpolation over 1° leaves."""
+        targets, touches = self._targets(tmp_path / "t.csv"), tmp_path / "touches.csv"
+        ball = "sphere:radius=12.5,x=5"
+        run("simulate", "omp40-2", "--surface", ball, "--targets", targets, "-o", touches,
+            "--plot", tmp_path / "s.png")  # fmt: skip
+        run(
+            "predict",
+            "omp40-2",
+            "--azimuth",
+            "0:359:1",
+            "--polar",
+            "0:90:1",
+            "-o",
+            tmp_path / "m.nc",
+        )
+        points = tmp_path / "points.csv"
+        run("compensate", touches, "--map", tmp_path / "m.nc", "--nominal", ball, "-o", points)
+        table = rows(points)
+        assert [r["label"] for r in table] == ["top", "side", "slope"]
+        assert all(abs(float(r["deviation_um"])) < 0.02 for r in table)
+
+    def test_plane_by_hand(self, tmp_path: Path) -> None:
+        """P = T + (r - pretravel) n, with the pretravel that predict gives for that normal."""
+        targets, touches = tmp_path / "t.csv", tmp_path / "touches.csv"
+        normal = (np.sin(np.radians(40)), 0.0, np.cos(np.radians(40)))
+        targets.write_text(
+            "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0," + ",".join(f"{v:.15g}" for v in normal) + "\n"
+        )
+        run("simulate", "omp40-2", "--surface", "plane:polar=40,azimuth=0", "--targets", targets,
+            "-o", touches)  # fmt: skip
+        run("predict", "omp40-2", "--polar", 40, "--azimuth", 0, "-o", tmp_path / "m.csv")
+        pretravel = float(rows(tmp_path / "m.csv")[0]["pretravel_um"]) * 1e-3
+        row = rows(touches)[0]
+        position = [float(row[k]) for k in ("x_mm", "y_mm", "z_mm")]
+        assert np.allclose(position, (3.0 - pretravel) * np.array(normal), atol=1e-11)
+
+    def test_noise_repeats_with_its_seed(self, tmp_path: Path) -> None:
+        targets = self._targets(tmp_path / "t.csv")
+        texts = []
+        for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+            out = tmp_path / f"{name}.csv"
+            run("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", targets,
+                "--noise", 0.3, "--seed", seed, "-o", out)  # fmt: skip
+            texts.append(out.read_text())
+        assert texts[0] == texts[1] != texts[2]
+
+    def test_delay_travels_along_the_approach(self, tmp_path: Path) -> None:
+        targets = self._targets(tmp_path / "t.csv")
+        position = []
+        for name, extra in (("a", []), ("b", ["--feed", 50, "--delay", 14.5])):
+            out = tmp_path / f"{name}.csv"
+            run("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", targets,
+                "-o", out, *extra)  # fmt: skip
+            position.append(positions(out))
+        travel = position[0] - position[1]
+        normals = [[0, 0, 1], [1, 0, 0], [0, 0.6, 0.8]]
+        assert np.allclose(travel, 50 / 60 * 0.0145 * np.array(normals), atol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("surface", "extra", "words"),
+        [
+            ("cube:a=3", [], "not a shape"),
+            ("sphere:", [], "needs radius="),
+            ("sphere:radius=-3", [], "must be positive"),
+            ("sphere:radius=12.5,q=3", [], "not understood"),
+            ("sphere:radius=12.5,radius=12", [], "there twice"),
+            ("plane", [], "needs polar="),
+            ("plane:polar=400", [], "between 0 and 180"),
+            ("sphere:radius=twelve", [], "not a number"),
+            ("plane:polar=90", [], "cannot be touched"),
+            ("sphere:radius=12.5", ["--friction", "-0.1"], "cannot be negative"),
+            ("sphere:radius=12.5", ["--approach", "file"], "ax, ay, az"),
+            ("sphere:radius=12.5", ["--approach", "sideways"], "not one of 'normal', 'file'"),
+            ("sphere:radius=12.5", ["--delay", "5"], "give the feed"),
+            ("sphere:radius=12.5", ["--noise", "-1"], "cannot be negative"),
+        ],
+    )
+    def test_errors_teach(self, surface: str, extra: list[str], words: str, tmp_path: Path) -> None:
+        out = tmp_path / "touches.csv"
+        targets = tmp_path / "t.csv"
+        targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,12.5,0,0,1\n12.5,0,0,-1,0,0\n")
+        arguments = ["--surface", surface, "--targets", targets, "-o", out, *extra]
+        assert words in run("simulate", "omp40-2", *arguments, code=2)
+        assert not out.exists()

@@ -1,0 +1,72 @@
+"""The part of pretravel that simpler corrections do not remove."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.compensation.comparison import compare_corrections
+from pretravel.directions import ring_pattern
+from pretravel.errors import ExtrapolationError
+from pretravel.formats.map_file import write_map
+from pretravel.frames import probe_rotation
+from pretravel.maps.bases import HarmonicBasis, WozniakBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
+from pretravel.units import DEGREE, MICROMETRE
+from tests.support.commands import rows, run
+from tests.support.example_maps import example_map, lobes
+from tests.support.examples import EXAMPLES
+
+
+class TestComparison:
+    def test_three_lobes_in_closed_form(self) -> None:
+        result = compare_corrections(lobes(3, phase=90 * DEGREE))
+        left = {(row.method, row.where): row for row in result.rows}
+        # One radius leaves the whole lobes; their mean square over the azimuth is a half.
+        assert left["mean radius", "equator"].largest == pytest.approx(1.0)
+        assert left["mean radius", "equator"].rms == pytest.approx(np.sqrt(0.5), abs=1e-9)
+        assert left["eight sectors", "equator"].largest == pytest.approx(1.0)
+        assert left["four directions", "equator"].rms > left["eight sectors", "equator"].rms
+        assert left["full map", "all"].largest == 0.0
+
+    def test_wozniak_finds_itself(self) -> None:
+        basis = WozniakBasis(17 * DEGREE)
+        own = PretravelMap(
+            basis, np.array([0.004, 0.0, 0.0]), np.zeros(3),
+            DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=3.0,
+            rotation=probe_rotation(rotation=25 * DEGREE),
+        )  # fmt: skip
+        left = {(r.method, r.where): r for r in compare_corrections(own).rows}
+        assert left["Woźniak", "all"].largest < 1e-12
+        assert left["eight sectors", "equator"].largest > 1e-4
+
+    def test_along_the_axis_controls_have_their_length(self) -> None:
+        up = np.array([[0.0, 0.0, 1.0]])
+        result = compare_corrections(example_map(), up)
+        part = {row.method: row.largest for row in result.rows if row.where == "part"}
+        assert part["mean radius"] == pytest.approx(0.0, abs=1e-12)
+
+    def test_a_map_that_does_not_hold_on_the_equator(self) -> None:
+        cap = PretravelMap(
+            HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), np.zeros(1),
+            DirectionSupport(ring_pattern(np.array([0, 30, 60]) * DEGREE, 24)), tip_radius=3.0,
+        )  # fmt: skip
+        with pytest.raises(ExtrapolationError):
+            compare_corrections(cap)
+
+    def test_command_and_its_picture(self, tmp_path: Path) -> None:
+        write_map(tmp_path / "map.nc", example_map())
+        part = EXAMPLES / "part_touches.csv"
+        for ending in ("csv", "json", "html"):
+            told = run("compare", tmp_path / "map.nc", "--part", part, "-o",
+                       tmp_path / f"c.{ending}", "--plot", tmp_path / "c.png")  # fmt: skip
+        assert "on the part: max" in told
+        table = rows(tmp_path / "c.csv")
+        assert {row["where"] for row in table} == {"equator", "all", "part"}
+        full = [float(row["largest_um"]) for row in table if row["method"] == "full map"]
+        assert full == [0.0, 0.0, 0.0]
+        assert (tmp_path / "c.png").stat().st_size > 20_000
+        assert MICROMETRE == 1e-3

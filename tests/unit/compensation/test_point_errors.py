@@ -1,0 +1,99 @@
+"""Stated uncertainties of maps, points and spheres against trials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.compensation.compensation import apply, point_sources
+from pretravel.compensation.point_errors import (
+    map_by_trials,
+    measured_sphere,
+    points_by_trials,
+    sphere_by_trials,
+    total_covariance,
+)
+from pretravel.directions import sphere_pattern_25, unit
+from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kinds import qualify
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.touches import Touches
+from tests.support.examples import EXAMPLES
+from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
+
+TRIALS = 20_000
+# Four standard errors of a deviation from 20 000 trials: 2 %.
+NEAR = 0.02
+SPHERE = read_touches(EXAMPLES / "sphere_touches.csv")
+
+
+@pytest.fixture(scope="module", params=["mean", "wozniak", "harmonic", "physical"])
+def made(request: pytest.FixtureRequest) -> PretravelMap:
+    return qualify(
+        SPHERE, 24.9987, tip_diameter=6.0, u_diameter=1e-4, kind=request.param,
+        search_outliers=False,
+    ).pretravel_map  # fmt: skip
+
+
+def test_map(made: PretravelMap) -> None:
+    n = sphere_pattern_25()
+    trials = map_by_trials(made, n, trials=TRIALS)
+    standard_error = made.standard_uncertainty(n).max() / np.sqrt(TRIALS)
+    assert trials.mean(axis=0) == pytest.approx(made.pretravel(n), abs=4.0 * standard_error)
+    assert trials.std(axis=0) == pytest.approx(made.standard_uncertainty(n), rel=NEAR, abs=1e-9)
+
+
+def test_points_with_their_covariance(made: PretravelMap) -> None:
+    """Oblique approaches, so that all nine elements count."""
+    n = sphere_pattern_25()
+    a = unit(-n + 0.3 * np.roll(n, 1, axis=1))
+    touches = Touches(n * 15.49, n, approaches=a)
+    points = apply(touches, made)
+    trials = points_by_trials(touches, points, made, trials=TRIALS)
+    for i in (0, 7, 20):
+        found = np.cov(trials[:, i], rowvar=False)
+        scale = np.trace(points.covariance[i])
+        assert found == pytest.approx(points.covariance[i], abs=0.03 * scale)
+
+
+def test_points_share_what_they_share(made: PretravelMap) -> None:
+    n = sphere_pattern_25()
+    touches = Touches(n * 15.49, n)
+    points = apply(touches, made)
+    stated = total_covariance(point_sources(touches, points, made))
+    trials = points_by_trials(touches, points, made, trials=TRIALS)
+    along = np.einsum("tni,ni->tn", trials - points.positions, n)
+    assert np.cov(along, rowvar=False) == pytest.approx(stated, abs=0.04 * np.diag(stated).max())
+
+
+def test_sphere_by_both(made: PretravelMap) -> None:
+    """A sphere is nearly linear in its points: the GUM stands."""
+    n = sphere_pattern_25()
+    touches = Touches(n * 15.49, n)
+    points = apply(touches, made)
+    ball = measured_sphere(touches, points, made)
+    trials, judged = sphere_by_trials(ball, touches, points, made, digits=1, most_trials=60_000)
+    assert trials.standard_uncertainty[0] == pytest.approx(ball.budget.combined, rel=NEAR)
+    assert trials.value[0] == pytest.approx(ball.diameter, abs=0.02 * ball.budget.combined)
+    assert judged.valid[0]
+    assert {c.name for c in ball.budget.components} == {"repeatability", "map", "tip radius"}
+
+
+def test_sphere_errors_are_as_stated() -> None:
+    """The whole way: qualify on one sphere, measure another, many times, a probe known in
+    simulation. Diameter's errors over u: deviation one (40 draws: 11 %)."""
+    z = []
+    response = made_up_response(np.random.default_rng(0), 0.0)
+    n = sphere_pattern_25()
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        made = qualify(
+            touches_of(response, PATTERN, rng), 25.0, tip_diameter=6.0, kind="harmonic",
+            search_outliers=False,
+        ).pretravel_map  # fmt: skip
+        distance = 13.0 - response.pretravel(n) + rng.normal(0.0, 0.3e-3, len(n))
+        touches = Touches(n * distance[:, None], n)
+        ball = measured_sphere(touches, apply(touches, made), made)
+        z.append((ball.diameter - 20.0) / ball.budget.combined)
+    assert 0.6 < np.std(z) < 1.4
+    assert abs(np.mean(z)) < 1.0

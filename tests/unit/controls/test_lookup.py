@@ -1,0 +1,140 @@
+"""Maps as tables and series that a control evaluates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.controls.lookup import (
+    LookupSeats,
+    LookupTable,
+    exact_lookup,
+    lookup_series,
+    lookup_table,
+    recurrence,
+    sectoral_factor,
+    supported_band,
+)
+from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.maps.bases import HarmonicBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.maps.support import DirectionSupport
+from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.predict import predict
+from pretravel.trigger.response import probe_response, response_map
+from pretravel.units import DEGREE
+from tests.support.example_maps import example_map, lobes
+
+
+def predicted() -> PretravelMap:
+    probe = load_probe("omp40-2")
+    trigger = predict(probe, ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24))
+    return response_map(probe, probe_response(probe), trigger)
+
+
+class TestLookup:
+    def test_recurrence_is_the_spherical_harmonics(self) -> None:
+        """Ours, as a control does it, against SciPy's associated Legendre functions."""
+        directions = fibonacci_cap(200, np.pi)
+        across = np.hypot(directions[:, 0], directions[:, 1])
+        for order in range(9):
+            before, now = np.zeros(200), sectoral_factor(order) * across**order
+            for degree in range(order, 25):
+                if degree > order:
+                    a, b = recurrence(degree, order)
+                    before, now = now, a * directions[:, 2] * now - b * before
+                phase = np.cos(order * np.arctan2(directions[:, 1], directions[:, 0]))
+                expected = real_spherical_harmonics(directions, [(degree, order)])[:, 0]
+                assert now * phase == pytest.approx(expected, abs=1e-11)
+
+    def test_series_is_exact(self) -> None:
+        pretravel_map = example_map()
+        series = lookup_series(pretravel_map)
+        assert series.largest_error < 1e-12
+        directions = fibonacci_cap(500, 90 * DEGREE)
+        assert series.value(directions) == pytest.approx(
+            pretravel_map.pretravel(directions), abs=1e-12
+        )
+
+    def test_six_seats_are_exact(self) -> None:
+        for pretravel_map in (example_map("physical"), predicted()):
+            seats = exact_lookup(pretravel_map)
+            assert isinstance(seats, LookupSeats)
+            assert seats.largest_error < 1e-12
+            directions = fibonacci_cap(300, 85 * DEGREE)
+            machine = directions @ pretravel_map.rotation.T
+            assert seats.value(directions) == pytest.approx(
+                pretravel_map.pretravel(machine), abs=1e-12
+            )
+        assert exact_lookup(example_map("wozniak")) is None
+
+    def test_series_of_every_degree_and_order(self) -> None:
+        terms = degrees_and_orders(6)
+        rng = np.random.default_rng(0)
+        whole = PretravelMap(
+            HarmonicBasis(terms), rng.standard_normal(len(terms)), np.zeros(len(terms)),
+            DirectionSupport(sphere_pattern_25()), tip_radius=3.0,
+        )  # fmt: skip
+        assert lookup_series(whole).largest_error < 1e-12
+
+    @pytest.mark.parametrize("kind", ["harmonic", "physical", "wozniak"])
+    def test_table_errs_no_more_than_its_header_says(self, kind: str) -> None:
+        pretravel_map = example_map(kind)
+        table = lookup_table(pretravel_map, tolerance=5e-4, most_values=1900)
+        polar = np.random.default_rng(1).uniform(table.band.lowest, table.band.highest, 4000)
+        azimuth = np.random.default_rng(2).uniform(0, 2 * np.pi, 4000)
+        directions = from_angles(polar, azimuth)
+        error = np.abs(
+            table.value(directions) - pretravel_map.pretravel(directions, extrapolate=True)
+        )
+        # Found on 200 000 directions; kinks may hide a little more between them.
+        assert error.max() < 1.1 * table.largest_error + 1e-9
+        assert error.max() > 0.2 * table.largest_error
+        nodes = grid(
+            np.linspace(table.band.lowest, table.band.highest, table.rows),
+            np.arange(table.values.shape[1]) * table.azimuth_step,
+        )
+        assert table.value(nodes) == pytest.approx(
+            pretravel_map.pretravel(nodes, extrapolate=True), abs=1e-9
+        )
+
+    def test_finer_tables_err_less(self) -> None:
+        """Cubic: half the step, about an eighth of the error, or less (here: a smooth map)."""
+        smooth = lobes(3)
+        errors = [
+            lookup_table(smooth, tolerance=1e-12, most_values=count).largest_error
+            for count in (110, 400, 1700)
+        ]
+        assert errors[1] < errors[0] / 4.0
+        assert errors[2] < errors[1] / 4.0
+
+    def test_table_of_a_ring(self) -> None:
+        around = ring_pattern(np.array([90.0]) * DEGREE, 72)
+        ring = PretravelMap(
+            HarmonicBasis(np.array([[0, 0], [3, 3]])), np.array([0.01, 0.002]), np.zeros(2),
+            DirectionSupport(around), tip_radius=3.0,
+        )  # fmt: skip
+        band = supported_band(ring)
+        assert band.lowest / DEGREE == pytest.approx(85.0, abs=0.3)
+        assert band.highest / DEGREE == pytest.approx(95.0, abs=0.3)
+        table = lookup_table(ring, tolerance=1e-5, most_values=1900)
+        assert table.largest_error <= 1e-5
+
+    def test_half_a_ring_is_no_table(self) -> None:
+        half = from_angles(np.pi / 2, np.arange(0, 181, 10) * DEGREE)
+        with pytest.raises(PretravelError, match="does not hold all around"):
+            supported_band(
+                PretravelMap(
+                    HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), np.zeros(1),
+                    DirectionSupport(half), tip_radius=3.0,
+                )
+            )  # fmt: skip
+
+    def test_azimuth_has_no_seam(self) -> None:
+        table = lookup_table(example_map(), tolerance=1e-4, most_values=400)
+        near = np.array([-1e-9, 0.0, 1e-9])
+        values = table.value(from_angles(60 * DEGREE, near))
+        assert np.ptp(values) < 1e-9
+        assert isinstance(table, LookupTable)

@@ -1,0 +1,214 @@
+"""Programs that touch: free ways, refusals, G-code."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.controls.linuxcnc import LOG_COLUMNS, linuxcnc_program
+from pretravel.controls.machine import Machine, work_placement
+from pretravel.controls.program import (
+    PartObstacle,
+    ProbingProgram,
+    SphereObstacle,
+    plan_program,
+)
+from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.errors import PretravelError
+from pretravel.probing.inspection import plan_inspection
+from pretravel.probing.targets import Targets
+from pretravel.surface.cad.step_part import read_step_part
+from pretravel.units import DEGREE
+from tests.support.examples import ROOT
+
+PART = ROOT / "examples" / "linuxcnc" / "part.step"
+MACHINE = Machine()
+
+
+def sphere_targets(normals: np.ndarray, radius: float = 12.5) -> Targets:
+    return Targets(radius * normals, normals, labels=tuple(f"s{i}" for i in range(len(normals))))
+
+
+def places(program: ProbingProgram) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Every straight positioning move of a program, from start to end."""
+    moves = []
+    at = program.ways[0][0]
+    for way, start in zip(program.ways, program.starts, strict=True):
+        for place in [*way, start]:
+            moves.append((at, place))
+            at = place
+    return [*moves, *((a, b) for a, b in zip([at], program.leave[:1], strict=True))]
+
+
+class TestWays:
+    def test_no_move_meets_the_sphere(self) -> None:
+        """By brute force: ball, stem and body on every 0.1 mm of every move."""
+        normals = fibonacci_cap(60, 110.0 * DEGREE)
+        machine = replace(MACHINE, stem_diameter=2.0)
+        obstacle = SphereObstacle(np.zeros(3), 12.5, 6.0)
+        program = plan_program(sphere_targets(normals), machine, title="s", obstacles=[obstacle])
+        height = np.linspace(0.0, machine.stylus_length, 201)
+        for start, end in places(program):
+            count = max(int(np.linalg.norm(end - start) / 0.1), 1) + 1
+            for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
+                # A sphere that is up to the clearance beside where it was told is not met.
+                assert np.linalg.norm(tip) > 12.5 + 3.0 + 0.99
+                stem = np.hypot(np.hypot(*tip[:2]), tip[2] + height)
+                assert stem.min() > 12.5 + 1.0 + 0.99
+                if tip[2] + 3.0 < 0.0:  # beside the shank
+                    assert np.hypot(*tip[:2]) > 3.0 + 3.0
+
+    def test_straight_between_neighbours_and_over_the_top_to_the_other_side(self) -> None:
+        equator = from_angles(np.pi / 2, np.array([0.0, 15.0, 195.0]) * DEGREE)
+        sphere = SphereObstacle(np.zeros(3), 12.5)
+        program = plan_program(sphere_targets(equator), MACHINE, title="s", obstacles=[sphere])
+        assert [len(way) for way in program.ways] == [1, 0, 2]
+        assert program.ways[2][:, 2].tolist() == [50.0, 50.0]
+        blind = plan_program(sphere_targets(equator), MACHINE, title="s")
+        assert [len(way) for way in blind.ways] == [1, 2, 2]
+        assert "not told" in " ".join(blind.unchecked)
+
+    def test_starts_and_ends_lie_on_the_approach(self) -> None:
+        normal = np.array([[0.6, 0.0, 0.8]])
+        approach = np.array([[0.0, 0.0, -1.0]])
+        program = plan_program(Targets([[1.0, 2, 3]], normal, approach), MACHINE, title="o")
+        contact = np.array([1.0, 2, 3]) + 3.0 * normal[0]
+        assert program.starts[0] == pytest.approx(contact + np.array([0, 0, 2.0]))
+        assert program.ends[0] == pytest.approx(contact - np.array([0, 0, 2.0]))
+
+    def test_no_move_meets_the_part(self) -> None:
+        """Against the part's own solid: a box and a ball, whose distances are closed forms."""
+        part = read_step_part(str(PART))
+        targets = Targets.of(plan_inspection(part, spacing=20.0, margin=4.0))
+        program = plan_program(
+            targets, MACHINE, title="p", obstacles=[PartObstacle(part)], repeats=2
+        )
+        assert len(program) == 2 * len(targets)
+
+        def clearance(point: np.ndarray) -> float:
+            beyond = np.maximum(np.abs(point - [0, 0, -10]) - [40, 30, 10], 0.0)
+            ball = float(np.linalg.norm(point - [20, 0, -4])) - 16.0
+            return min(float(np.linalg.norm(beyond)), ball)
+
+        for start, end in places(program):
+            count = max(int(np.linalg.norm(end - start) / 0.5), 1) + 1
+            for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
+                assert clearance(tip) > 3.0 + 0.9
+                stem = [clearance(tip + np.array([0.0, 0.0, up])) for up in (5.0, 15.0, 30.0)]
+                assert min(stem) > 2.25 + 0.9
+
+    def test_duration_counts_measuring_and_moving(self) -> None:
+        one = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="o")
+        # 2 mm at 50 mm/min, 45 mm down and 2 mm back at 1000 mm/min.
+        assert one.duration == pytest.approx(60 * (2 / 50 + 47 / 1000))
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("machine", "targets", "words"),
+        [
+            (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 16.500 mm at least"),
+            # 60° below the equator the stem would cut through the sphere.
+            (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the"),
+            (replace(MACHINE, stylus_length=10.0), from_angles(np.pi / 2, 0.0), "stem or body"),
+        ],
+    )
+    def test_what_cannot_be_reached(
+        self, machine: Machine, targets: np.ndarray, words: str
+    ) -> None:
+        with pytest.raises(PretravelError, match=words):
+            plan_program(
+                sphere_targets(targets), machine, title="s",
+                obstacles=[SphereObstacle(np.zeros(3), 12.5)],
+            )  # fmt: skip
+
+    def test_shank_in_the_way(self) -> None:
+        low = sphere_targets(from_angles(115 * DEGREE, 0.0))
+        machine = replace(MACHINE, stem_diameter=1.0)
+        plan_program(low, machine, title="s", obstacles=[SphereObstacle(np.zeros(3), 12.5, 4.0)])
+        with pytest.raises(PretravelError, match="s0"):
+            plan_program(
+                low, machine, title="s", obstacles=[SphereObstacle(np.zeros(3), 12.5, 24.0)]
+            )
+
+    def test_limits_in_turned_work_coordinates(self) -> None:
+        targets = Targets([[30.0, 0, 0]], [[0.0, 0, 1]], labels=("far",))
+        limits = np.array([[-50.0, 50.0], [-20.0, 20.0], [-100.0, 100.0]])
+        machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
+        assert "the machine's limits" in plan_program(targets, machine, title="t").checked
+        turned = replace(machine, work=work_placement(0, 0, 0, 90 * DEGREE))
+        with pytest.raises(PretravelError, match=r"far\): the tip would go to y = 30\.000"):
+            plan_program(targets, turned, title="t")
+        lost = plan_program(targets, replace(machine, work=None), title="t")
+        assert "does not tell where" in lost.unchecked[0]
+
+    @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41])
+    def test_labels_that_would_break_a_log(self, label: str) -> None:
+        with pytest.raises(PretravelError, match="its label"):
+            plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=(label,)), MACHINE, title="t")
+
+    def test_labels_twice(self) -> None:
+        twice = Targets([[0.0, 0, 0]] * 2, [[0.0, 0, 1]] * 2, labels=("a", "a"))
+        with pytest.raises(PretravelError, match="two targets are called 'a'"):
+            plan_program(twice, MACHINE, title="t")
+
+
+class TestTargetsAndParts:
+    def test_off_the_part(self) -> None:
+        part = PartObstacle(read_step_part(str(PART)))
+        far = Targets([[0.0, 0, 0], [0, 0, 9.0]], [[0.0, 0, 1]] * 2, labels=("on", "far"))
+        with pytest.raises(PretravelError, match=r"far\) is .* off the surface"):
+            plan_program(far, MACHINE, title="p", obstacles=[part])
+
+    def test_downward_targets_want_the_part(self) -> None:
+        below = Targets([[0.0, 0, -20]], [[0.0, 0, -1]], labels=("below",))
+        with pytest.raises(PretravelError, match=r"below\): its normal points down"):
+            plan_program(below, MACHINE, title="p")
+
+    def test_left_out_by_name(self) -> None:
+        part = PartObstacle(read_step_part(str(PART)))
+        both = Targets([[-30.0, 0, 0], [0, 0, -20]], [[0.0, 0, 1], [0, 0, -1]], labels=("a", "b"))
+        program = plan_program(both, MACHINE, title="p", obstacles=[part], leave_out=True)
+        assert program.labels == ("a",)
+        assert program.left_out == ("b",)
+        with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*--leave-out"):
+            plan_program(both, MACHINE, title="p", obstacles=[part])
+
+    def test_a_feed_twice(self) -> None:
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        with pytest.raises(PretravelError, match="a feed is there twice"):
+            plan_program(one, MACHINE, title="p", feeds=[50, 50])
+
+
+class TestText:
+    def test_lines_fit_and_logs_are_whole(self) -> None:
+        far = Targets([[-1234.123456789, 5.0, -3.0]], [[0.36, 0.48, 0.8]], labels=("x" * 40,))
+        program = plan_program(
+            far, replace(MACHINE, safe_height=999.0), title="a (b) #1; ä", feeds=[50, 200],
+            repeats=2,
+        )  # fmt: skip
+        text = linuxcnc_program(program, "a.log", compensated=True)
+        assert max(map(len, text.splitlines())) <= 250
+        assert text.isascii()
+        logs = [line for line in text.splitlines() if line.startswith("(LOG,%.4ftouch")]
+        assert len(logs) == 4
+        assert program.labels[0] == "x" * 40 + "@50.1"
+        for line in logs:
+            assert line.endswith(",end)")
+            assert line.count(",") == len(LOG_COLUMNS) + 2
+        assert "a _b_ _1_ ?" in text.splitlines()[0]
+
+    def test_tool_and_work_offset(self) -> None:
+        machine = replace(MACHINE, tool=99, work_offset="G59.1")
+        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), machine, title="t")
+        lines = linuxcnc_program(program, "a.log").splitlines()
+        start = lines.index("T99 M6")
+        assert lines[start : start + 3] == ["T99 M6", "G43", "G59.1"]
+
+    @pytest.mark.parametrize("log", ["", "a b.log", "a).log", "a#.log"])
+    def test_log_names(self, log: str) -> None:
+        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="t")
+        with pytest.raises(PretravelError, match="log file"):
+            linuxcnc_program(program, log)

@@ -1,0 +1,92 @@
+"""Machine files: written and read, refused with the line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.controls.machine import Machine, work_placement
+from pretravel.errors import InputError
+from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
+from pretravel.formats.machine_file import machine_text, read_machine
+from pretravel.units import DEGREE
+from tests.support.commands import run
+
+
+class TestMachineFile:
+    def test_out_and_in_again(self, tmp_path: Path) -> None:
+        machine = Machine(
+            name="mill", tool=3, tip_diameter=4.0, stem_diameter=2.0, work_offset="G55",
+            work=work_placement(1.25, -2.5, 3.75, 30 * DEGREE),
+            limits=np.array([[-1.0, 2.0], [-3.0, 4.0], [-5.0, 6.0]]),
+        )  # fmt: skip
+        path = tmp_path / "mill.toml"
+        path.write_text(machine_text(machine))
+        again = read_machine(path)
+        assert again.work is not None
+        assert machine.work is not None
+        assert again.limits is not None
+        assert again.work.rotation == pytest.approx(machine.work.rotation, abs=1e-12)
+        assert again.limits.tolist() == [[-1, 2], [-3, 4], [-5, 6]]
+        blank = {"work": None, "limits": None}
+        assert replace(again, **blank) == replace(machine, **blank)  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize(
+        ("text", "line", "words"),
+        [
+            ("[probe] -> [probes]", True, r"no table \[probes\]"),
+            ("measuring_mm_min -> measuring", True, "no key 'measuring'"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = 'fast'", True, "a number is needed"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = -3", False, "a positive number"),
+            ("tool = 0 -> tool = 1.5", True, "a number is needed"),
+            ("stem_diameter_mm = 4.5 -> stem_diameter_mm = 6", False, "must be thinner than"),
+            ('"G54" -> "G53"', False, "it is one of G54"),
+            ("# x_mm = 0 -> x_mm = 3", True, "without y_mm, z_mm"),
+            ("# [limits] -> [limits]", True, "has no x_mm"),
+            ("# [limits]\n# x_mm = [ -> [limits]\nx_mm = [1, ", True, "two numbers are needed"),
+            ("safe_height_mm -> # safe", True, "safe_height_mm is missing"),
+            ('offset = "G54" ->  #', True, "offset is missing"),
+            ("[probe] -> [probe", True, "not TOML"),
+            ("", False, "is missing"),
+        ],
+    )
+    def test_refused(self, tmp_path: Path, text: str, line: bool, words: str) -> None:
+        """Appended to, or put in place of a line of, a good file."""
+        path = tmp_path / "mill.toml"
+        old, _, new = text.partition(" -> ")
+        path.write_text(machine_text(Machine()).replace(old, new) if new else text)
+        with pytest.raises(InputError, match=words) as caught:
+            read_machine(path)
+        assert ("line " in str(caught.value)) == line
+
+    def test_printed_from_the_files_of_a_control(self, tmp_path: Path) -> None:
+        var = tmp_path / "linuxcnc.var"
+        var.write_text("5210\t1\n5211\t1\n5212\t0\n5213\t0\n5220\t2\n5241\t10\n5242\t20\n5243\t-30\n"
+                       "5250\t90\n")  # fmt: skip
+        name, work = read_work_offset(var)
+        # G92 lies inside the turned coordinates: its x is the machine's y.
+        assert name == "G55"
+        assert work.shift == pytest.approx([10.0, 21.0, -30.0])
+        table = tmp_path / "tool.tbl"
+        table.write_text("; tools\nT1 P1 D+10.0 ;end mill\nT99 P2 Z101.5 D4.0 ;probe\n")
+        assert read_tool(table, 99).length == 101.5
+        text = run("machine", "--var", var, "--tools", table, "--tool", 99)
+        path = tmp_path / "mill.toml"
+        path.write_text(text)
+        machine = read_machine(path)
+        assert (machine.tool, machine.tip_diameter, machine.work_offset) == (99, 4.0, "G55")
+        assert machine.work is not None
+        assert machine.work.shift == pytest.approx([10.0, 21.0, -30.0])
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [("5220 1\nhello\n", "line 2: 'hello'"), ("5220 1\n", "no parameters 5221")],
+    )
+    def test_parameter_files_refused(self, tmp_path: Path, text: str, words: str) -> None:
+        path = tmp_path / "a.var"
+        path.write_text(text)
+        with pytest.raises(InputError, match=words):
+            read_work_offset(path)

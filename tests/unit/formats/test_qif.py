@@ -1,0 +1,129 @@
+"""QIF files: units, tip centres, the order of the schema."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.errors import InputError
+from pretravel.formats.logs.joining import FileReadings, Rows
+from pretravel.formats.logs.qif import read_point_sets, read_qif, write_qif
+from pretravel.formats.touches_csv import read_touches
+from pretravel.touches import Touches
+from tests.support.control_logs import (
+    QIF_FILE,
+    written,
+)
+from tests.support.examples import EXAMPLES
+
+
+def example_touches() -> Touches:
+    touches = read_touches(EXAMPLES / "part_touches.csv")
+    return replace(touches, labels=tuple(f"p{i + 1}" for i in range(len(touches))))
+
+
+MM = (
+    "<FileUnits><PrimaryUnits><LinearUnit><UnitName>mm</UnitName><UnitConversion><Factor>0.001"
+    "</Factor></UnitConversion></LinearUnit></PrimaryUnits></FileUnits>"
+)
+
+
+class TestQif:
+    def test_uncompensated_points(self, tmp_path: Path) -> None:
+        found = read_qif(written(tmp_path, QIF_FILE.replace("UNITS", MM), "a.qif"))
+        assert isinstance(found, FileReadings)
+        assert found.touches.positions.tolist() == [[0, 0, 3], [10, 0, 3]]
+        assert found.touches.labels == ("7-1", "7-2")
+        assert found.tip_radius == 2.5
+
+    def test_no_units_are_metres(self, tmp_path: Path) -> None:
+        (found,) = read_point_sets(written(tmp_path, QIF_FILE.replace("UNITS", ""), "a.qif"))
+        assert found.points[0].tolist() == [0, 0, 3000]
+        assert found.radii is not None
+        assert found.radii[0] == 2500.0
+
+    def test_tip_centres_as_a_public_file_has_them(self, tmp_path: Path) -> None:
+        """Figures of DMSC's sample: its own reported deviation comes out of centre and radius."""
+        text = QIF_FILE.replace("UNITS", MM).replace('count="2"', 'count="1"')
+        text = text.replace("0 0 3 10 0 3", "-51.726518705386 54.198959479609 -1.276811288879")
+        text = text.replace("<Normals>0 0 1 0 0 1</Normals>", "").replace("2.5<", "2.49978271104<")
+        (found,) = read_point_sets(written(tmp_path, text, "a.qif"))
+        nominal = np.array([-50.175094015692, 54.198959479609, -3.125725044257])
+        normal = np.array([-0.642788056925063, 0.0, 0.766044067841075])
+        assert found.radii is not None
+        deviation = float((found.points[0] - nominal) @ normal) - found.radii[0]
+        assert deviation == pytest.approx(-0.086196035032941, abs=1e-9)
+        rows_ = read_qif(tmp_path / "a.qif")
+        assert isinstance(rows_, Rows)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "words"),
+        [
+            ("/qif3", "/qif2", "QIF 3 is read"),
+            ('count="2"', 'count="3"', "its count asks for 9"),
+            ("0 0 3 10", "0 0 NaN 10", "'NaN' is not a finite"),
+            ("<Compensated>false", "<Compensated>true", "taken off already"),
+            ("<Compensated>false</Compensated>", "", "does not say whether"),
+            ("<Normals>0 0 1", "<Normals>0 0 2", "normal 1 has length 2"),
+            ("<Points>0 0 3 10 0 3</Points>", "<BinaryPoints/>", "binary forms are not"),
+            ("<Points>", "<CoordinateSystemId>3</CoordinateSystemId><Points>", "of its own"),
+            ("</Results>", "", "not well-formed XML"),
+            ('<?xml version="1.0"?>', "<!DOCTYPE a []>", "entities"),
+        ],
+    )
+    def test_refused(self, tmp_path: Path, old: str, new: str, words: str) -> None:
+        text = QIF_FILE.replace("UNITS", MM).replace(old, new)
+        with pytest.raises(InputError, match=words):
+            read_qif(written(tmp_path, text, "a.qif"))
+
+    def test_out_and_in_again_to_the_last_digit(self, tmp_path: Path) -> None:
+        touches = example_touches()
+        write_qif(tmp_path / "a.qif", touches.positions, touches.normals, touches.labels or (),
+                  compensated=False, tip_radius=3.0)  # fmt: skip
+        again = read_qif(tmp_path / "a.qif")
+        assert isinstance(again, FileReadings)
+        assert np.array_equal(again.touches.positions, touches.positions)
+        assert again.touches.normals == pytest.approx(touches.normals, abs=4e-16)
+        assert again.touches.labels == touches.labels
+
+    def test_elements_stand_in_the_order_of_the_schema(self, tmp_path: Path) -> None:
+        """Order and obligation as in QIF 3.0's schema, transcribed for the path to the set."""
+        touches = example_touches()
+        write_qif(tmp_path / "a.qif", touches.positions, touches.normals, touches.labels or (),
+                  compensated=True, tip_radius=3.0, deviations=np.zeros(len(touches)))  # fmt: skip
+        schema = {
+            "QIFDocument": (["QPId"], ["QPId", "Header", "FileUnits", "Features", "Results"]),
+            "FileUnits": (["PrimaryUnits"], ["PrimaryUnits", "OtherUnits"]),
+            "PrimaryUnits": ([], ["AreaUnit", "AngularUnit", "ForceUnit", "LinearUnit"]),
+            "LinearUnit": (["UnitName"], ["SIUnitName", "UnitName", "UnitConversion"]),
+            "UnitConversion": (["Factor"], ["Factor", "Offset"]),
+            "Results": (["MeasurementResultsSet"], ["Version", "MeasurementResultsSet"]),
+            "MeasurementResultsSet": (["MeasurementResults"], ["MeasurementResults"]),
+            "MeasurementResults": (
+                ["InspectionStatus"],
+                ["Attributes", "MeasuredFeatures", "MeasuredPointSets", "InspectionStatus"],
+            ),
+            "MeasuredPointSets": (["MeasuredPointSet"], ["MeasuredPointSet"]),
+            "MeasuredPointSet": (
+                ["Points", "Compensated"],
+                ["Attributes", "Units", "CoordinateSystemId", "Points", "Normals", "Compensated",
+                 "ProbeRadii", "MeasurementDeviceId", "Deviations"],
+            ),
+            "InspectionStatus": (["InspectionStatusEnum"], ["InspectionStatusEnum"]),
+        }  # fmt: skip
+        root = ET.parse(tmp_path / "a.qif").getroot()
+        ids = [element.get("id") for element in root.iter() if element.get("id")]
+        assert len(set(ids)) == len(ids)
+        assert int(root.get("idMax", "0")) >= max(int(str(name)) for name in ids)
+        for element in root.iter():
+            name = element.tag.rpartition("}")[2]
+            children = [child.tag.rpartition("}")[2] for child in element]
+            needed, order = schema.get(name, ([], []))
+            assert set(needed) <= set(children), name
+            assert children == sorted(children, key=order.index), name
+        for tag in ("n", "count"):
+            assert all(int(str(e.get(tag))) > 0 for e in root.iter() if e.get(tag) is not None)

@@ -1,0 +1,376 @@
+"""Traces of the calibration rig with known truth: noise, bounce, spikes, gaps, missing edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.errors import PretravelError
+from pretravel.formats.rig_csv import read_budget, read_rig_trace
+from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch, warmed
+from pretravel.laboratory.rig_calibration import (
+    REN_BUDGET,
+    azimuth_of,
+    calibrate_rig,
+    calibration_budget,
+    constant_and_slope,
+    length_budget,
+    spread_from,
+)
+from tests.support.examples import EXAMPLES
+
+UM = 1e-3
+# A sample's edge lies anywhere in 1 ms of 0.05 mm/s, 0.05 um; noise of 5 nm beside it.
+NEAR = 0.04 * UM
+
+
+@dataclass(frozen=True)
+class Made:
+    """A rod goes out at 0.05 mm/s, stands for 0.2 s, and goes back."""
+
+    r0: float = 0.083_213
+    pretravel: float = 4.237 * UM
+    beyond: float = 3.5 * UM
+    hysteresis: float = 0.31 * UM
+    compression: float = 0.0  # of tip and rod at the trigger
+    rate: float = 1000.0
+    speed: float = 0.05
+    noise: float = 5e-6
+
+    def trace(self, seed: int = 1) -> RigTrace:
+        rng = np.random.default_rng(seed)
+        top = self.r0 + self.pretravel + self.beyond
+        there = top / self.speed
+        time = np.arange(0.0, 2.0 * there + 0.4, 1.0 / self.rate)
+        rod = np.interp(time, [0.0, there, there + 0.2, 2.0 * there + 0.2], [0.0, top, top, 0.0])
+        out = time < there + 0.1
+        zero = np.where(out, self.r0, self.r0 + self.hysteresis)
+        pressed = np.maximum(rod - zero, 0.0)
+        share = 1.0 - self.compression / self.pretravel
+        laser = pressed * share + np.where(out, 0.0, self.hysteresis)
+        contact = pressed == 0.0
+        trigger = ~((rod >= self.r0 + self.pretravel) & (pressed > 0.0))
+        return RigTrace(
+            time,
+            rod + rng.normal(0.0, self.noise, len(time)),
+            laser + rng.normal(0.0, 2e-6, len(time)),
+            contact,
+            trigger,
+            "rig_030_1",
+        )
+
+    def check(self, touch: RigTouch, near: float = NEAR) -> None:
+        assert touch.r0 == pytest.approx(self.r0, abs=near)
+        assert touch.r1 == pytest.approx(self.r0 + self.pretravel, abs=near)
+        assert touch.r2 == pytest.approx(self.r0 + self.pretravel + self.beyond, abs=near)
+        assert touch.r3 == pytest.approx(self.r0 + self.hysteresis, abs=near)
+
+
+class TestEvents:
+    @pytest.mark.parametrize("seed", range(4))
+    def test_clean_trace(self, seed: int) -> None:
+        made = replace(Made(), r0=0.08 + 1e-5 * np.random.default_rng(seed).random())
+        touch = rig_touch(made.trace(seed))
+        made.check(touch)
+        assert touch.notes == ()
+        assert touch.pretravel == pytest.approx(made.pretravel, abs=0.06 * UM)
+        assert touch.hysteresis == pytest.approx(made.hysteresis, abs=0.06 * UM)
+        assert touch.zero_shift == pytest.approx(made.hysteresis, abs=0.003 * UM)
+        assert touch.feed == pytest.approx(3.0, rel=0.02)
+
+    def test_uncertainty_is_that_of_sampling(self) -> None:
+        """A rectangle of 0.05 um: 14 nm. Over many touches the errors have that deviation."""
+        off = []
+        for seed in range(40):
+            made = replace(Made(), r0=0.08 + 1e-3 * np.random.default_rng(seed).random())
+            touch = rig_touch(made.trace(seed))
+            off.append(touch.r0 - made.r0)
+        assert touch.u_r0 == pytest.approx(0.05 * UM / math.sqrt(12.0), rel=0.05)
+        assert np.std(off) == pytest.approx(touch.u_r0, rel=0.35)
+        assert abs(np.mean(off)) < 0.006 * UM
+
+    def test_tip_that_is_compressed(self) -> None:
+        """The laser sees the tip only: the rod's travel less the tip's is what both gave."""
+        made = replace(Made(), compression=0.2 * UM)
+        touch = rig_touch(made.trace())
+        made.check(touch)
+        assert touch.tip_compression == pytest.approx(0.2 * UM, abs=0.05 * UM)
+
+    def test_bounce(self) -> None:
+        made = Made()
+        trace = made.trace()
+        contact, trigger = trace.contact.copy(), trace.trigger.copy()
+        down = int(np.argmin(contact))
+        contact[down + 1 : down + 6 : 2] = True
+        fired = int(np.argmin(trigger))
+        trigger[fired + 1 : fired + 7 : 2] = True
+        up = len(contact) - int(np.argmin(contact[::-1]))  # first sample after contact is lost
+        contact[up - 6 : up - 1 : 2] = True
+        touch = rig_touch(replace(trace, contact=contact, trigger=trigger))
+        made.check(touch)
+        assert len(touch.notes) == 3
+
+    def test_interference_is_not_a_touch(self) -> None:
+        made = Made()
+        trace = made.trace()
+        contact, trigger = trace.contact.copy(), trace.trigger.copy()
+        contact[[300, 301, 700]] = False
+        trigger[[500, 1100]] = False
+        touch = rig_touch(replace(trace, contact=contact, trigger=trigger))
+        made.check(touch)
+        assert "2 short excursions of the contact signal ignored" in touch.notes
+        assert "2 short excursions of the trigger signal ignored" in touch.notes
+
+    def test_interference_just_before_contact(self) -> None:
+        """Within the time that bounce takes; the laser shows that the tip was at rest."""
+        made = replace(Made(), speed=0.2)
+        trace = made.trace()
+        contact = trace.contact.copy()
+        down = int(np.argmin(contact))
+        contact[down - 5] = False
+        made.check(rig_touch(replace(trace, contact=contact)), near=0.16 * UM)
+
+    def test_missing_contact_signal(self) -> None:
+        made = Made()
+        trace = made.trace()
+        touch = rig_touch(replace(trace, contact=np.ones(len(trace.time), dtype=bool)))
+        assert touch.r0 == pytest.approx(made.r0, abs=0.01 * UM)
+        assert touch.r3 == pytest.approx(made.r0 + made.hysteresis, abs=0.01 * UM)
+        assert any("where the laser starts" in note for note in touch.notes)
+        assert any("where the laser stops" in note for note in touch.notes)
+
+    def test_missing_trigger(self) -> None:
+        trace = Made().trace()
+        touch = rig_touch(replace(trace, trigger=np.ones(len(trace.time), dtype=bool)))
+        assert math.isnan(touch.r1)
+        assert math.isnan(touch.pretravel)
+        assert any("no trigger" in note for note in touch.notes)
+
+    def test_trace_that_ends_before_contact_is_lost(self) -> None:
+        made, trace = Made(), Made().trace()
+        cut = int(len(trace.time) * 0.48)
+        short = RigTrace(
+            trace.time[:cut], trace.ruler[:cut], trace.laser[:cut], trace.contact[:cut],
+            trace.trigger[:cut],
+        )  # fmt: skip
+        touch = rig_touch(short)
+        assert touch.r0 == pytest.approx(made.r0, abs=NEAR)
+        assert math.isnan(touch.r3)
+        assert any("not lost" in note for note in touch.notes)
+
+    def test_gap_in_the_samples_widens_u(self) -> None:
+        made, trace = Made(), Made().trace()
+        down = int(np.argmin(trace.contact))
+        keep = np.ones(len(trace.time), dtype=bool)
+        keep[down - 10 : down + 10] = False
+        gappy = RigTrace(
+            trace.time[keep], trace.ruler[keep], trace.laser[keep], trace.contact[keep],
+            trace.trigger[keep],
+        )  # fmt: skip
+        touch = rig_touch(gappy)
+        assert touch.u_r0 == pytest.approx(21 * 0.05 * UM / math.sqrt(12.0), rel=0.1)
+        assert abs(touch.r0 - made.r0) < 2.0 * touch.u_r0
+
+    @pytest.mark.parametrize(("rate", "speed"), [(200.0, 0.02), (5000.0, 0.5), (1000.0, 0.01)])
+    def test_other_rates_and_speeds(self, rate: float, speed: float) -> None:
+        made = replace(Made(), rate=rate, speed=speed)
+        step = speed / rate
+        made.check(rig_touch(made.trace()), near=0.6 * step + 0.01 * UM)
+
+    @pytest.mark.parametrize(("noise", "rest"), [(0.03 * UM, 0.3), (0.1 * UM, 3.0)])
+    def test_noise_at_rest_is_no_motion(self, noise: float, rest: float) -> None:
+        """A rest before the start, with noise whose velocities are larger than the rod's."""
+        made = replace(Made(), noise=noise)
+        trace = made.trace()
+        count = int(rest * made.rate)
+        rng = np.random.default_rng(2)
+        still = RigTrace(
+            np.arange(count + len(trace.time)) / made.rate,
+            np.concatenate([rng.normal(0.0, noise, count), trace.ruler]),
+            np.concatenate([rng.normal(0.0, 2e-6, count), trace.laser]),
+            np.concatenate([np.ones(count, dtype=bool), trace.contact]),
+            np.concatenate([np.ones(count, dtype=bool), trace.trigger]),
+        )
+        touch = rig_touch(still)
+        assert touch.feed == pytest.approx(3.0, rel=0.02)
+        made.check(touch, near=NEAR + 0.5 * noise)
+
+    @pytest.mark.parametrize("late", [0, 5, 12, 40])
+    def test_trigger_after_the_rod_has_stopped(self, late: int) -> None:
+        """R1 is where the rod stands then, not on the continued line of its way."""
+        made, trace = Made(), Made().trace()
+        stop = round((made.r0 + made.pretravel + made.beyond) / made.speed * made.rate)
+        trigger = np.ones(len(trace.time), dtype=bool)
+        trigger[stop + 1 + late : stop + 150] = False
+        touch = rig_touch(replace(trace, trigger=trigger))
+        assert touch.r1 == pytest.approx(touch.r2, abs=0.06 * UM)
+
+    def test_long_interference_is_told_by_the_laser(self) -> None:
+        """15 ms low, long enough to be a contact, before and after the touch."""
+        made, trace = Made(), Made().trace()
+        contact = trace.contact.copy()
+        contact[800:815] = contact[-300:-285] = False
+        touch = rig_touch(replace(trace, contact=contact))
+        made.check(touch)
+        assert len(touch.notes) == 2
+
+    def test_a_spike_of_the_ruler_beside_an_edge(self) -> None:
+        made, trace = Made(), Made().trace()
+        ruler = trace.ruler.copy()
+        ruler[int(np.argmin(trace.contact)) + 4] += 0.5
+        made.check(rig_touch(replace(trace, ruler=ruler)))
+
+    def test_signals_and_laser_that_are_wrong_are_named(self) -> None:
+        trace = Made().trace()
+        inverted = rig_touch(replace(trace, contact=~trace.contact))
+        assert any("is it inverted" in note for note in inverted.notes)
+        dead = rig_touch(replace(trace, laser=0.0 * trace.laser))
+        assert any("laser does not show" in note for note in dead.notes)
+
+    def test_rod_that_does_not_go_forward(self) -> None:
+        trace = Made().trace()
+        with pytest.raises(PretravelError, match="does not go forward"):
+            rig_touch(replace(trace, ruler=-np.sort(trace.ruler)))
+
+    def test_bad_traces_are_refused(self) -> None:
+        trace = Made().trace()
+        with pytest.raises(PretravelError, match="time does not go forward"):
+            replace(trace, time=np.zeros(len(trace.time)))
+        with pytest.raises(PretravelError, match="moves"):
+            replace(trace, ruler=trace.ruler * 1e-3)
+
+    def test_example_traces(self) -> None:
+        """Contact signal and laser, two ways to r0 (r3) that know nothing of each other, agree to
+        the sampling."""
+        for path in sorted((EXAMPLES / "rig").glob("*.csv")):
+            trace = read_rig_trace(path)
+            by_signal = rig_touch(trace)
+            by_laser = rig_touch(replace(trace, contact=np.ones(len(trace.time), dtype=bool)))
+            assert by_signal.r0 == pytest.approx(by_laser.r0, abs=NEAR)
+            assert by_signal.r3 == pytest.approx(by_laser.r3, abs=NEAR)
+
+    def test_a_warm_ruler(self) -> None:
+        """Grown by 8 ppm at 21 °C: what it calls 100 mm is 100.0008 mm."""
+        trace = Made().trace()
+        assert warmed(trace, 21.0, 8e-6).ruler == pytest.approx(trace.ruler * 1.000008)
+        assert warmed(trace, 20.0, 8e-6) is trace
+
+
+class TestCalibration:
+    @staticmethod
+    def _touches(rng: np.random.Generator, scatter: float = 0.03 * UM) -> list[RigTouch]:
+        blank = RigTouch("", 0, 0, 0, 0, 1e-5, 1e-5, 1e-5, 0, 0, 3.0, ())
+        touches = []
+        for azimuth in range(0, 360, 30):
+            true = (3.0 + math.cos(math.radians(3 * azimuth))) * UM
+            for k in range(5):
+                r0 = 0.08 + 1e-3 * rng.random()
+                r1 = r0 + true + rng.normal(0.0, scatter)
+                touches.append(
+                    replace(blank, trace=f"rig_{azimuth:03d}_{k + 1}", r0=r0, r1=r1, r3=r0 + 3e-4)
+                )
+        return touches
+
+    def test_figures(self) -> None:
+        calibration = calibrate_rig(self._touches(np.random.default_rng(1)))
+        assert len(calibration.directions) == 12
+        assert calibration.directions[1].azimuth == pytest.approx(math.radians(30.0))
+        assert calibration.pretravel == pytest.approx(3.0 * UM, abs=0.02 * UM)
+        assert calibration.anisotropy == pytest.approx(2.0 * UM, abs=0.06 * UM)
+        # Tukey: 4.88 (12 means, 48 degrees of freedom, tables) s / √5 on either side.
+        half = 4.88 * calibration.repeatability.value / math.sqrt(5.0)
+        low, high = calibration.anisotropy_interval
+        assert high - calibration.anisotropy == pytest.approx(half, rel=0.01)
+        assert calibration.anisotropy - low == pytest.approx(half, rel=0.01)
+        assert calibration.directions[0].u_pretravel == pytest.approx(
+            calibration.repeatability.value / math.sqrt(5.0)
+        )
+        assert calibration.repeatability.dof == 48
+        assert calibration.repeatability.low < 0.03 * UM < calibration.repeatability.high
+        assert calibration.starts_differ
+
+    def test_intervals_cover(self) -> None:
+        """95 % over 200 calibrations, of which four standard errors are 6 %; Tukey's interval
+        covers more."""
+        hits = np.zeros(2)
+        for seed in range(200):
+            calibration = calibrate_rig(self._touches(np.random.default_rng(seed)))
+            low, high = calibration.anisotropy_interval
+            hits += [
+                calibration.repeatability.low <= 0.03 * UM <= calibration.repeatability.high,
+                low <= 2.0 * UM <= high,
+            ]
+        assert np.all(hits / 200 > 0.89)
+        assert np.all(hits / 200 <= 1.0)
+
+    def test_chi_square_interval(self) -> None:
+        """NIST's example form: s = 1, nu = 16 gives 0.745 to 1.522 (chi-square 28.845, 6.908)."""
+        spread = spread_from(16.0, 16)
+        assert spread.low == pytest.approx(math.sqrt(16 / 28.845), rel=1e-4)
+        assert spread.high == pytest.approx(math.sqrt(16 / 6.908), rel=1e-4)
+
+    def test_names(self) -> None:
+        assert azimuth_of("rig_330_5") == pytest.approx(math.radians(330.0))
+        assert math.isnan(azimuth_of("trace"))
+
+    def test_nothing_that_triggers(self) -> None:
+        touches = [replace(t, r1=math.nan) for t in self._touches(np.random.default_rng(1))[:2]]
+        with pytest.raises(PretravelError, match="no trace tells a pretravel"):
+            calibrate_rig(touches)
+
+    def test_isotropic_probe(self) -> None:
+        """No anisotropy at all: the interval reaches down to zero in 95 of 100."""
+        hits = 0
+        blank = RigTouch("", 0, 0, 0, 0, 1e-5, 1e-5, 1e-5, 0, 0, 3.0, ())
+        for seed in range(100):
+            rng = np.random.default_rng(seed)
+            touches = [
+                replace(blank, trace=f"rig_{30 * d:03d}_{k}", r1=3e-3 + rng.normal(0.0, 3e-4))
+                for d in range(12)
+                for k in range(5)
+            ]
+            hits += calibrate_rig(touches).anisotropy_interval[0] == 0.0
+        assert hits >= 88
+
+    def test_a_direction_touched_once_has_a_larger_uncertainty(self) -> None:
+        calibration = calibrate_rig(self._touches(np.random.default_rng(1)))
+        once, often = (
+            length_budget(calibration_budget(calibration, count=count), 0.003).combined
+            for count in (1, 20)
+        )
+        assert (
+            once > calibration.repeatability.value > often - length_budget(REN_BUDGET, 0).combined
+        )
+
+    def test_own_repeatability_in_the_budget(self) -> None:
+        calibration = calibrate_rig(self._touches(np.random.default_rng(1)))
+        own = calibration_budget(calibration)
+        sources = [c.source for c in own]
+        assert not any(source.startswith("repeatability at") for source in sources)
+        mean = next(c for c in own if "repeatability of pretravel, mean of 5" in c.source)
+        assert mean.constant == pytest.approx(calibration.repeatability.value / math.sqrt(5.0))
+
+
+def test_budget_file(tmp_path: Path) -> None:
+    path = tmp_path / "budget.csv"
+    path.write_text("source,type,uncertainty_um,per_metre_um\nscale,B,0.02,\nheat,A,,0.1\n")
+    scale, heat = read_budget(path)
+    assert (scale.constant, scale.per_length) == (pytest.approx(0.02 * UM), 0.0)
+    assert (heat.constant, heat.per_length) == (0.0, pytest.approx(0.1e-6))
+    path.write_text("source,type,uncertainty_um,per_metre_um\nscale,C,0.02,\n")
+    with pytest.raises(PretravelError, match="line 2: type is 'C'"):
+        read_budget(path)
+
+
+def test_ren_budget_is_the_papers() -> None:
+    """U = k sqrt(0.0999² + (0.129 L)²) um, L in m."""
+    constant, slope = constant_and_slope(REN_BUDGET)
+    assert constant / UM == pytest.approx(0.0999, abs=5e-5)
+    assert slope * 1e6 == pytest.approx(0.129, abs=5e-4)
+    for length in (0.0, 5.0, 1000.0):
+        expected = math.hypot(0.0999, 0.129 * length / 1000.0)
+        assert length_budget(REN_BUDGET, length).combined / UM == pytest.approx(expected, abs=5e-4)

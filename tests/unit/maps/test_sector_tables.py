@@ -1,0 +1,76 @@
+"""Maps as tables of sectors."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from pretravel.controls.tables import renishaw_variables
+from pretravel.directions import from_angles
+from pretravel.frames import probe_rotation
+from pretravel.maps.bases import SECTOR_NAMES
+from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
+from pretravel.units import DEGREE
+from tests.support.example_maps import example_map, lobes
+
+
+class TestSectors:
+    def test_touched_at_their_angles(self) -> None:
+        table = touched_sectors(lobes(3))
+        expected = {name: 10.0 + np.cos(3 * float(name) * DEGREE) for name in SECTOR_NAMES[2:]}
+        assert table.pretravel[2:] == pytest.approx(list(expected.values()))
+        # Opposite directions share a radius, and three lobes are opposite there: a mean of nothing.
+        assert table.pretravel[:2] == pytest.approx([10.0, 10.0])
+        assert table.largest == pytest.approx(1.0)
+
+    def test_resampled_is_the_best_there_is(self) -> None:
+        """No other radii leave less, by an optimiser that knows only the residual."""
+        from scipy.optimize import linprog
+
+        from pretravel.maps.bases import SectorBasis
+
+        pretravel_map = example_map()
+        found = resampled_sectors(pretravel_map)
+        azimuth = np.arange(0.0, 360.0, 0.5) * DEGREE
+        design = SectorBasis().design(from_angles(np.pi / 2, azimuth))
+        truth = pretravel_map.pretravel(from_angles(np.pi / 2, azimuth))
+        # At ties either sector may be taken: both must hold.
+        i, j = np.nonzero(design)
+        a = np.zeros((2 * len(i), 11))
+        a[np.arange(len(i)), j], a[len(i) + np.arange(len(i)), j] = 1.0, -1.0
+        a[:, 10] = -1.0
+        b = np.concatenate([truth[i], -truth[i]])
+        best = linprog([0.0] * 10 + [1.0], A_ub=a, b_ub=b, bounds=[(None, None)] * 11)
+        assert found.largest == pytest.approx(best.fun, abs=1e-9)
+        assert found.largest < touched_sectors(pretravel_map).largest
+        assert resampled_sectors(pretravel_map, "rms").rms < found.rms
+
+    def test_within_a_sector_071_of_a_lobe_is_left(self) -> None:
+        """15° from a sector's middle three lobes have gone through 45°."""
+        pretravel_map = lobes(3, phase=90 * DEGREE)
+        table = touched_sectors(pretravel_map)
+        azimuth = np.concatenate([float(n) + np.arange(-15, 16) for n in SECTOR_NAMES[2:]])
+        around = from_angles(np.pi / 2, azimuth * DEGREE)
+        value = np.repeat(table.pretravel[2:], 31)
+        left = np.max(np.abs(pretravel_map.pretravel(around) - value))
+        assert left == pytest.approx(np.sin(45 * DEGREE), abs=1e-9)
+        # Where opposite directions share one radius a whole lobe can be left.
+        assert table.largest == pytest.approx(1.0)
+
+    def test_variables_in_the_order_of_the_control(self) -> None:
+        text = renishaw_variables(lobes(3), base=500)
+        values = {int(n): float(v) for n, v in re.findall(r"^#(\d+)=([\d.]+)", text, re.M)}
+        assert sorted(values) == [500, 501, *range(510, 518)]
+        # Largest effective radius where the pretravel is least.
+        assert values[511] > values[510]  # 60°: cos 180°; 30°: cos 90°
+        assert 502 not in values
+        assert 503 not in values
+
+    def test_tables_are_in_the_machine_s_axes(self) -> None:
+        """A probe mounted 30° turned: the sector that it had at 30° is at 60° now."""
+        turned = renishaw_variables(lobes(3, rotation=probe_rotation(rotation=30 * DEGREE)))
+        straight = renishaw_variables(lobes(3))
+        of = [dict(re.findall(r"^#(\d+)=([\d.]+)", t, re.M)) for t in (turned, straight)]
+        assert of[0]["511"] == of[1]["510"]

@@ -1,0 +1,304 @@
+"""Has a probe changed? False alarms, what is seen, and the history under several writers."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sqlite3
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pretravel.directions import ring_pattern, sphere_pattern_25
+from pretravel.errors import ExtrapolationError, InputError, PretravelError
+from pretravel.formats.map_file import write_map
+from pretravel.formats.probe_history import add_verification, read_history
+from pretravel.formats.touches_csv import write_touches
+from pretravel.frames import probe_rotation
+from pretravel.identification.kinds import qualify
+from pretravel.maps.bases import MeanBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.verification import Verification, verify
+from pretravel.touches import Touches
+from pretravel.trigger.predict import predict, predicted_map
+from pretravel.units import DEGREE
+from tests.support.commands import rows, run
+
+REPEATS = 3
+NOISE = 3e-4
+PATTERN = np.repeat(sphere_pattern_25(), REPEATS, axis=0)
+
+
+@cache
+def pretravel_of(rotation_deg: float = 0.0) -> np.ndarray:
+    # Of a probe turned in the machine: the directions as it sees them.
+    seen = PATTERN @ probe_rotation(rotation=rotation_deg * DEGREE)
+    return predict(load_probe("omp40-2-100mm"), seen).pretravel
+
+
+def touches(
+    seed: int, *, size: float = 0.0, scale: float = 1.0, rotation_deg: float = 0.0,
+    noise: float = NOISE, feed: float | None = 50.0,
+) -> Touches:  # fmt: skip
+    rng = np.random.default_rng(seed)
+    pretravel = pretravel_of(rotation_deg)
+    pretravel = pretravel.mean() + scale * (pretravel - pretravel.mean()) + size
+    radius = 12.5 + 3.0 - pretravel + noise * rng.standard_normal(len(PATTERN))
+    center = rng.uniform(-50.0, 50.0, 3)
+    feeds = None if feed is None else np.full(len(PATTERN), feed)
+    return Touches(center + PATTERN * radius[:, None], PATTERN, feeds=feeds)
+
+
+@cache
+def old_map(seed: int = 1, kind: str = "harmonic") -> PretravelMap:
+    return qualify(touches(seed), 25.0, tip_diameter=6.0, kind=kind).pretravel_map
+
+
+def check(new: Touches, rate: float = 0.01, seed: int = 1) -> Verification:
+    return verify(new, old_map(seed), 25.0, false_alarm_rate=rate)
+
+
+class TestFalseAlarms:
+    def test_no_more_than_stated(self) -> None:
+        """Forty qualifications and verifications of a probe that is the same, at 20 %.
+
+        Eight alarms are expected at most; more than 15 come once in 200 trials of this test.
+        """
+        alarms = 0
+        for seed in range(40):
+            fresh = qualify(touches(100 + seed), 25.0, tip_diameter=6.0, search_outliers=False)
+            result = verify(touches(300 + seed), fresh.pretravel_map, 25.0, false_alarm_rate=0.20)
+            alarms += result.changed
+        assert alarms <= int(stats.binom.ppf(0.995, 40, 0.20))
+        assert alarms >= 1  # a test that never alarms sees nothing
+
+    def test_repeatability_follows_its_own_law(self) -> None:
+        p = np.array([check(touches(500 + seed)).p_repeatability for seed in range(60)])
+        # The same map throughout: its own repeatability is 6 % off, no more than its 50 degrees
+        # of freedom allow; p-values cover their range.
+        assert np.min(p) > 1e-4
+        assert np.max(p) > 0.5
+
+
+def result_of_turn() -> float:
+    return check(touches(13)).turn.u
+
+
+class TestWhatIsSeen:
+    def test_size_with_its_sign(self) -> None:
+        result = check(touches(2, size=0.0012))
+        assert result.changed
+        assert result.size.value == pytest.approx(0.0012, abs=3 * result.size.u)
+        assert result.amplitude.value == pytest.approx(0.0, abs=3 * result.amplitude.u)
+        # Touches are on one half of the sphere: the centre, fitted along, takes a part of it.
+        assert 0.0002 < np.mean(result.differences) < 0.0012
+
+    def test_turn_knows_that_the_map_s_own_orientation_is_uncertain(self) -> None:
+        """Both the old and the new touches leave the turn uncertain: by about √2 of either."""
+        normals = sphere_pattern_25()
+        seen = pretravel_of()[::REPEATS]
+        step = 0.5
+        slope = (pretravel_of(-step)[::REPEATS] - pretravel_of(step)[::REPEATS]) / (
+            2 * step * DEGREE
+        )
+        design = np.column_stack([normals, np.ones(25), seen - seen.mean(), slope])
+        alone = NOISE / np.sqrt(REPEATS) * np.sqrt(np.linalg.inv(design.T @ design)[-1, -1])
+        assert result_of_turn() > 1.3 * alone
+
+    def test_amplitude(self) -> None:
+        result = check(touches(3, scale=1.2))
+        assert result.changed
+        assert result.amplitude.value == pytest.approx(0.2, abs=3 * result.amplitude.u)
+        assert result.amplitude.u < 0.05
+
+    @pytest.mark.parametrize("angle", [8.0, -8.0])
+    def test_turn_with_its_sign(self, angle: float) -> None:
+        """Positive: the probe is mounted further counter-clockwise than when it was qualified."""
+        result = check(touches(4, rotation_deg=angle))
+        assert result.changed
+        # First order in the angle, on lobes of 120°: a fifth of it at 8°.
+        assert result.turn.value / DEGREE == pytest.approx(angle, abs=2.5)
+
+    def test_scatter_of_repeats(self) -> None:
+        worse = check(touches(5, noise=3 * NOISE))
+        assert worse.p_repeatability < 1e-6
+        assert worse.changed
+        assert worse.repeatability == pytest.approx(3 * NOISE, rel=0.3)
+        better = check(touches(5, noise=0.2 * NOISE))
+        assert better.p_repeatability < 1e-6
+
+    def test_what_would_be_seen_is_seen(self) -> None:
+        """A change of size that is promised to be seen in 95 of 100 cases, 30 times."""
+        promised = check(touches(6), rate=0.05).size.seen
+        seen = sum(
+            check(touches(700 + seed, size=promised), rate=0.05).changed for seed in range(30)
+        )
+        # 95 % of 30 is 28.5; 25 or fewer come once in 60.
+        assert seen >= 26
+
+    def test_unmoved_sphere_or_not_is_all_the_same(self) -> None:
+        here = touches(7)
+        there = Touches(
+            here.positions + np.array([100.0, -200.0, 50.0]), here.normals, feeds=here.feeds
+        )
+        assert check(here).p_map == pytest.approx(check(there).p_map, rel=1e-3)
+
+    def test_five_directions_tell_less_but_nothing_wrong(self) -> None:
+        few = np.concatenate([np.arange(REPEATS) + REPEATS * k for k in (0, 17, 19, 21, 23)])
+        result = check(touches(21).take(few))
+        assert not result.changed
+        assert result.p_form > 0.01
+        assert result.turn.seen == np.inf
+        assert check(touches(21, size=0.004).take(few)).changed
+
+    def test_physical_maps_and_few_directions(self) -> None:
+        result = verify(touches(8), old_map(1, "physical"), 25.0)
+        assert not result.changed
+        few = np.arange(0, 7 * REPEATS)
+        assert not verify(touches(9).take(few), old_map(), 25.0).changed
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        ("new", "words"),
+        [
+            (touches(1, feed=200.0), "the map was made at 50 mm/min"),
+            (touches(1).take(np.arange(4 * REPEATS)), "4 directions are too few"),
+        ],
+    )
+    def test_touches(self, new: Touches, words: str) -> None:
+        with pytest.raises(PretravelError, match=words):
+            check(new)
+
+    def test_feed_not_told_is_warned_of(self) -> None:
+        assert "do not tell their feed" in check(touches(1, feed=None)).warnings[0]
+
+    def test_predicted_map(self) -> None:
+        probe = load_probe("omp40-2-100mm")
+        guess = predicted_map(probe, predict(probe, sphere_pattern_25()))
+        with pytest.raises(PretravelError, match="states no uncertainty"):
+            verify(touches(1), guess, 25.0)
+
+    @pytest.mark.parametrize("kind", ["mean", "sectors", "wozniak"])
+    def test_maps_that_do_not_follow_the_probe(self, kind: str) -> None:
+        coarse = replace(old_map(), basis=MeanBasis(kind), coefficients=np.array([0.01]),
+                         covariance=np.array([1e-9]))  # fmt: skip
+        with pytest.raises(PretravelError, match=f"kind {kind} does not follow"):
+            verify(touches(1), coarse, 25.0)
+
+    @pytest.mark.parametrize("rate", [0.0, 0.5, -1.0, float("nan")])
+    def test_rate(self, rate: float) -> None:
+        with pytest.raises(PretravelError, match="false-alarm rate"):
+            check(touches(1), rate)
+
+    def test_directions_outside_the_map(self) -> None:
+        below = ring_pattern(np.array([30.0, 60.0, 90.0, 115.0]) * DEGREE, 12)
+        new = Touches(below * 15.49, below, feeds=np.full(len(below), 50.0))
+        with pytest.raises(ExtrapolationError):
+            check(new)
+
+
+def _write(path: Path, result: Verification, count: int) -> None:
+    for _ in range(count):
+        add_verification(
+            path,
+            result,
+            pretravel_map=old_map(),
+            map_name="m.nc",
+            touches_name="t.csv",
+            decision="kept",
+        )
+
+
+class TestHistory:
+    @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+    def test_two_writers_at_once_lose_nothing(self, tmp_path: Path) -> None:
+        path = tmp_path / "probe.sqlite"
+        result = check(touches(1))
+        context = multiprocessing.get_context("fork")
+        writers = [context.Process(target=_write, args=(path, result, 15)) for _ in range(2)]
+        for writer in writers:
+            writer.start()
+        for writer in writers:
+            writer.join()
+        assert [writer.exitcode for writer in writers] == [0, 0]
+        entries = read_history(path)
+        assert sorted(entry.number for entry in entries) == list(range(1, 31))
+        # One file: nothing beside it.
+        assert [p.name for p in tmp_path.iterdir()] == ["probe.sqlite"]
+
+    def test_oldest_first_with_what_was_found(self, tmp_path: Path) -> None:
+        path = tmp_path / "probe.sqlite"
+        start = datetime(2026, 1, 1, 8, tzinfo=UTC)
+        results = [check(touches(seed, size=0.001 * seed)) for seed in (1, 2)]
+        for day, result in ((1, results[1]), (0, results[0])):
+            add_verification(
+                path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
+                decision="kept", time=start + timedelta(days=day),
+            )  # fmt: skip
+        entries = read_history(path)
+        assert [entry["time"] for entry in entries] == [
+            "2026-01-01T08:00:00+00:00", "2026-01-02T08:00:00+00:00"]  # fmt: skip
+        assert entries[1]["size_um"] == pytest.approx(1e3 * results[1].size.value)
+        assert bool(entries[1]["changed"])
+        assert entries[1]["turn_deg"] == pytest.approx(results[1].turn.value / DEGREE)
+
+    def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
+        result = check(touches(1))
+        text = tmp_path / "a.sqlite"
+        text.write_text("this is not a database at all, whatever its ending says\n" * 30)
+        foreign = tmp_path / "b.sqlite"
+        with sqlite3.connect(foreign) as connection:
+            connection.execute("CREATE TABLE own (a)")
+        connection.close()
+        before = [text.read_bytes(), foreign.read_bytes()]
+        for path, words in ((text, "not the history"), (foreign, "but not the history")):
+            with pytest.raises(InputError, match=words):
+                add_verification(
+                    path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
+                    decision="kept",
+                )  # fmt: skip
+            with pytest.raises(InputError, match=words):
+                read_history(path)
+        assert [text.read_bytes(), foreign.read_bytes()] == before
+        with pytest.raises(InputError, match="no such history"):
+            read_history(tmp_path / "c.sqlite")
+
+    def test_another_probe_is_refused(self, tmp_path: Path) -> None:
+        path, result = tmp_path / "probe.sqlite", check(touches(1))
+        told = {"map_name": "m", "touches_name": "t", "decision": "kept"}
+        add_verification(path, result, pretravel_map=old_map(), **told)  # type: ignore[arg-type]
+        other = replace(old_map(), tip_radius=2.0)
+        with pytest.raises(InputError, match="a probe with a tip of 6 mm"):
+            add_verification(path, result, pretravel_map=other, **told)  # type: ignore[arg-type]
+
+    def test_touches_of_the_map_itself_are_noticed(self, tmp_path: Path) -> None:
+        own = replace(touches(1), source="day.csv")
+        fresh = qualify(own, 25.0, tip_diameter=6.0).pretravel_map
+        assert "anew" in " ".join(verify(own, fresh, 25.0).warnings)
+
+    def test_commands_from_touches_to_the_chart(self, tmp_path: Path) -> None:
+        write_map(tmp_path / "map.nc", old_map())
+        write_touches(tmp_path / "same.csv", touches(11))
+        write_touches(tmp_path / "bent.csv", touches(12, size=0.002))
+        probe, common = tmp_path / "probe.sqlite", ["--map", tmp_path / "map.nc", "--diameter", 25]
+        told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
+                   "--plot", tmp_path / "v.png")  # fmt: skip
+        assert "no change since" in told
+        # Exit code 1: changed; the message is on stdout all the same.
+        run("verify", tmp_path / "bent.csv", *common, "--history", probe,
+            "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=1)  # fmt: skip
+        assert '"changed": true' in (tmp_path / "v.json").read_text()
+        run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.nc", "--diameter", 25)
+        told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
+        assert "accepted new.nc" in told
+        assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
+        assert (tmp_path / "h.png").stat().st_size > 10_000
+        assert "must be .sqlite" in run(
+            "verify", tmp_path / "same.csv", *common, "--history", tmp_path / "h.txt", code=2
+        )
