@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.controls.linuxcnc import LOG_COLUMNS
+from pretravel.controls.log_format import TOUCH_COLUMNS
 from pretravel.formats.logs.qif import NAMESPACE
 from pretravel.probing.targets import Targets
 
 OWN_LOG_HEAD = (
-    "pretravel-log,1,plan,2,end\nwork,G54,30.0000000,end\ncolumns," + ",".join(LOG_COLUMNS)
+    "pretravel-log,1,plan,2,end\nwork,G54,30.0000000,end\ncolumns," + ",".join(TOUCH_COLUMNS)
     + ",end\n"
 )  # fmt: skip
 OWN_LOG_TOUCH = "touch,{label},0.0,0.0,2990.0,0,0,1,0,0,-1,50,0,0,0,{touched},end\n"

@@ -8,6 +8,7 @@ from string import Formatter
 import numpy as np
 
 from pretravel.arrays import FloatArray
+from pretravel.controls.gcode import render
 from pretravel.controls.lookup import (
     LookupTable,
     catmull_rom_text,
@@ -71,30 +72,20 @@ def renishaw_variables(
     """
     _check_variables(base, _VECTORS + 8)
     table = resampled_sectors(pretravel_map, criterion)
-    touched = touched_sectors(pretravel_map)
-    numbers = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
+    variables = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
     names = ["X radius", "Y radius", *(f"{name} degrees" for name in SECTOR_NAMES[2:])]
-    lines = [
-        "%",
-        f"O{program} (pretravel: vector radii, variables {base} to {numbers[-1]})",
-        f"(from a map of kind {pretravel_map.kind}; radius less pretravel, mm)",
-        (
-            f"(nearest-sector lookup leaves {table.largest / MICROMETRE:.2f} um at most, "
-            f"{table.rms / MICROMETRE:.2f} um rms, in the XY plane)"
-        ),
-        (
-            f"(touched at the sectors' angles it would leave {touched.largest / MICROMETRE:.2f} um "
-            f"at most, {touched.rms / MICROMETRE:.2f} um rms)"
-        ),
-        f"(stylus offsets, variables {base + 2} and {base + 3}, stay as they are)",
-        *(
-            f"#{number}={pretravel_map.tip_radius - value - travel:.5f} ({name})"
-            for number, name, value in zip(numbers, names, table.pretravel, strict=True)
-        ),
-        "M99",
-        "%",
-    ]
-    return "\n".join(lines) + "\n"
+    radii = pretravel_map.tip_radius - table.pretravel - travel
+    return render(
+        "renishaw/vector_radii.nc",
+        map=pretravel_map,
+        program=program,
+        base=base,
+        last=variables[-1],
+        resampled=table,
+        touched=touched_sectors(pretravel_map),
+        micrometre=MICROMETRE,
+        radii=list(zip(variables, radii, names, strict=True)),
+    )
 
 
 def fanuc_macro(
@@ -128,72 +119,26 @@ def fanuc_macro(
     """
     rows, columns = form.values.shape
     _check_variables(base, rows * columns)
-    turn = pretravel_map.rotation
-    names = {0: "#11", 1: "#12", 2: "#13"}
-    to_probe = [
-        f"#{7 + column}=" + "+".join(
-            f"[{turn[machine, column]:.9f}]*{names[machine]}" for machine in range(3)
-        )
-        for column in range(3)
-    ]  # fmt: skip
-    low, high = form.band.lowest / DEGREE, form.band.highest / DEGREE
-    head = [
-        f"(pretravel: {describe_form(form)})",
-        f"(map of kind {pretravel_map.kind}; tip radius {pretravel_map.tip_radius:.6f} mm)",
-        "(NOT TRIED ON A FANUC CONTROL)",
-    ]
-    lines = [
-        "%",
-        f"O{program} (FILLS #{base} TO #{base + rows * columns - 1})",
-        *head,
-        *(f"#{base + i}={value + travel:.7f}" for i, value in enumerate(form.values.ravel())),
-        "M99",
-        f"O{program + 1} (G65 P{program + 1} I J K: PRETRAVEL ALONG THE NORMAL TO #100)",
-        *head,
-        "#11=#4",
-        "#12=#5",
-        "#13=#6",
-        *to_probe,
-        "#14=SQRT[#7*#7+#8*#8]",
-        "#15=0",
-        "IF[#14GT0]THEN #15=ATAN[#8]/[#7]",
-        "IF[#15LT0]THEN #15=#15+360",
-        "#16=0",
-        "IF[#14GT0]THEN #16=ATAN[#14]/[#9]",
-        "IF[[#14EQ0]AND[#9LT0]]THEN #16=180",
-        f"#17=[#16-{low:.9f}]/{form.polar_step / DEGREE:.9f}",
-        "IF[#17LT0]THEN #17=0",
-        "#18=FIX[#17]",
-        f"IF[#18GT{form.rows - 2}]THEN #18={form.rows - 2}",
-        "#19=#17-#18",
-        "IF[#19GT1]THEN #19=1",
-        f"#20=#15/{form.azimuth_step / DEGREE:.9f}",
-        "#21=FIX[#20]",
-        "#22=#20-#21",
-        *(f"#{23 + i}={text}" for i, text in enumerate(catmull_rom_text("#19"))),
-        *(f"#{27 + i}={text}" for i, text in enumerate(catmull_rom_text("#22"))),
-        "#31=0",
-        "#100=0",
-        "WHILE[#31LT4]DO1",
-        "#32=#21+#31-1",
-        f"IF[#32LT0]THEN #32=#32+{columns}",
-        f"IF[#32GE{columns}]THEN #32=#32-{columns}",
-        f"#33={base}+#18*{columns}+#32",
-        f"#1=#23*#[#33]+#24*#[#33+{columns}]+#25*#[#33+{2 * columns}]+#26*#[#33+{3 * columns}]",
-        "#100=#100+#1*#[27+#31]",
-        "#31=#31+1",
-        "END1",
-        f"IF[#16LT{low - 1e-3:.6f}]THEN #100=-1",
-        f"IF[#16GT{high + 1e-3:.6f}]THEN #100=-1",
-        "M99",
-        "%",
-    ]
-    return "\n".join(lines) + "\n"
+    return render(
+        "fanuc/lookup.nc",
+        map=pretravel_map,
+        form=form,
+        description=describe_form(form),
+        base=base,
+        program=program,
+        travel=travel,
+        columns=columns,
+        lowest_deg=form.band.lowest / DEGREE,
+        highest_deg=form.band.highest / DEGREE,
+        polar_step_deg=form.polar_step / DEGREE,
+        azimuth_step_deg=form.azimuth_step / DEGREE,
+        catmull_rom=catmull_rom_text,
+    )
 
 
 def heidenhain_template() -> str:
     """The template that `heidenhain_table` fills when it is given none; to be edited."""
-    return files("pretravel.controls").joinpath("data/heidenhain.3DTC.template").read_text("utf-8")
+    return files("pretravel.controls").joinpath("templates/heidenhain.3DTC").read_text("utf-8")
 
 
 def heidenhain_table(

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.controls.linuxcnc import LOG_COLUMNS, linuxcnc_program
+from pretravel.controls.linuxcnc import linuxcnc_program
+from pretravel.controls.log_format import TOUCH_COLUMNS
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import (
     PartObstacle,
@@ -197,7 +198,7 @@ class TestText:
         assert program.labels[0] == "x" * 40 + "@50.1"
         for line in logs:
             assert line.endswith(",end)")
-            assert line.count(",") == len(LOG_COLUMNS) + 2
+            assert line.count(",") == len(TOUCH_COLUMNS) + 2
         assert "a _b_ _1_ ?" in text.splitlines()[0]
 
     def test_tool_and_work_offset(self) -> None:

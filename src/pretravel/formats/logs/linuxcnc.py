@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.controls.linuxcnc import (
-    LOG_COLUMNS,
+from pretravel.controls.log_format import (
     LOG_HEAD,
-    POINT_COLUMNS,
-    POINT_LOG_COLUMNS,
+    SUBROUTINE_TOUCH_COLUMNS,
+    SURFACE_POINT_COLUMNS,
+    TOUCH_COLUMNS,
 )
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.logs.joining import FileReadings, Rows, file_lines, finite, scale_of
@@ -47,7 +47,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "one.log"
     >>> _ = file.write_text(
-    ...     "pretravel-log,1,one,1,end\nwork,G54,0.0,end\ncolumns," + ",".join(LOG_COLUMNS)
+    ...     "pretravel-log,1,one,1,end\nwork,G54,0.0,end\ncolumns," + ",".join(TOUCH_COLUMNS)
     ...     + ",end\ntouch,top,0,0,2990.0,0,0,1,0,0,-1,50,0,0,0,1.0,end\ndone,1,end\n")
     >>> read_own_log(file).touches.positions.tolist()
     [[0.0, 0.0, 2.99]]
@@ -59,7 +59,7 @@ def read_own_log(path: str | Path) -> FileReadings:
     rows: list[list[float]] = []
     numbers: list[int] = []
     points: dict[str, FloatArray] = {}
-    columns = LOG_COLUMNS
+    columns = TOUCH_COLUMNS
     seen: set[str] = set()
     begun = finished = worked = False
     for number, text in enumerate(lines, start=1):
@@ -114,17 +114,17 @@ def read_own_log(path: str | Path) -> FileReadings:
             rotation = finite(values[1:2], path, number)[0] * DEGREE
         elif kind == "columns":
             columns = tuple(values)
-            if columns not in (LOG_COLUMNS, POINT_LOG_COLUMNS):
+            if columns not in (TOUCH_COLUMNS, SUBROUTINE_TOUCH_COLUMNS):
                 raise InputError(
                     f"columns {', '.join(values)} are not those that this version knows "
-                    f"({', '.join(LOG_COLUMNS)})",
+                    f"({', '.join(TOUCH_COLUMNS)})",
                     path=path,
                     line=number,
                 )
         elif kind == "touch":
-            if len(values) != len(LOG_COLUMNS):
+            if len(values) != len(TOUCH_COLUMNS):
                 raise InputError(
-                    f"{len(values)} values, {len(LOG_COLUMNS)} are needed", path=path, line=number
+                    f"{len(values)} values, {len(TOUCH_COLUMNS)} are needed", path=path, line=number
                 )
             if values[0] in labels or values[0] in missed:
                 raise InputError(f"the touch {values[0]} is there twice", path=path, line=number)
@@ -136,9 +136,9 @@ def read_own_log(path: str | Path) -> FileReadings:
                 rows.append(found)
                 numbers.append(number)
         elif kind == "point":
-            if len(values) != len(POINT_COLUMNS):
+            if len(values) != len(SURFACE_POINT_COLUMNS):
                 raise InputError(
-                    f"{len(values)} values, {len(POINT_COLUMNS)} are needed",
+                    f"{len(values)} values, {len(SURFACE_POINT_COLUMNS)} are needed",
                     path=path,
                     line=number,
                 )

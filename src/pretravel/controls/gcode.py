@@ -1,0 +1,92 @@
+"""G-code from the template files of this folder, in the number formats of the controls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from functools import cache
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+
+def render(template: str, **values: object) -> str:
+    """Fill a template.
+
+    Parameters
+    ----------
+    template : str
+        Path of a file in the folder ``templates``, such as ``linuxcnc/program.ngc``.
+    **values : object
+        The names that the template uses.
+
+    Returns
+    -------
+    str
+
+    >>> print(render("linuxcnc/unit.ngc", inch=25.4).splitlines()[2])
+    #<unit> = [1/25.4]
+    """
+    return _environment().get_template(template).render(values)
+
+
+@cache
+def _environment() -> Environment:
+    # Autoescape is for HTML; G-code has no such characters to escape.
+    environment = Environment(
+        loader=PackageLoader("pretravel.controls", "templates"),
+        undefined=StrictUndefined,
+        autoescape=False,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= {
+        "coordinate": coordinate,
+        "cells": lambda vector: ",".join(map(coordinate, vector)),
+        "arguments": arguments,
+        "exact": exact,
+        "comment": comment,
+    }
+    return environment
+
+
+def coordinate(value: float) -> str:
+    """A coordinate or a component of a direction: nine decimals without the zeros at the end.
+
+    >>> coordinate(-1.5), coordinate(-1e-12)
+    ('-1.5', '0')
+    """
+    text = f"{float(np.round(value, 9)) + 0.0:.9f}".rstrip("0").rstrip(".")
+    return text or "0"
+
+
+def arguments(vector: Iterable[float]) -> str:
+    """The components of a vector as arguments of a subroutine.
+
+    >>> arguments([0.0, 0.5, -1.0])
+    '[0] [0.5] [-1]'
+    """
+    return " ".join(f"[{coordinate(value)}]" for value in vector)
+
+
+def exact(value: float) -> str:
+    """All digits of a number, without an exponent: interpreters do not read exponents.
+
+    >>> exact(0.25), exact(1e-7)
+    ('0.25', '0.0000001')
+    """
+    text = f"{float(value) + 0.0:.20f}".rstrip("0").rstrip(".")
+    if value and math.isclose(float(text or 0), value, rel_tol=1e-12):
+        return text
+    return f"{float(value) + 0.0:.30f}".rstrip("0").rstrip(".") if value else "0"
+
+
+def comment(text: str) -> str:
+    """Text for a comment: ASCII characters, without brackets and signs of parameters.
+
+    >>> comment("mill (3), 5 µm")
+    'mill _3_, 5 ?m'
+    """
+    plain = text.encode("ascii", "replace").decode()
+    return "".join("_" if sign in "()#%;[]{}" else sign for sign in plain)
