@@ -16,7 +16,7 @@ from published import PICTURES
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import LateralTip, Tip, predicted_tip
+from pretravel.probing.tip import LateralTip, TipBehaviour, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.report.style import save
 from pretravel.surface.shapes import Plane, Reversed, Sphere
@@ -26,7 +26,7 @@ RADII = np.array([2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, convex
 HOLLOWS = np.array([3.5, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm: the ball has 3
 
 
-def travel(tip: Tip, polar: float, radius: float) -> float:
+def travel(tip: TipBehaviour, polar: float, radius: float) -> float:
     """From contact to trigger, mm, on a sphere (negative: in a hollow; infinite: on a plane)."""
     n = from_angles(np.radians(polar), np.radians(20.0))
     target = Targets(np.zeros((1, 3)), n)

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from published import PICTURES, sliding_tables
 
 from pretravel.probe.catalogue import load_probe
-from pretravel.probing.slide import SlideHistory, slide
+from pretravel.probing.slide import slide
+from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.tip import predicted_tip
 from pretravel.report.style import save
 from pretravel.report.surface_pictures import draw_slide

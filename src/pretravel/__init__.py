@@ -37,10 +37,13 @@ _PUBLIC = {
     "SurfaceTouches": "probing.touching",
     "TouchStatus": "probing.touching",
     "predicted_tip": "probing.tip",
+    "SlideSettings": "probing.slide",
     "slide": "probing.slide",
     "read_step_part": "surface.cad.step_part",
     "plan_inspection": "probing.inspection",
     "FunctionSurface": "surface.parametric",
+    "Latch": "probing.simulation",
+    "PartSetup": "probing.simulation",
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
@@ -111,8 +114,8 @@ if TYPE_CHECKING:
     from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
     from pretravel.probing.inspection import plan_inspection
-    from pretravel.probing.simulation import simulate
-    from pretravel.probing.slide import slide
+    from pretravel.probing.simulation import Latch, PartSetup, simulate
+    from pretravel.probing.slide import SlideSettings, slide
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import predicted_tip
     from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch

@@ -17,7 +17,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.obstacles import StylusOutline
 from pretravel.probing.simulation import simulate_some
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import PredictedTip, predicted_tip
+from pretravel.probing.tip import PredictedTip, mapped_tip, predicted_tip
 from pretravel.probing.touching import TouchStatus, touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
@@ -287,11 +287,11 @@ def test_outside_a_map_a_touch_says_so() -> None:
     targets = Targets(12.5 * n, n)
     ball = Sphere([0, 0, 0], 12.5)
     some = simulate_some(table, ball, targets)
-    assert some.happened.status.tolist() == [0, 0, TouchStatus.OUTSIDE_MAP]
+    assert some.outcomes.status.tolist() == [0, 0, TouchStatus.OUTSIDE_MAP]
     assert some.touches is not None
     assert len(some.touches) == 2
-    everywhere = simulate_some(table, ball, targets, extrapolate=True)
-    assert everywhere.happened.converged.all()
+    everywhere = simulate_some(mapped_tip(table, extrapolate=True), ball, targets)
+    assert everywhere.outcomes.converged.all()
 
 
 def test_numbers_of_other_scripts_are_no_face_numbers(tmp_path: Path) -> None:

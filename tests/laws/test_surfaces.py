@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pretravel.directions import unit
 from pretravel.errors import PretravelError
-from pretravel.surface.contact import ball_center, solve_contact
+from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.curves import Conic, Line, OffsetCurve, SplineCurve, flat_knots, polyline
 from pretravel.surface.local_geometry import Surface, signed_distance, tangent_basis
 from pretravel.surface.parametric import Convex, FunctionSurface
@@ -132,7 +132,7 @@ def test_a_ball_comes_to_rest_tangent(name: str) -> None:
     approach = unit(-local.normal + 0.3 * rng.normal(size=local.normal.shape))
     radius = 0.4
     start = local.point + radius * local.normal - 0.7 * approach
-    contact = solve_contact(surface, uv, start, approach, ball_center(radius))
+    contact = solve_contact(surface, uv, Lines(start, approach), ball_center(radius))
     assert contact.residual.max() < 1e-9
     assert np.allclose(contact.length, 0.7, atol=1e-9)
     assert np.abs(contact.local.point - local.point).max() < 1e-8
@@ -176,8 +176,7 @@ def test_poles_are_points_like_others(azimuth: float, radius: float) -> None:
         touch = solve_contact(
             ball,
             ball.nearest(start),
-            np.array([[0.0, 0.0, radius + 5.0]]),
-            np.array([[0.0, 0.0, -1.0]]),
+            Lines(np.array([[0.0, 0.0, radius + 5.0]]), np.array([[0.0, 0.0, -1.0]])),
             ball_center(2.0),
         )
         assert touch.length[0] == pytest.approx(3.0, abs=1e-12)
@@ -189,7 +188,7 @@ def test_newton_is_quadratic() -> None:
     local = surface.local(uv)
     far = uv + np.random.default_rng(2).normal(0.0, 0.2, uv.shape)
     start = local.point + 0.5 * local.normal
-    contact = solve_contact(surface, far, start, -local.normal, ball_center(0.5))
+    contact = solve_contact(surface, far, Lines(start, -local.normal), ball_center(0.5))
     assert contact.solved.all()
     assert np.median(contact.iterations) <= 4
 
@@ -198,9 +197,11 @@ def test_a_line_that_misses_is_not_solved() -> None:
     ball = Sphere([0, 0, 0], 5.0)
     aside = np.array([[8.5, 0.0, 10.0]])
     down = np.array([[0.0, 0.0, -1.0]])
-    assert not solve_contact(ball, ball.nearest(aside), aside, down, ball_center(3.0)).solved[0]
+    assert not solve_contact(
+        ball, ball.nearest(aside), Lines(aside, down), ball_center(3.0)
+    ).solved[0]
     grazing = np.array([[7.99, 0.0, 10.0]])
-    hit = solve_contact(ball, ball.nearest(grazing), grazing, down, ball_center(3.0))
+    hit = solve_contact(ball, ball.nearest(grazing), Lines(grazing, down), ball_center(3.0))
     assert hit.solved[0]
     assert 10.0 - hit.length[0] == pytest.approx(math.sqrt(64.0 - 7.99**2), abs=1e-7)
 

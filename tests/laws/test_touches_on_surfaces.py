@@ -19,8 +19,8 @@ from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
-from pretravel.probing.simulation import simulate, simulate_some
-from pretravel.probing.slide import slide
+from pretravel.probing.simulation import PartSetup, simulate, simulate_some
+from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
@@ -228,7 +228,7 @@ def test_placing_the_part_is_turning_the_probe_the_other_way() -> None:
     surface, u, v = CASES["sphere"]
     targets = _spread(surface, u, v, 20)
     turned_part = simulate_some(
-        probe, surface, targets, placement=parse_placement("0,0,0,0,0,25")
+        probe, surface, targets, setup=PartSetup(placement=parse_placement("0,0,0,0,0,25"))
     ).touches
     other = replace(probe, orientation=replace(probe.orientation, rotation=-math.radians(25.0)))
     turned_probe = simulate(other, surface, targets)
@@ -334,7 +334,7 @@ class TestFriction:
     def test_a_map_has_no_forces_for_friction(self) -> None:
         probe, n = load_probe("omp40-2"), fibonacci_cap(200)
         table = predicted_map(probe, predict(probe, n))
-        with pytest.raises(PretravelError, match="a map does not know forces"):
+        with pytest.raises(PretravelError, match="a map contains no forces"):
             touch(MeasuredTip(table), self.BALL, Targets(12.5 * n, n), friction=0.1)
 
 
@@ -361,7 +361,8 @@ class TestStepByStep:
         errors = []
         for count in (4, 8, 16, 32):
             step = at_once / (count - 0.5)
-            history = slide(tip, surface, at, step=step, steps=count, kinematics=kinematics)
+            settings = SlideSettings(step=step, steps=count, kinematics=kinematics)
+            history = slide(tip, surface, at, settings)
             assert history.triggered.tolist() == [False] * (count - 1) + [True]
             errors.append(history.trigger_feed - at_once)
         # With 32 steps at a nanometre, whatever the surface.
@@ -380,7 +381,7 @@ class TestStepByStep:
         at_once = touch(tip, face, Targets(local.point, local.normal)).pretravel[0]
         errors = [
             slide(
-                tip, face, at, step=at_once / (n - 0.5), steps=n, kinematics="full"
+                tip, face, at, SlideSettings(step=at_once / (n - 0.5), steps=n, kinematics="full")
             ).trigger_feed - at_once
             for n in (64, 128, 256)
         ]  # fmt: skip
@@ -391,7 +392,7 @@ class TestStepByStep:
     def test_history_fits_together(self) -> None:
         tip, surface = _tip("omp40-2-100mm"), Ellipsoid([0, 0, 0], [10, 10, 6])
         for kinematics in ("lateral", "full"):
-            h = slide(tip, surface, (0.3, 0.7), step=2e-4, steps=60, kinematics=kinematics)
+            h = slide(tip, surface, (0.3, 0.7), SlideSettings(2e-4, 60, kinematics=kinematics))
             before = ~h.triggered
             assert 10 < before.sum() < 60
             assert np.allclose(np.linalg.norm(h.center - h.spindle, axis=1), h.deflection)
@@ -420,8 +421,8 @@ class TestStepByStep:
         step = 1e-3 if process == "vertical" else 0.05
         steps = 60 if search == "steps" else 120
         h = slide(
-            tip, Plane([0, 0, 0], normal[0]), (0.0, 0.0), step=step, steps=steps,
-            process=process, search=search,
+            tip, Plane([0, 0, 0], normal[0]), (0.0, 0.0),
+            SlideSettings(step, steps, process=process, search=search),
         )  # fmt: skip
         expected = float(np.sum(event.deflection * normal))
         tolerance = 1e-12 if search == "steps" else 1e-8
@@ -434,9 +435,9 @@ class TestStepByStep:
 
     def test_on_a_floor_only_all_that_gives_can_give(self) -> None:
         floor = Plane([0, 0, 0], [0, 0, 1])
-        with pytest.raises(PretravelError, match="across the probe axis"):
+        with pytest.raises(PretravelError, match="perpendicular to the probe axis"):
             slide(_tip(), floor, (0.0, 0.0))
-        h = slide(_tip(), floor, (0.0, 0.0), step=1e-4, steps=20, kinematics="full")
+        h = slide(_tip(), floor, (0.0, 0.0), SlideSettings(1e-4, 20, kinematics="full"))
         expected = predict(load_probe("omp40-2"), [[0.0, 0.0, 1.0]]).pretravel[0]
         assert h.trigger_feed == pytest.approx(expected, abs=1e-11)
 
@@ -488,7 +489,7 @@ class TestThereAndBack:
         part, probe = _part(), load_probe("omp40-2-100mm")
         place = parse_placement("100,50,-20,10,0,30")
         targets = _spread(part.faces[0], (3, 57), (3, 37), 100)
-        run = simulate_some(probe, part, targets, placement=place)
+        run = simulate_some(probe, part, targets, setup=PartSetup(placement=place))
         assert run.touches is not None
         exact = response_map(probe, probe_response(probe), predict(probe, fibonacci_cap(400)))
         machine = moved(run.touches, place)

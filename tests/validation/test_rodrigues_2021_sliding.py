@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pretravel.probe.catalogue import load_probe
-from pretravel.probing.slide import slide
+from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
@@ -39,7 +39,7 @@ def tip() -> PredictedTip:
 def test_table_4_10(tip: PredictedTip, v: float) -> None:
     """All 40 values within 0.1 %: the thesis's solver stopped at about that."""
     printed = _table("rodrigues_convex_sliding.csv")[f"deflection_mm_u0.5_v{v:g}"]
-    history = slide(tip, Convex(), (0.5, v), step=0.001, steps=20)
+    history = slide(tip, Convex(), (0.5, v), SlideSettings(step=0.001, steps=20))
     assert history.feed == pytest.approx(0.001 * np.arange(1, 21))
     assert history.deflection == pytest.approx(printed, rel=1e-3)
 
@@ -110,5 +110,5 @@ def test_equation_3_36(tip: PredictedTip) -> None:
     spindle = local.point + (3.0 - done.pretravel[0]) * local.normal
     into = -local.normal
     assert spindle + (3.0 - done.pretravel[0]) * into == pytest.approx(local.point, abs=1e-12)
-    history = slide(tip, convex, (0.5, -0.5), step=done.pretravel[0] / 9.5, steps=10)
+    history = slide(tip, convex, (0.5, -0.5), SlideSettings(step=done.pretravel[0] / 9.5, steps=10))
     assert history.trigger_feed == pytest.approx(done.pretravel[0], abs=1e-6)

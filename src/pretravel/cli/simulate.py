@@ -88,8 +88,10 @@ def simulate(
     from pretravel.formats.map_file import read_map
     from pretravel.formats.touches_csv import read_targets, write_touches
     from pretravel.probe.catalogue import load_probe
+    from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
+    from pretravel.probing.tip import mapped_tip
     from pretravel.probing.touching import describe_failures
     from pretravel.surface.cad.part import Part
     from pretravel.surface.specification import parse_surface, source_file
@@ -109,25 +111,23 @@ def simulate(
     wanted = read_targets(targets, shape, approach=approach)
     with working(f"touching {len(wanted)} targets"):
         simulated = simulation.simulate_some(
-            known,
+            known if isinstance(known, Probe) else mapped_tip(known, extrapolate=extrapolate),
             shape,
             wanted,
             model=model,
-            workpiece=material(workpiece),
             gravity=gravity,
-            friction=friction,
-            clearance=clearance,
-            stem=stem,
-            feed=feed,
-            delay=delay * 1e-3,
-            noise=noise * MICROMETRE,
-            seed=seed,
-            placement=placement,
-            extrapolate=extrapolate,
+            setup=simulation.PartSetup(
+                material=material(workpiece),
+                friction=friction,
+                clearance=clearance,
+                check_stylus=stem,
+                placement=placement,
+            ),
+            latch=simulation.Latch(feed, delay * 1e-3, noise * MICROMETRE, seed),
         )
-    failures = describe_failures(simulated.happened, wanted, shape)
+    failures = describe_failures(simulated.outcomes, wanted, shape)
     if failures and not (leave_out and simulated.touches):
-        simulation.refuse(simulated.happened, wanted, shape)
+        simulation.refuse_failures(simulated.outcomes, wanted, shape)
     touches = simulated.touches
     assert touches is not None  # none at all was refused above
     write_touches(output, moved(touches, placement) if frame == "machine" else touches)
@@ -138,11 +138,11 @@ def simulate(
             for number, reason in unreadable.items()
         ),
         *(f"left out: {sentence}" for sentence in failures),
-        *simulation.target_warnings(wanted, simulated.happened),
+        *simulation.target_warnings(wanted, simulated.outcomes),
     ]:
         typer.echo(f"Warning: {warning}", err=True)
     travel = simulation.travel_since_contact(touches, simulated.tip_radius)
-    slide = simulated.happened.slide
+    slide = simulated.outcomes.slide
     typer.echo(
         f"{len(touches)} touches: travel since first contact "
         f"{np.min(travel) / MICROMETRE:.2f} to {np.max(travel) / MICROMETRE:.2f} µm, "

@@ -71,6 +71,7 @@ def slide(
     from pretravel.formats.slide_table import slide_table
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
+    from pretravel.probing.slide import SlideSettings
     from pretravel.probing.slide import slide as step_by_step
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import LateralTip, predicted_tip
@@ -90,11 +91,9 @@ def slide(
             tip,
             shape,
             at,
-            step=step,
-            steps=steps,
-            process=process,
-            search=search,
-            kinematics=kinematics,
+            SlideSettings(
+                step=step, steps=steps, process=process, search=search, kinematics=kinematics
+            ),
         )
     if output is not None:
         write_csv_table(output, slide_table(history))

@@ -13,9 +13,9 @@ from pretravel.errors import PretravelError
 from pretravel.frames import Placement
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Reach
+from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import ContactSearch
+from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.touches import Touches, at_rest
 from pretravel.units import DEGREE, delay_travel
 
@@ -216,8 +216,9 @@ def _on_nominal(
 
             return reach
 
-        search.solve(near, touches.positions, None, reach_of, against=touches.approach_directions)
-        found = search.state()
+        lines, against = Lines(touches.positions), touches.approach_directions
+        search.solve(near, ContactProblem(lines, reach_of, against=against))
+        found = search.contacts()
         if not np.all(found.solved):
             break
         curvatures = found.local.principal_curvatures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy.typing as npt
 
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.probing.slide import SlideHistory
+from pretravel.probing.slide_history import SlideHistory
 
 
 def slide_table(history: SlideHistory) -> dict[str, npt.ArrayLike]:

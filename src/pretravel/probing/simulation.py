@@ -15,76 +15,163 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
-from pretravel.probing.obstacles import stylus_outline
+from pretravel.probing.obstacles import StylusOutline, stylus_outline
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import Tip, tip_of
+from pretravel.probing.tip import TipBehaviour, tip_of
 from pretravel.probing.touching import (
+    CLEARANCE,
     SurfaceTouches,
     TouchStatus,
     describe_failures,
     touch,
 )
 from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import ball_center
+from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.local_geometry import Surface
-from pretravel.surface.search import ContactSearch
+from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.specification import surface_of
 from pretravel.touches import Touches
 from pretravel.units import delay_travel
 
-_OFF = 1.0
-"""Targets further off their surface than this are asked about. [mm]"""
+_FAR = 1.0
+"""Distance of a target from the surface above which its unit and frame are doubtful. [mm]"""
+_NEAR = 0.05
+"""Distance of a target from the point of first contact above which a warning is given. [mm]"""
 
 
-def simulate(
-    probe: Probe | PretravelMap | Tip | str,
-    surface: Surface | Part | str,
-    targets: Targets,
-    *,
-    model: str = "analytic",
-    workpiece: Material | str | None = None,
-    gravity: npt.ArrayLike | None = None,
-    friction: float = 0.0,
-    clearance: float = 2.0,
-    stem: bool = False,
-    feed: float | None = None,
-    delay: float = 0.0,
-    noise: float = 0.0,
-    seed: int | None = None,
-) -> Touches:
-    """Touch a surface at the targets.
-
-    The spindle moves along the approach through the tip centre's place above the
-    target; see `pretravel.probing.touching.touch` for what happens then.
+@dataclass(frozen=True)
+class PartSetup:
+    """The part on the machine, and how the probe may meet it.
 
     Parameters
     ----------
-    probe : Probe, PretravelMap, Tip or str
-        A description (or its name in the catalogue), whose orientation turns machine into
-        probe directions; or a map, of a probe that was qualified.
-    surface : Surface, Part or str
-        Machine frame; a specification as on the command line.
-    targets : Targets
-    model : str
-        For a description; see `pretravel.trigger.predict.MODELS`.
-    workpiece : Material or its name, optional
-        Steel when not given.
-    gravity : (3,) float, optional
-        See `predict`.
+    material : Material or its name, optional
+        Of the part; steel when not given.
     friction : float
-        Coulomb's coefficient at the tip.
+        Coulomb's coefficient between tip and part.
     clearance : float
-        Way before the contact on which a part must not be met elsewhere. [mm]
-    stem : bool
-        The stylus of a description, too, must not run into the part.
+        Length of way before the contact on which the ball must meet no other face. [mm]
+    check_stylus : bool
+        Whether the stylus of a described probe must not meet the part either.
+    placement : Placement, optional
+        Of the part in the machine: surface, targets and touches are in the part's
+        frame, the probe's orientation and gravity in the machine's frame. The frames are the same
+        when not given.
+    """
+
+    material: Material | str | None = None
+    friction: float = 0.0
+    clearance: float = CLEARANCE
+    check_stylus: bool = False
+    placement: Placement | None = None
+
+    @property
+    def to_part(self) -> FloatArray:
+        """Rotation from the machine's frame to the part's frame, (3, 3)."""
+        return np.eye(3) if self.placement is None else np.asarray(self.placement.rotation.T)
+
+
+@dataclass(frozen=True)
+class Latch:
+    """How the machine latches its position at the trigger.
+
+    Parameters
+    ----------
     feed : float, optional
         [mm/min]
     delay : float
-        Of the trigger signal; adds feed times delay to the travel. [s]
+        Of the trigger signal; it adds feed times delay to the travel. [s]
     noise : float
         Standard deviation of the travel. [mm]
     seed : int, optional
         Of the noise.
+
+    Raises
+    ------
+    PretravelError
+        A delay without a feed; values that are negative or not finite.
+    """
+
+    feed: float | None = None
+    delay: float = 0.0
+    noise: float = 0.0
+    seed: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.delay and self.feed is None:
+            raise PretravelError(
+                "a signal delay adds travel in proportion to the feed: state the feed too",
+                inputs=("feed",),
+            )
+        for name, value in (
+            ("noise", self.noise),
+            ("delay", self.delay),
+            ("feed", self.feed or 0.0),
+        ):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise PretravelError(f"the {name} is {value:g}; it cannot be negative")
+
+    def latched(self, travel: FloatArray) -> FloatArray:
+        """Travel at the latch, (n,), from travel at the trigger. [mm]
+
+        >>> Latch(feed=60.0, delay=0.010).latched(np.array([1.0])).round(9).tolist()
+        [1.01]
+        """
+        travel = travel + delay_travel(self.feed or 0.0, self.delay)
+        if self.noise:
+            travel = travel + np.random.default_rng(self.seed).normal(0.0, self.noise, len(travel))
+        return travel
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationResult:
+    """Simulated touches, and the outcome at every target.
+
+    Attributes
+    ----------
+    touches : Touches or None
+        At the targets that can be touched; None where there are none.
+    outcomes : SurfaceTouches
+    tip_radius : float
+        [mm]
+    """
+
+    touches: Touches | None
+    outcomes: SurfaceTouches
+    tip_radius: float
+
+
+def simulate(
+    probe: Probe | PretravelMap | TipBehaviour | str,
+    surface: Surface | Part | str,
+    targets: Targets,
+    *,
+    model: str = "analytic",
+    gravity: npt.ArrayLike | None = None,
+    setup: PartSetup | None = None,
+    latch: Latch | None = None,
+) -> Touches:
+    """Touch a surface at the targets.
+
+    The spindle moves along the approach through the tip centre's place above the
+    target; `pretravel.probing.touching.touch` describes the touch.
+
+    Parameters
+    ----------
+    probe : Probe, PretravelMap, TipBehaviour or str
+        A description (or its name in the catalogue), whose orientation rotates machine into
+        probe directions; or a map of a qualified probe.
+    surface : Surface, Part or str
+        Machine frame; a str is a specification as on the command line.
+    targets : Targets
+    model : str
+        For a description; see `pretravel.trigger.predict.MODELS`.
+    gravity : (3,) float, optional
+        For a description; see `pretravel.trigger.predict.predict`.
+    setup : PartSetup, optional
+        Steel without friction when not given.
+    latch : Latch, optional
+        Without delay and noise when not given.
 
     Returns
     -------
@@ -94,7 +181,7 @@ def simulate(
     Raises
     ------
     PretravelError
-        A target that cannot be touched, with the reason; a delay without a feed.
+        A target that cannot be touched, with the reason.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> from pretravel.surface.shapes import Plane
@@ -103,215 +190,144 @@ def simulate(
     >>> bool(touches.positions[0, 2] < 3.0)
     True
     """
-    simulated = simulate_some(
-        probe,
-        surface,
-        targets,
-        model=model,
-        workpiece=workpiece,
-        gravity=gravity,
-        friction=friction,
-        clearance=clearance,
-        stem=stem,
-        feed=feed,
-        delay=delay,
-        noise=noise,
-        seed=seed,
+    result = simulate_some(
+        probe, surface, targets, model=model, gravity=gravity, setup=setup, latch=latch
     )
-    if simulated.touches is None or len(simulated.touches) < len(targets):
-        refuse(simulated.happened, targets, surface)
-    assert simulated.touches is not None  # refused above
-    return simulated.touches
-
-
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """Touches that were simulated, and what happened to all of them.
-
-    Attributes
-    ----------
-    touches : Touches or None
-        Of the targets that could be touched; None where there is none.
-    happened : SurfaceTouches
-    tip_radius : float
-        [mm]
-    """
-
-    touches: Touches | None
-    happened: SurfaceTouches
-    tip_radius: float
+    if result.touches is None or len(result.touches) < len(targets):
+        refuse_failures(result.outcomes, targets, surface)
+    assert result.touches is not None  # refused above
+    return result.touches
 
 
 def simulate_some(
-    probe: Probe | PretravelMap | Tip | str,
+    probe: Probe | PretravelMap | TipBehaviour | str,
     surface: Surface | Part | str,
     targets: Targets,
     *,
     model: str = "analytic",
-    workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
-    friction: float = 0.0,
-    clearance: float = 2.0,
-    stem: bool = False,
-    feed: float | None = None,
-    delay: float = 0.0,
-    noise: float = 0.0,
-    seed: int | None = None,
-    placement: Placement | None = None,
-    extrapolate: bool = False,
-) -> Simulated:
+    setup: PartSetup | None = None,
+    latch: Latch | None = None,
+) -> SimulationResult:
     """As `simulate`, but targets that cannot be touched are no error.
 
-    Parameters
-    ----------
-    placement : Placement, optional
-        Of the part in the machine: surface, targets and touches are in the part's
-        frame, the probe's orientation and gravity in the machine's.
-    extrapolate : bool
-        For a map: also outside its directions.
-
-    Other parameters as for `simulate`.
+    Parameters are those of `simulate`.
 
     Returns
     -------
-    Simulated
+    SimulationResult
     """
-    check_machine(feed, delay, noise)
+    setup, latch = setup or PartSetup(), latch or Latch()
     surface = surface_of(surface)
-    tip = tip_of(probe, model, workpiece=workpiece, gravity=gravity, extrapolate=extrapolate)
-    to_part = np.eye(3) if placement is None else placement.rotation.T
-    outline = None
     if isinstance(probe, str):
         probe = load_probe(probe)
-    if stem:
-        if not isinstance(probe, Probe):
-            raise PretravelError("collisions of the stylus need a described probe, not a map")
-        outline = stylus_outline(probe, to_part @ np.asarray(probe.orientation.axis))
-    happened = touch(
-        tip.turned(to_part),
+    tip = tip_of(probe, model, workpiece=setup.material, gravity=gravity)
+    outcomes = touch(
+        tip.turned(setup.to_part),
         surface,
         targets,
-        friction=friction,
-        clearance=clearance,
-        stylus=outline,
+        friction=setup.friction,
+        clearance=setup.clearance,
+        stylus=_stylus(probe, setup),
     )
-    touches = reported(
-        happened, targets, tip.radius, feed=feed, delay=delay, noise=noise, seed=seed
-    )
-    return Simulated(touches, happened, tip.radius)
+    return SimulationResult(reported(outcomes, targets, tip.radius, latch), outcomes, tip.radius)
 
 
-def refuse(happened: SurfaceTouches, targets: Targets, surface: Surface | Part | str) -> None:
-    """Say which targets cannot be touched, and why.
+def _stylus(probe: Probe | PretravelMap | TipBehaviour, setup: PartSetup) -> StylusOutline | None:
+    if not setup.check_stylus:
+        return None
+    if not isinstance(probe, Probe):
+        raise PretravelError("collisions of the stylus need a described probe, not a map")
+    return stylus_outline(probe, setup.to_part @ np.asarray(probe.orientation.axis))
+
+
+def refuse_failures(
+    outcomes: SurfaceTouches, targets: Targets, surface: Surface | Part | str
+) -> None:
+    """Refuse targets that cannot be touched, with the reasons.
 
     Raises
     ------
     PretravelError
-        If there are any.
+        If there are such targets.
     """
     surface = surface_of(surface)
-    failures = describe_failures(happened, targets, surface)
+    failures = describe_failures(outcomes, targets, surface)
     if failures:
         raise PretravelError(
-            f"{int(np.sum(~happened.converged))} of {len(targets)} targets cannot be touched: "
+            f"{int(np.sum(~outcomes.converged))} of {len(targets)} targets cannot be touched: "
             + "; ".join(failures)
             + ". "
-            + _advice(happened, targets, surface)
+            + _advice(outcomes, targets, surface)
         )
 
 
-def _advice(happened: SurfaceTouches, targets: Targets, surface: Surface | Part) -> str:
-    """What to look at, for targets that cannot be touched."""
-    failed = np.flatnonzero(~happened.converged)
-    if np.all(happened.status[failed] == TouchStatus.NOT_CONVERGED):
-        return "The targets may be right; this is a limit of the solver: turn them by 0.001°"
+def _advice(outcomes: SurfaceTouches, targets: Targets, surface: Surface | Part) -> str:
+    """What the user can check, for targets that cannot be touched."""
+    failed = np.flatnonzero(~outcomes.converged)
+    if np.all(outcomes.status[failed] == TouchStatus.NOT_CONVERGED):
+        return "The targets may be correct; this is a limit of the solver: rotate them by 0.001°"
     search = ContactSearch(surface, len(targets))
-    search.solve(targets.points, targets.points, None, lambda _rows: ball_center(0.0))
-    found = search.state()
+    nearest = ball_center(0.0)
+    search.solve(targets.points, ContactProblem(Lines(targets.points), lambda _rows: nearest))
+    found = search.contacts()
     near = failed[found.solved[failed]]
     inwards = np.sum(found.local.normal[near] * targets.normals[near], axis=1) < 0.0
     if len(near) and np.mean(inwards) > 0.5:
         return "Their normals point into the part; they must point out of it"
-    off = float(np.max(np.abs(found.length[near]), initial=0.0))
-    if off > _OFF:
+    distance = float(np.max(np.abs(found.length[near]), initial=0.0))
+    if distance > _FAR:
         return (
-            f"They lie up to {off:.3g} mm off the surface: are they in mm, in the part's frame, "
-            "and for this surface?"
+            f"They lie up to {distance:.3g} mm from the surface: are they in mm, in the part's "
+            "frame, and for this surface?"
         )
-    return (
-        "Check the targets' points, normals and approaches, and that the surface is where you think"
-    )
-
-
-def check_machine(feed: float | None, delay: float, noise: float) -> None:
-    """Refuse feeds, delays and noise that cannot be.
-
-    Raises
-    ------
-    PretravelError
-    """
-    if delay and feed is None:
-        raise PretravelError("a signal delay adds travel only with a feed: give the feed too")
-    for name, value in (("noise", noise), ("delay", delay), ("feed", feed or 0.0)):
-        if not (np.isfinite(value) and value >= 0.0):
-            raise PretravelError(f"the {name} is {value:g}; it cannot be negative")
+    return "Check the points, normals and approaches of the targets, and the place of the surface"
 
 
 def reported(
-    happened: SurfaceTouches,
-    targets: Targets,
-    tip_radius: float,
-    *,
-    feed: float | None = None,
-    delay: float = 0.0,
-    noise: float = 0.0,
-    seed: int | None = None,
+    outcomes: SurfaceTouches, targets: Targets, tip_radius: float, latch: Latch
 ) -> Touches | None:
-    """What a machine latches of the touches that came to a trigger.
+    """The touches that a machine latches.
 
     Parameters
     ----------
-    happened : SurfaceTouches
+    outcomes : SurfaceTouches
     targets : Targets
-        As they were given to `touch`.
+        As given to `touch`.
     tip_radius : float
         [mm]
-    feed, delay, noise, seed
-        As for `simulate`.
+    latch : Latch
 
     Returns
     -------
     Touches or None
-        Of the converged ones, in the targets' order; noise is drawn for all, so that
-        leaving one out does not change the others. None if there is none.
+        The converged ones, in the order of the targets; None if there are none. Noise is drawn for
+        all targets, so that the omission of one does not change the others.
     """
-    check_machine(feed, delay, noise)
-    travel = happened.travel + delay_travel(feed or 0.0, delay)
-    if noise:
-        travel = travel + np.random.default_rng(seed).normal(0.0, noise, len(travel))
+    travel = latch.latched(outcomes.travel)
     approaches = np.asarray(targets.approaches)
     start = targets.points + tip_radius * targets.normals
-    rows = np.flatnonzero(happened.converged)
+    rows = np.flatnonzero(outcomes.converged)
     if len(rows) == 0:
         return None
     return Touches(
         positions=(start + travel[:, None] * approaches)[rows],
         normals=targets.normals[rows],
         approaches=approaches[rows],
-        feeds=None if feed is None else np.full(len(rows), feed),
+        feeds=None if latch.feed is None else np.full(len(rows), latch.feed),
         labels=None if targets.labels is None else tuple(targets.labels[i] for i in rows),
-        nominal_points=happened.first_point[rows],
+        nominal_points=outcomes.first_point[rows],
         source=None,
     )
 
 
 def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
-    """Travel along the approach from first contact with the nominal point to the latch.
+    """Travel along the approach, from first contact at the nominal point to the latch.
 
     Parameters
     ----------
     touches : Touches
-        With nominal points, touched along their own normals there.
+        With nominal points, whose surface normals are those of the touches.
     tip_radius : float
         [mm]
 
@@ -326,42 +342,44 @@ def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
         Touches without nominal points.
     """
     if touches.nominal_points is None:
-        raise PretravelError("these touches have no nominal points to take the travel from")
+        raise PretravelError(
+            "these touches have no nominal points, from which the travel is measured"
+        )
     contact = touches.nominal_points + tip_radius * touches.normals
     return np.asarray(np.sum((touches.positions - contact) * touches.approach_directions, axis=1))
 
 
-def target_warnings(targets: Targets, happened: SurfaceTouches) -> list[str]:
-    """Where targets and surface do not fit together, as sentences.
+def target_warnings(targets: Targets, outcomes: SurfaceTouches) -> list[str]:
+    """Sentences about targets that do not agree with the surface.
 
     Parameters
     ----------
     targets : Targets
-    happened : SurfaceTouches
-        What came of them.
+    outcomes : SurfaceTouches
+        Of the touches at them.
 
     Returns
     -------
     list of str
     """
     warnings = []
-    rows = np.flatnonzero(happened.converged)
-    off = np.linalg.norm((happened.first_point - targets.points)[rows], axis=1)
-    if np.any(off > 0.05):
+    rows = np.flatnonzero(outcomes.converged)
+    off = np.linalg.norm((outcomes.first_point - targets.points)[rows], axis=1)
+    if np.any(off > _NEAR):
         warnings.append(
-            f"{int(np.sum(off > 0.05))} of {len(targets)} targets are not where their approach "
-            f"meets the surface, by up to {off.max():.3g} mm; what counts is where it does"
+            f"{int(np.sum(off > _NEAR))} of {len(targets)} targets are up to {off.max():.3g} mm "
+            "away from the point where their approach meets the surface; that point is used"
             + (
                 ". Are they in mm, in the part's frame, and for this surface?"
-                if off.max() > _OFF
+                if off.max() > _FAR
                 else ""
             )
         )
-    cosine = np.sum(happened.first_normal * targets.normals, axis=1)[rows]
+    cosine = np.sum(outcomes.first_normal * targets.normals, axis=1)[rows]
     if np.any(cosine < math.cos(math.radians(1.0))):
         worst = math.degrees(math.acos(float(np.clip(cosine.min(), -1.0, 1.0))))
         warnings.append(
-            f"the targets' normals are up to {worst:.1f}° away from the surface's: compensation "
-            "along them will be wrong by about that"
+            f"the targets' normals differ from the surface's by up to {worst:.1f}°: compensation "
+            "along them has a direction error of this size"
         )
     return warnings

@@ -1,4 +1,4 @@
-"""What a probe's tip does at the trigger, in the machine's frame: predicted or measured."""
+"""The behaviour of a probe's tip at the trigger, in the machine's frame: predicted or measured."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from pretravel.trigger.response import ProbeResponse, ResponseBasis, probe_respo
 
 @dataclass(frozen=True, eq=False)
 class TipState:
-    """The tip at the trigger, for n directions of the force on it.
+    """The state of the tip at the trigger, for n directions of the force on it.
 
     Attributes
     ----------
     force : (n,) float
-        Infinite where the probe never triggers, not a number where forces are not known. [N]
+        Infinite where the probe never triggers; not a number where forces are unknown. [N]
     deflection : (n, 3) float
-        C - P: tip centre against where it were with the stylus straight. [mm]
-    approach : (n,) float
-        Of the tip's centre and a flat part, were the force along the normal. [mm]
+        C - P: from the tip's place with a straight stylus to the tip's centre. [mm]
+    compression : (n,) float
+        Of the ball and a flat part, for a force along the normal. [mm]
     """
 
     force: FloatArray
     deflection: FloatArray
-    approach: FloatArray
+    compression: FloatArray
 
 
-class Tip(Protocol):
-    """A probe as a part sees it."""
+class TipBehaviour(Protocol):
+    """A probe at the contact: how the tip moves, and at which force the probe triggers."""
 
     @property
     def radius(self) -> float:
@@ -49,23 +49,28 @@ class Tip(Protocol):
 
     @property
     def shear_ratio(self) -> float:
-        """Displacement along the contact when it slips, over friction times approach."""
+        """Displacement along the contact when it slips, over friction times compression."""
+        ...
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether the forces at the trigger are known."""
         ...
 
     def state(self, directions: FloatArray) -> TipState:
-        """At the trigger, for (n, 3) directions of the force on the tip."""
+        """The tip at the trigger, for (n, 3) directions of the force on it."""
         ...
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
-        """How far the trigger's criterion is from being met under given forces, (n,). [N]"""
+        """Distance of the trigger's criterion from zero under given forces, (n,). [N]"""
         ...
 
     def supports(self, directions: FloatArray) -> BoolArray:
-        """In which (n, 3) directions the tip is known, (n,)."""
+        """In which (n, 3) directions the behaviour is known, (n,)."""
         ...
 
-    def turned(self, rotation: FloatArray) -> Tip:
-        """The same tip seen from another frame: x_there = rotation x_here."""
+    def turned(self, rotation: FloatArray) -> TipBehaviour:
+        """The same tip in another frame: x_there = rotation x_here."""
         ...
 
 
@@ -78,6 +83,10 @@ class PredictedTip:
     radius: float
     shear_ratio: float
 
+    @property
+    def has_forces(self) -> bool:
+        return True
+
     def state(self, directions: FloatArray) -> TipState:
         own = directions @ self.rotation
         force, _ = self.response.force(own)
@@ -87,8 +96,13 @@ class PredictedTip:
         return TipState(
             force=force,
             deflection=np.where(reached[:, None], deflection, np.nan),
-            approach=np.where(reached, self.response.tip_approach(safe), np.nan),
+            compression=np.where(reached, self.response.tip_approach(safe), np.nan),
         )
+
+    def deflection(self, direction: FloatArray, force: float) -> FloatArray:
+        """C - P under one force along one direction, (1, 3). [mm]"""
+        own = direction @ self.rotation
+        return np.asarray(self.response.deflection(own, np.array([force])) @ self.rotation.T)
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         return self.response.excess(directions @ self.rotation, forces)
@@ -126,7 +140,7 @@ def predicted_tip(
     named = material(workpiece) if isinstance(workpiece, str) else workpiece
     part = named or default_workpiece()
     ball = probe.tip.material
-    # Johnson, equation 7.42b: slip over the whole contact begins at a displacement of
+    # Johnson, equation 7.42b: the whole contact begins to slip at a displacement of
     # 3 mu N Lambda / (16 a), which with a² = R delta and N = 4 E* a³ / (3 R) is
     # mu delta E* Lambda / 4.
     shear = (2.0 - ball.poissons_ratio) / ball.shear_modulus + (
@@ -142,16 +156,16 @@ def predicted_tip(
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTip:
-    """The tip of a probe that is known by a map alone.
+    """The tip of a probe of which only a map is known.
 
-    A map tells the travel along the normal, not where the tip goes sideways: that
-    follows from `PretravelMap.tip_displacement`. Forces are not known.
+    A map states the travel along the normal. The displacement of the tip along the surface
+    follows from `PretravelMap.tip_displacement`. Forces are unknown.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
     extrapolate : bool
-        Also outside the map's directions.
+        Whether the map is used outside its directions too.
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.maps.bases import MeanBasis
@@ -172,14 +186,18 @@ class MeasuredTip:
     def shear_ratio(self) -> float:
         return 0.0
 
+    @property
+    def has_forces(self) -> bool:
+        return False
+
     def state(self, directions: FloatArray) -> TipState:
-        # Steps on the way may leave the map; where they end is asked of `supports`.
+        # Iterations may leave the map; the caller checks the result by `supports`.
         moved = self.pretravel_map.tip_displacement(directions, extrapolate=True)
         n = len(directions)
         return TipState(np.full(n, np.nan), moved, np.zeros(n))
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
-        del forces  # not known, nothing to compare
+        del forces  # unknown: there is nothing to compare
         return np.zeros(len(directions))
 
     def supports(self, directions: FloatArray) -> BoolArray:
@@ -192,18 +210,18 @@ class MeasuredTip:
         return replace(self, pretravel_map=replace(self.pretravel_map, rotation=turned))
 
 
-def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip:
-    """The tip of a probe known by its map; a predicted map still knows the forces.
+def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> TipBehaviour:
+    """The tip of a probe of which a map is known; a predicted map contains the forces too.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
     extrapolate : bool
-        Also outside the map's directions; a predicted map holds there too.
+        Whether the map is used outside its directions too; a predicted map holds everywhere.
 
     Returns
     -------
-    Tip
+    TipBehaviour
     """
     basis = pretravel_map.basis
     if isinstance(basis, ResponseBasis):
@@ -213,7 +231,7 @@ def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip
 
 @dataclass(frozen=True, eq=False)
 class LateralTip:
-    """A tip as the thesis has it: stiff along the probe axis, not compressed.
+    """The tip of the thesis: it is stiff along the probe axis and not compressed.
 
     The deflection is the model's sensing distance, in the direction of the force's
     projection across the axis.
@@ -238,21 +256,55 @@ class LateralTip:
         return 0.0
 
     @property
+    def has_forces(self) -> bool:
+        return True
+
+    @property
     def axis(self) -> FloatArray:
         """The probe's axis in the machine, (3,)."""
         return frozen(self.tip.rotation[:, 2])
 
+    def sideways(self, vectors: FloatArray) -> FloatArray:
+        """Projections of (n, 3) vectors onto the plane perpendicular to the axis."""
+        return np.asarray(vectors - (vectors @ self.axis)[:, None] * self.axis)
+
     def across(self, directions: FloatArray) -> FloatArray:
-        """Unit vectors along the projections across the axis; zero where there is none."""
-        lateral = directions - (directions @ self.axis)[:, None] * self.axis
+        """Unit vectors along `sideways`; zero where that is zero."""
+        lateral = self.sideways(directions)
         length = np.linalg.norm(lateral, axis=1, keepdims=True)
         return np.asarray(np.where(length > 1e-12, lateral / np.maximum(length, 1e-12), 0.0))
 
     def state(self, directions: FloatArray) -> TipState:
         full = self.tip.state(directions)
-        sideways = full.deflection - (full.deflection @ self.axis)[:, None] * self.axis
-        distance = np.linalg.norm(sideways, axis=1, keepdims=True)
-        return TipState(full.force, distance * self.across(directions), 0.0 * full.approach)
+        distance = np.linalg.norm(self.sideways(full.deflection), axis=1, keepdims=True)
+        return TipState(full.force, distance * self.across(directions), 0.0 * full.compression)
+
+    def deflection(self, direction: FloatArray, force: float) -> FloatArray:
+        """Sideways part of the model's deflection under one force, (1, 3). [mm]"""
+        return self.sideways(self.tip.deflection(direction, force))
+
+    def force_at(self, direction: FloatArray, deflection: float) -> float:
+        """The force along a direction that causes a deflection, below that at the trigger.
+
+        Parameters
+        ----------
+        direction : (1, 3) float
+        deflection : float
+            [mm]
+
+        Returns
+        -------
+        float
+            [N]
+        """
+        from scipy.optimize import brentq
+
+        limit = float(self.tip.state(direction).force[0])
+
+        def error(force: float) -> float:
+            return float(np.linalg.norm(self.deflection(direction, force))) - deflection
+
+        return float(brentq(error, 0.0, limit, xtol=1e-14 * limit, rtol=1e-14))
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         return self.tip.excess(directions, forces)
@@ -265,31 +317,31 @@ class LateralTip:
 
 
 def tip_of(
-    probe: Probe | PretravelMap | Tip | str,
+    probe: Probe | PretravelMap | TipBehaviour | str,
     model: str = "analytic",
     *,
     workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
     extrapolate: bool = False,
-) -> Tip:
-    """The tip of a description, of one in the catalogue, or of a map; a tip is left as it is.
+) -> TipBehaviour:
+    """The tip of a description, of a probe in the catalogue or of a map; or the tip itself.
 
     Parameters
     ----------
-    probe : Probe, PretravelMap, Tip or str
+    probe : Probe, PretravelMap, TipBehaviour or str
     model, workpiece, gravity
         For a description: as for `predicted_tip`.
     extrapolate : bool
-        For a map: also outside its directions.
+        For a map: whether it is used outside its directions too.
 
     Returns
     -------
-    Tip
+    TipBehaviour
 
     Raises
     ------
     PretravelError
-        Something else.
+        An object of another type.
 
     >>> tip_of("omp40-2").radius
     3.0
@@ -300,9 +352,11 @@ def tip_of(
         return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
     if isinstance(probe, PretravelMap):
         return mapped_tip(probe, extrapolate=extrapolate)
-    if all(hasattr(probe, name) for name in ("state", "radius", "supports", "turned")):
+    if all(
+        hasattr(probe, name) for name in ("state", "radius", "has_forces", "supports", "turned")
+    ):
         return probe
     raise PretravelError(
         f"a probe is needed, not a {type(probe).__name__}: load_probe('omp40-2'), a map, or a tip "
-        "of them (predicted_tip)"
+        "(predicted_tip)"
     )

@@ -1,7 +1,7 @@
-"""A touch as one system of equations: from first contact, sliding, to the trigger.
+"""A touch as one system of equations: first contact, slide and trigger, without steps.
 
-For every touch at once: where the ball first meets the surface, and where spindle,
-deflected stylus and surface are when the trigger's criterion is met. Nothing is stepped.
+For all touches together: where the ball first meets the surface, and where spindle, deflected
+stylus and surface are when the trigger's criterion is met.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.description import Probe
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle, sweeps_surface
 from pretravel.probing.targets import Targets
-from pretravel.probing.tip import Tip, TipState, tip_of
+from pretravel.probing.tip import TipBehaviour, TipState, tip_of
 from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Reach, ball_center
+from pretravel.surface.contact import Lines, Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import ContactSearch, Found
+from pretravel.surface.search import ContactProblem, ContactSearch, PartContacts
 from pretravel.surface.specification import surface_of
 
 _SMALLEST_SLIP = 1e-5
-"""Displacement before slip that a contact without any of its own is given. [mm]"""
+"""Displacement before slip of a contact that has none of its own. [mm]"""
 _SOFTER = (1000.0, 300.0, 100.0, 50.0, 25.0, 12.0, 6.0, 4.0, 2.8, 2.0, 1.6, 1.3, 1.1, 1.0)
-"""Times the displacement before slip with which a contact that sticks is approached."""
-_CLEARANCE = 2.0
-"""Way before the contact on which nothing else must be met, if not told. [mm]"""
+"""Multiples of the displacement before slip by which the solution with friction is approached."""
+CLEARANCE = 2.0
+"""Length of way before the contact on which the ball must meet nothing else. [mm]"""
 
 
 class TouchStatus(IntEnum):
-    """What became of a touch."""
+    """The outcome of a touch."""
 
     CONVERGED = 0
     MISSED = 1
@@ -50,48 +50,48 @@ class TouchStatus(IntEnum):
 
 MEANING = {
     TouchStatus.CONVERGED: "converged",
-    TouchStatus.MISSED: "missed: the ball never meets the surface on its way",
-    TouchStatus.EDGE: "edge: the ball meets or reaches an edge, where there is no normal",
-    TouchStatus.OTHER_FACE: "other face: something else is met first",
+    TouchStatus.MISSED: "missed: the ball does not meet the surface on its way",
+    TouchStatus.EDGE: "edge: the ball meets an edge or slides to one, where there is no normal",
+    TouchStatus.OTHER_FACE: "other face: the ball meets another face first",
     TouchStatus.STEM: "stem: the stylus runs into the part",
-    TouchStatus.NEVER_TRIGGERS: "never triggers: a force that way presses every seat on",
-    TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow it is to touch",
+    TouchStatus.NEVER_TRIGGERS: "never triggers: a force in this direction loads every seat",
+    TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow at the target",
     TouchStatus.NOT_CONVERGED: "not converged: no solution was found",
     TouchStatus.OUTSIDE_MAP: "outside the map: no touch or prediction supports this direction",
 }
-"""In words, for messages."""
+"""The outcomes in words, for messages."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceTouches:
-    """What happened at each of n touches; values are not numbers where it did not converge.
+    """The results of n touches; values are not numbers where a touch did not converge.
 
     Attributes
     ----------
     status : (n,) int
         See `TouchStatus`.
     face : (n,) int
-        Index of the face that was touched, or of the one in the way; -1 for none.
+        Index of the touched face, or of the obstacle; -1 for none.
     first_point, first_normal : (n, 3) float
         Of the surface at first contact. [mm]
     first_travel : (n,) float
-        Of the spindle along the approach from the place above the target. [mm]
+        Of the spindle along the approach, from the place above the target to first contact. [mm]
     point, normal : (n, 3) float
         Of the surface at the trigger. [mm]
     travel : (n,) float
-        Of the spindle, to the trigger. [mm]
+        Of the spindle along the approach, from the same place to the trigger. [mm]
     force : (n,) float
         [N]
     force_direction : (n, 3) float
-        Of the force on the tip: the normal, but for friction.
+        Of the force on the tip: the normal, unless there is friction.
     deflection : (n, 3) float
         C - P. [mm]
     residual : (n,) float
-        What the tangency still misses. [mm]
+        Remaining error of the tangency. [mm]
     trigger_residual : (n,) float
-        What the trigger's criterion still misses. [N]
+        Remaining error of the trigger's criterion. [N]
     iterations : (n,) int
-        Of first contact and trigger together.
+        For first contact and trigger together.
     """
 
     status: IntArray
@@ -111,7 +111,7 @@ class SurfaceTouches:
 
     @property
     def converged(self) -> BoolArray:
-        """Which touches came to a trigger."""
+        """Which touches reached the trigger."""
         return np.asarray(self.status == TouchStatus.CONVERGED)
 
     @property
@@ -126,45 +126,51 @@ class SurfaceTouches:
 
 
 def touch(
-    tip: Tip | Probe | PretravelMap | str,
+    tip: TipBehaviour | Probe | PretravelMap | str,
     surface: Surface | Part | str,
     targets: Targets,
     *,
     friction: float = 0.0,
-    clearance: float = _CLEARANCE,
+    clearance: float = CLEARANCE,
     stylus: StylusOutline | None = None,
 ) -> SurfaceTouches:
     """Touch a surface at every target.
 
     Parameters
     ----------
-    tip : Tip, Probe, PretravelMap or str
-        Of a described or a measured probe; a description (or its name in the catalogue) is taken
-        with model ``analytic``, see `pretravel.probing.tip.predicted_tip` for others.
+    tip : TipBehaviour, Probe, PretravelMap or str
+        Of a described or a measured probe. A description (or its name in the catalogue) is used
+        with the model ``analytic``; for other models see `pretravel.probing.tip.predicted_tip`.
     surface : Surface, Part or str
-        Machine frame; a specification as on the command line. Of a part the chosen faces are
-        touched; all are in the way.
+        Machine frame; a str is a specification as on the command line. Of a part the chosen
+        faces are touched; all faces are obstacles.
     targets : Targets
-        The spindle moves along the approach through the tip centre's place above each.
+        The spindle moves along the approach through the tip centre's place above each target.
     friction : float
         Coulomb's coefficient at the tip; infinite: the tip sticks.
     clearance : float
-        Way before the contact on which the ball must meet nothing else. [mm]
+        Length of way before the contact on which the ball must meet nothing else. [mm]
     stylus : StylusOutline, optional
-        Given: the stylus, too, must not run into the part.
+        If given, the stylus must not meet the part either.
 
     Returns
     -------
     SurfaceTouches
 
+    Raises
+    ------
+    PretravelError
+        A negative friction or clearance; friction with a tip without forces.
+
     Notes
     -----
-    Unknown are two surface parameters and the spindle's travel s; for given normal
-    and slide the force at the trigger is a closed form:
-    S(u, v) + (r - compression) n = P(s) + deflection. With friction the force leaves the
-    normal against the slide of the tip's centre since first contact, as Mindlin's law
-    says: sticking at first, by the friction angle once it slips. The turn of the ball with the
-    bent stem, and friction's moment about the ball's centre, are left out.
+    The unknowns are two surface parameters and the spindle's travel s. For a given normal
+    and slide, the force at the trigger has a closed form:
+    S(u, v) + (r - compression) n = P(s) + deflection. With friction, the force is inclined
+    from the normal, against the slide of the tip's centre since first contact, by Mindlin's law:
+    the tip sticks at first, and slips when the angle reaches the friction angle. Two effects are
+    neglected: the rotation of the ball with the bent stylus, and the moment of the friction force
+    about the ball's centre.
 
     References
     ----------
@@ -180,66 +186,190 @@ def touch(
     ([0], True)
     """
     tip, surface = tip_of(tip), surface_of(surface)
+    _check(tip, friction, clearance)
+    solution = _solve(tip, surface, targets, friction)
+    status = _status(tip, surface, solution)
+    face = np.where(solution.last.solved, solution.last.face, -1)
+    if isinstance(surface, Part):
+        rows = np.flatnonzero(status == TouchStatus.CONVERGED)
+        obstacle = _ball_obstacles(surface, tip.radius, solution, rows, clearance)
+        blocked = obstacle >= 0
+        status[rows[blocked]], face[rows[blocked]] = TouchStatus.OTHER_FACE, obstacle[blocked]
+        if stylus is not None:
+            rows = rows[~blocked]
+            obstacle = _stylus_obstacles(surface, stylus, solution, rows, clearance)
+            blocked = obstacle >= 0
+            status[rows[blocked]], face[rows[blocked]] = TouchStatus.STEM, obstacle[blocked]
+    return _result(tip, solution, status, face)
+
+
+def _check(tip: TipBehaviour, friction: float, clearance: float) -> None:
     if not friction >= 0.0:
-        raise PretravelError(f"friction is {friction:g}; it cannot be negative")
+        raise PretravelError(f"the friction is {friction:g}; it cannot be negative")
     if not (math.isfinite(clearance) and clearance >= 0.0):
         raise PretravelError(f"the clearance is {clearance:g} mm; it cannot be negative")
-    if friction > 0.0 and not _knows_forces(tip):
-        raise PretravelError("friction needs a described probe: a map does not know forces")
+    if friction > 0.0 and not tip.has_forces:
+        raise PretravelError("friction needs a described probe: a map contains no forces")
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """First contact and trigger of every touch, before obstacles are considered.
+
+    `fits` says where the ball fits into the surface; `state` and `direction` are the tip and the
+    direction of the force on it at the trigger.
+    """
+
+    lines: Lines
+    approach: FloatArray
+    first: PartContacts
+    last: PartContacts
+    fits: BoolArray
+    state: TipState
+    direction: FloatArray
+
+
+def _solve(
+    tip: TipBehaviour, surface: Surface | Part, targets: Targets, friction: float
+) -> _Solution:
+    """Find first contact, then the trigger from there."""
     approach = np.asarray(targets.approaches)
-    start = targets.points + tip.radius * targets.normals
-    n = len(start)
-    found = ContactSearch(surface, n)
+    lines = Lines(targets.points + tip.radius * targets.normals, approach)
+    search = ContactSearch(surface, len(lines))
     rigid = ball_center(tip.radius)
-    found.solve(targets.points, start, approach, lambda _rows: rigid, against=approach)
-    first = found.state()
-    usable = np.flatnonzero(found.solved)
-    factor = np.full(n, np.nan)
+    search.solve(targets.points, ContactProblem(lines, lambda _rows: rigid, against=approach))
+    first = search.contacts()
+    usable = np.flatnonzero(first.solved)
+    factor = np.full(len(lines), np.nan)
     factor[usable] = curved_part_factor(tip.radius, first.local.take(usable).principal_curvatures)
     fits = np.isfinite(factor)
-    slipping = _Slip(tip, friction, first.local.point + tip.radius * first.local.normal, factor)
-    found.restrict(fits)
-    found.solve(first.local.point, start, approach, slipping.reach)
-    if friction > 0.0 and not np.all(found.solved[found.open]):
-        # From a contact that gives way along the surface, step by step, to the real one.
+    center = first.local.point + tip.radius * first.local.normal
+    equilibrium = _TriggerEquilibrium(tip, friction, center, factor)
+    search.restrict(fits)
+    search.solve(first.local.point, ContactProblem(lines, equilibrium.reach))
+    if friction > 0.0 and not np.all(search.solved[search.open]):
+        # From a contact that is soft along the surface, step by step, to the real one.
         for softer in _SOFTER:
-            slipping.softer = softer
-            found.solve(first.local.point, start, approach, slipping.reach)
-    last = found.state()
-    there = np.flatnonzero(last.solved)
-    state, direction = _at_contacts(slipping, there, last.local)
-    status = np.full(n, int(TouchStatus.CONVERGED))
+            equilibrium.softer = softer
+            search.solve(first.local.point, ContactProblem(lines, equilibrium.reach))
+    last = search.contacts()
+    state, direction = _at_contacts(equilibrium, np.flatnonzero(last.solved), last.local)
+    return _Solution(lines, approach, first, last, fits, state, direction)
+
+
+class _TriggerEquilibrium:
+    """From surface point to spindle point at the trigger, with or without friction."""
+
+    def __init__(
+        self, tip: TipBehaviour, friction: float, first_center: FloatArray, factor: FloatArray
+    ) -> None:
+        self.tip, self.friction = tip, friction
+        self.first_center, self.factor = first_center, factor
+        self.softer = 1.0
+
+    def reach(self, rows: IntArray) -> Reach:
+        """For `solve_contact` on the given touches."""
+
+        def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
+            state, direction = self.at(rows[own], local)
+            cosine = np.sum(direction * local.normal, axis=1)
+            compression = self.factor[rows[own]] * state.compression * np.cbrt(cosine**2)
+            height = self.tip.radius - compression
+            return np.asarray(height[:, None] * local.normal - state.deflection)
+
+        return reach
+
+    def at(self, rows: IntArray, local: LocalGeometry) -> tuple[TipState, FloatArray]:
+        """The tip at the trigger and the direction of the force on it."""
+        n = local.normal
+        if self.friction == 0.0:
+            return self.tip.state(n), n
+        slide = local.point + self.tip.radius * n - self.first_center[rows]
+        slide = slide - np.sum(slide * n, axis=1)[:, None] * n
+        distance = np.linalg.norm(slide, axis=1)
+        compression = self.factor[rows] * self.tip.state(n).compression
+        ratio = self._force_ratio(distance, np.where(np.isfinite(compression), compression, 0.0))
+        sliding = slide / np.maximum(distance, 1e-300)[:, None]
+        inclined = n - ratio[:, None] * sliding
+        direction = inclined / np.linalg.norm(inclined, axis=1, keepdims=True)
+        return self.tip.state(direction), direction
+
+    def _force_ratio(self, distance: FloatArray, compression: FloatArray) -> FloatArray:
+        """Tangential over normal force for a tip that has moved along the surface.
+
+        Johnson, equation 7.42: (1 - Q/mu N)^(2/3) = 1 - displacement / that at full slip.
+        """
+        own = np.maximum(self.tip.shear_ratio * compression, _SMALLEST_SLIP)
+        per_friction = own * self.softer
+        if np.isinf(self.friction):
+            return 1.5 * distance / per_friction
+        share = np.minimum(distance / (self.friction * per_friction), 1.0)
+        return np.asarray(self.friction * (1.0 - (1.0 - share) ** 1.5))
+
+
+def _at_contacts(
+    equilibrium: _TriggerEquilibrium, rows: IntArray, local: LocalGeometry
+) -> tuple[TipState, FloatArray]:
+    """Tip and direction of the force at the solved contacts; not numbers elsewhere."""
+    n = len(local.point)
+    found, direction = equilibrium.at(rows, local.take(rows))
+    state = TipState(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan))
+    state.force[rows], state.deflection[rows] = found.force, found.deflection
+    state.compression[rows] = found.compression
+    everywhere = np.full((n, 3), np.nan)
+    everywhere[rows] = direction
+    return state, everywhere
+
+
+def _status(tip: TipBehaviour, surface: Surface | Part, solution: _Solution) -> IntArray:
+    """The outcome of every touch, without obstacles."""
+    first, last = solution.first, solution.last
+    status = np.full(len(solution.lines), int(TouchStatus.CONVERGED))
     failed = ~last.solved
     status[failed] = TouchStatus.NOT_CONVERGED
     status[failed & (last.beyond_edge | first.beyond_edge)] = TouchStatus.EDGE
-    status[first.solved & ~fits] = TouchStatus.DOES_NOT_FIT
-    status[usable[np.isinf(tip.state(first.local.normal[usable]).force)]] = (
-        TouchStatus.NEVER_TRIGGERS
-    )
-    status[there[~tip.supports(direction[there])]] = TouchStatus.OUTSIDE_MAP
+    status[first.solved & ~solution.fits] = TouchStatus.DOES_NOT_FIT
+    met = np.flatnonzero(first.solved)
+    never = np.isinf(tip.state(first.local.normal[met]).force)
+    status[met[never]] = TouchStatus.NEVER_TRIGGERS
+    triggered = np.flatnonzero(last.solved)
+    outside = ~tip.supports(solution.direction[triggered])
+    status[triggered[outside]] = TouchStatus.OUTSIDE_MAP
     lost = np.flatnonzero(~first.solved)
-    meets = sweeps_surface(surface, start[lost], approach[lost], tip.radius)
+    start, approach = solution.lines.anchor[lost], solution.approach[lost]
+    meets = sweeps_surface(surface, start, approach, tip.radius)
     status[lost] = np.where(meets, TouchStatus.EDGE, TouchStatus.MISSED)
-    face = np.where(last.solved, last.face, -1)
-    if isinstance(surface, Part):
-        _blocked(
-            surface,
-            tip.radius,
-            start,
-            approach,
-            first.length,
-            last,
-            status,
-            face,
-            clearance,
-            stylus,
-        )
-    bad = status != TouchStatus.CONVERGED
-    trigger_residual = np.zeros(n)
-    good = np.flatnonzero(~bad)
-    trigger_residual[good] = tip.excess(direction[good], state.force[good])
+    return status
 
-    def known(values: FloatArray, where: BoolArray = bad) -> FloatArray:
+
+def _ball_obstacles(
+    part: Part, radius: float, solution: _Solution, rows: IntArray, clearance: float
+) -> IntArray:
+    """Faces that the balls of some touches meet on their way; -1 for none."""
+    approach = solution.approach[rows]
+    centers = solution.lines.anchor[rows] + solution.first.length[rows, None] * approach
+    return first_obstacle(part, centers, approach, solution.last.face[rows], radius, clearance)
+
+
+def _stylus_obstacles(
+    part: Part, stylus: StylusOutline, solution: _Solution, rows: IntArray, clearance: float
+) -> IntArray:
+    """Faces that the stylus meets at some touches; -1 for none."""
+    approach = solution.approach[rows]
+    spindle = solution.lines.anchor[rows] + solution.last.length[rows, None] * approach
+    return stem_obstacle(part, spindle, approach, stylus, clearance)
+
+
+def _result(
+    tip: TipBehaviour, solution: _Solution, status: IntArray, face: IntArray
+) -> SurfaceTouches:
+    first, last, state = solution.first, solution.last, solution.state
+    failed = status != TouchStatus.CONVERGED
+    trigger_residual = np.zeros(len(status))
+    good = np.flatnonzero(~failed)
+    trigger_residual[good] = tip.excess(solution.direction[good], state.force[good])
+
+    def without(values: FloatArray, where: BoolArray) -> FloatArray:
         result = np.array(values, dtype=np.float64)
         result[where] = np.nan
         return result
@@ -247,76 +377,34 @@ def touch(
     return SurfaceTouches(
         status=status,
         face=face,
-        first_point=known(first.local.point, ~first.solved),
-        first_normal=known(first.local.normal, ~first.solved),
-        first_travel=known(first.length, ~first.solved),
-        point=known(last.local.point),
-        normal=known(last.local.normal),
-        travel=known(last.length),
-        force=known(state.force),
-        force_direction=known(direction),
-        deflection=known(state.deflection),
-        residual=known(last.residual),
-        trigger_residual=known(trigger_residual),
+        first_point=without(first.local.point, ~first.solved),
+        first_normal=without(first.local.normal, ~first.solved),
+        first_travel=without(first.length, ~first.solved),
+        point=without(last.local.point, failed),
+        normal=without(last.local.normal, failed),
+        travel=without(last.length, failed),
+        force=without(state.force, failed),
+        force_direction=without(solution.direction, failed),
+        deflection=without(state.deflection, failed),
+        residual=without(last.residual, failed),
+        trigger_residual=without(trigger_residual, failed),
         iterations=first.iterations + last.iterations,
     )
-
-
-def _at_contacts(
-    slipping: _Slip, rows: IntArray, local: LocalGeometry
-) -> tuple[TipState, FloatArray]:
-    """Tip and direction of the force at the contacts that were found; not numbers elsewhere."""
-    n = len(local.point)
-    found, direction = slipping.at_rest(rows, local.take(rows))
-    state = TipState(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan))
-    state.force[rows], state.deflection[rows] = found.force, found.deflection
-    state.approach[rows] = found.approach
-    everywhere = np.full((n, 3), np.nan)
-    everywhere[rows] = direction
-    return state, everywhere
-
-
-def _blocked(
-    part: Part,
-    radius: float,
-    start: FloatArray,
-    approach: FloatArray,
-    first_travel: FloatArray,
-    last: Found,
-    status: IntArray,
-    face: IntArray,
-    clearance: float,
-    stylus: StylusOutline | None,
-) -> None:
-    """Mark the touches on whose way something else is, and what: in `status` and `face`."""
-    done = np.flatnonzero(status == TouchStatus.CONVERGED)
-    centers = start[done] + first_travel[done, None] * approach[done]
-    obstacle = first_obstacle(part, centers, approach[done], last.face[done], radius, clearance)
-    blocked = obstacle >= 0
-    status[done[blocked]] = TouchStatus.OTHER_FACE
-    face[done[blocked]] = obstacle[blocked]
-    if stylus is None:
-        return
-    free = done[~blocked]
-    spindle = start[free] + last.length[free, None] * approach[free]
-    hit = stem_obstacle(part, spindle, approach[free], stylus, clearance)
-    status[free[hit >= 0]] = TouchStatus.STEM
-    face[free[hit >= 0]] = hit[hit >= 0]
 
 
 def describe_failures(
     touches: SurfaceTouches, targets: Targets, surface: Surface | Part, most: int = 5
 ) -> list[str]:
-    """What went wrong, in sentences: one for each kind, with the first few targets named.
+    """Sentences that name the failed targets, one for each kind of failure.
 
     Parameters
     ----------
     touches : SurfaceTouches
     targets : Targets
     surface : Surface or Part
-        As they were given to `touch`.
+        As given to `touch`.
     most : int
-        Targets named for each kind.
+        Largest number of targets that are named for each kind.
 
     Returns
     -------
@@ -335,56 +423,3 @@ def describe_failures(
             which = f" (face {', '.join(str(i) for i in numbers[:most])})"
         sentences.append(f"{len(rows)} {MEANING[status]}{which}: {names}{more}")
     return sentences
-
-
-def _knows_forces(tip: Tip) -> bool:
-    return bool(np.isfinite(tip.state(np.array([[0.0, 0.0, 1.0]])).force[0]))
-
-
-class _Slip:
-    """From surface point to spindle point at the trigger, with friction or without."""
-
-    def __init__(
-        self, tip: Tip, friction: float, first_center: FloatArray, factor: FloatArray
-    ) -> None:
-        self.tip, self.friction = tip, friction
-        self.first_center, self.factor = first_center, factor
-        self.softer = 1.0
-
-    def reach(self, rows: IntArray) -> Reach:
-        """For `solve_contact` on the given touches."""
-
-        def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
-            state, direction = self.at_rest(rows[own], local)
-            cosine = np.sum(direction * local.normal, axis=1)
-            approach = self.factor[rows[own]] * state.approach * np.cbrt(cosine**2)
-            height = self.tip.radius - approach
-            return np.asarray(height[:, None] * local.normal - state.deflection)
-
-        return reach
-
-    def at_rest(self, rows: IntArray, local: LocalGeometry) -> tuple[TipState, FloatArray]:
-        """The tip at the trigger and the direction of the force on it."""
-        n = local.normal
-        if self.friction == 0.0:
-            return self.tip.state(n), n
-        slide = local.point + self.tip.radius * n - self.first_center[rows]
-        slide = slide - np.sum(slide * n, axis=1)[:, None] * n
-        way = np.linalg.norm(slide, axis=1)
-        approach = self.factor[rows] * self.tip.state(n).approach
-        pull = self._pull(way, np.where(np.isfinite(approach), approach, 0.0))
-        toward = slide / np.maximum(way, 1e-300)[:, None]
-        leaning = n - pull[:, None] * toward
-        direction = leaning / np.linalg.norm(leaning, axis=1, keepdims=True)
-        return self.tip.state(direction), direction
-
-    def _pull(self, way: FloatArray, approach: FloatArray) -> FloatArray:
-        """Tangential over normal force for a tip that has moved along the surface.
-
-        Johnson, equation 7.42: (1 - Q/mu N)^(2/3) = 1 - displacement / that at full slip.
-        """
-        per_friction = np.maximum(self.tip.shear_ratio * approach, _SMALLEST_SLIP) * self.softer
-        if np.isinf(self.friction):
-            return 1.5 * way / per_friction
-        share = np.minimum(way / (self.friction * per_friction), 1.0)
-        return np.asarray(self.friction * (1.0 - (1.0 - share) ** 1.5))

@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.probing.inspection import InspectionPlan
-from pretravel.probing.slide import SlideHistory
+from pretravel.probing.slide_history import SlideHistory
 from pretravel.report.style import COLOURS, new_figure
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part

@@ -14,7 +14,7 @@ from pretravel.compensation.compensation import Points
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.probing.slide import SlideHistory
+from pretravel.probing.slide_history import SlideHistory
 from pretravel.surface.cad.part import Part
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.trigger.friction import FrictionCycle

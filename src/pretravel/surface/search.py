@@ -1,4 +1,4 @@
-"""Contacts of many balls on a part of several faces: which face, and where on it."""
+"""Contacts of many balls with a part of several faces: which face, and where on it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Contact, Reach, solve_contact
+from pretravel.surface.contact import Contact, Lines, Reach, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 
 _NEIGHBOURS = 32
-"""Points of the part around a ball among which the face is looked for."""
+"""Points of the part around a ball among which the face is searched."""
 _MOST_FACES = 6
 """Faces tried for one row."""
 _STARTS = 12
-"""Points around a pole from which a contact is looked for."""
-
+"""Points around a pole from which a contact is searched."""
 _NEARLY = 1e-6
 """Residual of a contact that is worth starting from. [mm]"""
 
@@ -29,8 +28,51 @@ ReachOfRows: TypeAlias = Callable[[IntArray], Reach]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """Contacts of all touches, each on the face it was found on."""
+class ContactProblem:
+    """What a contact must satisfy, for every row.
+
+    Parameters
+    ----------
+    lines : Lines
+    reach : ReachOfRows
+    against : (n, 3) float, optional
+        Contacts count only where their normal points against these directions.
+    """
+
+    lines: Lines
+    reach: ReachOfRows
+    against: FloatArray | None = None
+
+    def solve(self, surface: Surface, rows: IntArray, start: FloatArray) -> Contact:
+        """Contacts of the given rows with one surface, from parameters to start from."""
+        return solve_contact(surface, start, self.lines.take(rows), self.reach(rows))
+
+    def faces_approach(self, rows: IntArray, normals: FloatArray) -> BoolArray:
+        """Which contacts have a normal that counts."""
+        if self.against is None:
+            return np.ones(len(rows), dtype=bool)
+        return np.asarray(np.sum(normals * self.against[rows], axis=1) < 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class PartContacts:
+    """Contacts of n balls, each on the face where it was found.
+
+    Attributes
+    ----------
+    local : LocalGeometry
+        Of the surface at the contacts; not numbers where there is none.
+    length : (n,) float
+        Along the lines. [mm]
+    residual : (n,) float
+        Remaining error of the equations. [mm]
+    face : (n,) int
+        Index of the face.
+    solved : (n,) bool
+    beyond_edge : (n,) bool
+        Where the only contact lies on the continuation of a face beyond its edges.
+    iterations : (n,) int
+    """
 
     local: LocalGeometry
     length: FloatArray
@@ -42,7 +84,7 @@ class Found:
 
 
 class ContactSearch:
-    """Contacts of many touches on several faces: the likely face first, then its neighbours."""
+    """Contacts of many touches with several faces: the likely face first, then its neighbours."""
 
     def __init__(self, surface: Surface | Part, count: int) -> None:
         self.part = surface if isinstance(surface, Part) else None
@@ -62,12 +104,12 @@ class ContactSearch:
         self.iterations = np.zeros(count, dtype=np.int64)
 
     def restrict(self, which: BoolArray) -> None:
-        """Go on with these touches only, of those that were solved."""
+        """Continue with these touches only, of those that were solved."""
         self.open = self.solved & which
 
-    def state(self) -> Found:
-        """What was found so far."""
-        return Found(
+    def contacts(self) -> PartContacts:
+        """The contacts found so far."""
+        return PartContacts(
             LocalGeometry(self.point.copy(), self.normal.copy(), self.curvature.copy()),
             self.length.copy(),
             self.residual.copy(),
@@ -77,26 +119,14 @@ class ContactSearch:
             self.iterations.copy(),
         )
 
-    def solve(
-        self,
-        near: FloatArray,
-        anchor: FloatArray,
-        direction: FloatArray | None,
-        reach: ReachOfRows,
-        *,
-        against: FloatArray | None = None,
-    ) -> None:
-        """Find the contact of every open row, on the face near which it is looked for.
+    def solve(self, near: FloatArray, problem: ContactProblem) -> None:
+        """Find the contact of every open row, on the face where it was found before or is expected.
 
         Parameters
         ----------
         near : (n, 3) float
-            Points near which the surface is looked for. [mm]
-        anchor, direction
-            As for `solve_contact`.
-        reach : ReachOfRows
-        against : (n, 3) float, optional
-            Contacts whose normal does not point against this do not count.
+            Points near which the contacts are expected. [mm]
+        problem : ContactProblem
         """
         rows = np.flatnonzero(self.open)
         fresh = rows[self.face[rows] < 0]
@@ -109,27 +139,29 @@ class ContactSearch:
         first, start = self.face[rows].copy(), self.uv[rows].copy()
         for face in np.unique(first):
             mine = first == face
-            self._on_face(
-                int(face), rows[mine], start[mine], anchor, direction, reach, against, own=True
-            )
-        waiting = rows[~self.solved[rows]]
-        if len(waiting) == 0 or self.part is None:
-            return
-        been = [first[~self.solved[rows]][:, None]]
-        index, uv = self._nearest_samples(near[waiting], _NEIGHBOURS)
+            self._on_face(int(face), rows[mine], start[mine], problem, expected=True)
+        waiting = ~self.solved[rows]
+        if self.part is not None and np.any(waiting):
+            self._on_neighbours(rows[waiting], first[waiting], near, problem)
+
+    def _on_neighbours(
+        self, rows: IntArray, tried: IntArray, near: FloatArray, problem: ContactProblem
+    ) -> None:
+        """Try the faces around, for rows without a contact on the expected face."""
+        faces_tried = [tried[:, None]]
+        index, uv = self._nearest_samples(near[rows], _NEIGHBOURS)
         for _ in range(_MOST_FACES - 1):
-            known = np.concatenate(been, axis=1)
+            known = np.concatenate(faces_tried, axis=1)
             new = (index[:, :, None] != known[:, None, :]).all(axis=2)
             pick = np.argmax(new, axis=1)
-            there = new[np.arange(len(waiting)), pick] & ~self.solved[waiting]
-            if not there.any():
+            available = new[np.arange(len(rows)), pick] & ~self.solved[rows]
+            if not available.any():
                 break
-            chosen = np.where(there, index[np.arange(len(waiting)), pick], -1)
-            for face in np.unique(chosen[there]):
+            chosen = np.where(available, index[np.arange(len(rows)), pick], -1)
+            for face in np.unique(chosen[available]):
                 mine = chosen == face
-                guess = uv[np.flatnonzero(mine), pick[mine]]
-                self._on_face(int(face), waiting[mine], guess, anchor, direction, reach, against)
-            been.append(chosen[:, None])
+                self._on_face(int(face), rows[mine], uv[np.flatnonzero(mine), pick[mine]], problem)
+            faces_tried.append(chosen[:, None])
 
     def _nearest_samples(self, points: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
         assert self.part is not None
@@ -143,33 +175,22 @@ class ContactSearch:
         self,
         face: int,
         rows: IntArray,
-        uv: FloatArray,
-        anchor: FloatArray,
-        direction: FloatArray | None,
-        reach: ReachOfRows,
-        against: FloatArray | None,
+        start: FloatArray,
+        problem: ContactProblem,
         *,
-        own: bool = False,
+        expected: bool = False,
     ) -> None:
-        """Solve on one face; what was found counts where it lies within the face."""
+        """Solve on one face; a contact counts where it lies within the face."""
         if len(rows) == 0:
             return
         surface = self.faces[face]
-        contact = solve_contact(
-            surface,
-            uv,
-            anchor[rows],
-            None if direction is None else direction[rows],
-            reach(rows),
-        )
+        contact = problem.solve(surface, rows, start)
         if isinstance(surface, Face):
-            self._from_elsewhere(surface, contact, rows, anchor, direction, reach)
+            _retry_around_poles(surface, contact, rows, problem)
         inside = surface.inside(contact.uv)
-        solved = contact.solved
-        if against is not None:
-            solved = solved & (np.sum(contact.local.normal * against[rows], axis=1) < 0.0)
+        solved = contact.solved & problem.faces_approach(rows, contact.local.normal)
         good = solved & inside
-        if own:  # nearly there is a better start for the next search than where this one began
+        if expected:  # an almost solved contact is a better start for the next search
             near = inside & (contact.residual < _NEARLY)
             self.uv[rows[near]] = contact.uv[near]
             self.beyond_edge[rows] = solved & ~inside
@@ -182,31 +203,21 @@ class ContactSearch:
         self.solved[put] = True
         self.beyond_edge[put] = False
 
-    def _from_elsewhere(
-        self,
-        surface: Face,
-        contact: Contact,
-        rows: IntArray,
-        anchor: FloatArray,
-        direction: FloatArray | None,
-        reach: ReachOfRows,
-    ) -> None:
-        """Try again, where nothing was found, from points around: across a pole parameters
-        do not lead.
-        """
-        stuck = np.flatnonzero(~contact.solved)
-        if len(stuck) == 0 or not surface.has_poles:
+
+def _retry_around_poles(
+    surface: Face, contact: Contact, rows: IntArray, problem: ContactProblem
+) -> None:
+    """Start again from points around, where no contact was found on a face with poles.
+
+    A step in the parameters does not lead across a pole.
+    """
+    unsolved = np.flatnonzero(~contact.solved)
+    if len(unsolved) == 0 or not surface.has_poles:
+        return
+    for start in surface.starts_near(contact.local.point[unsolved], _STARTS):
+        left = ~contact.solved[unsolved]
+        if not left.any():
             return
-        for start in surface.starts_near(contact.local.point[stuck], _STARTS):
-            left = ~contact.solved[stuck]
-            if not left.any():
-                return
-            again = stuck[left]
-            trial = solve_contact(
-                surface,
-                start[left],
-                anchor[rows[again]],
-                None if direction is None else direction[rows[again]],
-                reach(rows[again]),
-            )
-            contact.put(again[trial.solved], trial.take(np.flatnonzero(trial.solved)))
+        again = unsolved[left]
+        trial = problem.solve(surface, rows[again], start[left])
+        contact.put(again[trial.solved], trial.take(np.flatnonzero(trial.solved)))

@@ -12,7 +12,7 @@ from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
-from pretravel.probing.simulation import simulate, simulate_some
+from pretravel.probing.simulation import Latch, PartSetup, simulate, simulate_some
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import TouchStatus, describe_failures, touch
@@ -189,7 +189,7 @@ class TestOthers:
         targets = Targets([[45, 20, 20], [64, 20, 20], [45, 30, 20]], [UP] * 3, labels=("a",) * 3)
         with pytest.raises(PretravelError, match="1 of 3 targets cannot be touched: 1 missed"):
             simulate(probe, step, targets)
-        some = simulate_some(probe, step, targets, noise=1e-3, seed=1)
+        some = simulate_some(probe, step, targets, latch=Latch(noise=1e-3, seed=1))
         assert some.touches is not None
         assert len(some.touches) == 2
         # Noise belongs to the target, not to its place among those that succeed.
@@ -206,4 +206,9 @@ class TestOthers:
         probe = load_probe("omp40-2")
         table = predicted_map(probe, predict(probe, fibonacci_cap(100)))
         with pytest.raises(PretravelError, match="need a described probe"):
-            simulate(table, Plane([0, 0, 0], UP), Targets([[0, 0, 0]], [UP]), stem=True)
+            simulate(
+                table,
+                Plane([0, 0, 0], UP),
+                Targets([[0, 0, 0]], [UP]),
+                setup=PartSetup(check_stylus=True),
+            )

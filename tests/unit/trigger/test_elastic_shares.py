@@ -14,7 +14,7 @@ from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Moving, Orientation, Probe
 from pretravel.probe.materials import material
-from pretravel.probing.simulation import Targets, simulate
+from pretravel.probing.simulation import PartSetup, Targets, simulate
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.trigger.compliance import analytic
 from pretravel.trigger.compliance.closed_form import ren_pretravel
@@ -178,7 +178,9 @@ class TestPredictedMapOfATurnedProbe:
 class TestSimulation:
     def test_the_workpiece_counts(self, omp40: Probe) -> None:
         floor = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-        touched = simulate(omp40, floor, Targets([[0, 0, 0]], UP), workpiece=ALUMINIUM)  # type: ignore[arg-type]
+        touched = simulate(
+            omp40, floor, Targets([[0, 0, 0]], UP), setup=PartSetup(material=ALUMINIUM)
+        )  # type: ignore[arg-type]
         pretravel = predict(omp40, UP, workpiece=ALUMINIUM).pretravel[0]
         assert touched.positions[0, 2] == pytest.approx(3.0 - pretravel, abs=1e-12)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.trim import Trim
-from pretravel.surface.contact import ball_center, solve_contact
+from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
 from pretravel.surface.parametric import Parametric
 from pretravel.surface.swept import Placed
@@ -74,7 +74,7 @@ class Face:
             return self.domain.confined(self.base.nearest(points))
         uv, tree = self._seeds
         _, index = tree.query(points)
-        return solve_contact(self, uv[index], points, None, ball_center(0.0)).uv
+        return solve_contact(self, uv[index], Lines(points), ball_center(0.0)).uv
 
     @cached_property
     def has_poles(self) -> bool:
