@@ -46,7 +46,7 @@ from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import SeatStatics, seat_statics
-from pretravel.uncertainty.fitting import fit_sphere
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 from pretravel.uncertainty.monte_carlo import MonteCarlo
 
 DIRECTIONS = 100_000

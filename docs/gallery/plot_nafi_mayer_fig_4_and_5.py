@@ -11,8 +11,9 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from published import PICTURES
 
-from pretravel.formats.separation_csv import read_readings
-from pretravel.laboratory.separation import RepeatedPair, Separation, separate
+from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.laboratory.multi_step_readings import RepeatedPair
+from pretravel.laboratory.separation import Separation, separate
 from pretravel.report.laboratory_pictures import plot_separation
 from pretravel.report.style import save
 
@@ -21,7 +22,7 @@ READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.c
 
 def compute() -> Separation:
     """The separation with the repeated configuration (1, 1): 0.74 µm² from 200 repeats."""
-    return separate(read_readings(READINGS), repeated=RepeatedPair(1, 1, 0.74e-6, 200))
+    return separate(read_multi_step_readings(READINGS), repeated=RepeatedPair(1, 1, 0.74e-6, 200))
 
 
 def draw(result: Separation) -> Figure:

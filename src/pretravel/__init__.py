@@ -56,15 +56,27 @@ _PUBLIC = {
     "sphere_by_trials": "compensation.point_errors",
     "point_sources": "compensation.compensation",
     "separate": "laboratory.separation",
-    "Readings": "laboratory.separation",
+    "MultiStepReadings": "laboratory.multi_step_readings",
+    "RepeatedPair": "laboratory.multi_step_readings",
+    "Separation": "laboratory.separation",
+    "read_multi_step_readings": "formats.separation_csv",
+    "read_rig_trace": "formats.rig_csv",
+    "RigTrace": "laboratory.rig",
+    "RigTouch": "laboratory.rig",
     "rig_touch": "laboratory.rig",
+    "RigCalibration": "laboratory.rig_calibration",
     "calibrate_rig": "laboratory.rig_calibration",
+    "Covariance": "uncertainty.covariance",
     "propagate": "uncertainty.gum",
+    "Input": "uncertainty.monte_carlo",
+    "independent": "uncertainty.monte_carlo",
+    "joint_normal": "uncertainty.monte_carlo",
     "monte_carlo": "uncertainty.monte_carlo",
-    "fit_sphere": "uncertainty.fitting",
-    "fit_circle": "uncertainty.fitting",
-    "fit_plane": "uncertainty.fitting",
-    "fit_cylinder": "uncertainty.fitting",
+    "validate": "uncertainty.monte_carlo",
+    "fit_sphere": "uncertainty.fitting.sphere",
+    "fit_circle": "uncertainty.fitting.circle",
+    "fit_plane": "uncertainty.fitting.plane",
+    "fit_cylinder": "uncertainty.fitting.cylinder",
     # both branches
     "identify": "identification.probe",
     "verify": "qualification.verification",
@@ -100,12 +112,15 @@ if TYPE_CHECKING:
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
+    from pretravel.formats.rig_csv import read_rig_trace
+    from pretravel.formats.separation_csv import read_multi_step_readings
     from pretravel.formats.touches_csv import read_touches, write_touches
     from pretravel.identification.kinds import qualify
     from pretravel.identification.probe import identify
-    from pretravel.laboratory.rig import rig_touch
-    from pretravel.laboratory.rig_calibration import calibrate_rig
-    from pretravel.laboratory.separation import Readings, separate
+    from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
+    from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch
+    from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
+    from pretravel.laboratory.separation import Separation, separate
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.model.fem.condensation import ReducedModel
     from pretravel.model.fem.mesh import MeshSettings
@@ -128,9 +143,19 @@ if TYPE_CHECKING:
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.trigger.friction import friction_cycle
     from pretravel.trigger.predict import Trigger, predict, predicted_map
-    from pretravel.uncertainty.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
+    from pretravel.uncertainty.covariance import Covariance
+    from pretravel.uncertainty.fitting.circle import fit_circle
+    from pretravel.uncertainty.fitting.cylinder import fit_cylinder
+    from pretravel.uncertainty.fitting.plane import fit_plane
+    from pretravel.uncertainty.fitting.sphere import fit_sphere
     from pretravel.uncertainty.gum import propagate
-    from pretravel.uncertainty.monte_carlo import monte_carlo
+    from pretravel.uncertainty.monte_carlo import (
+        Input,
+        independent,
+        joint_normal,
+        monte_carlo,
+        validate,
+    )
 
 
 def __getattr__(name: str) -> Any:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.gum import propagate
 from pretravel.uncertainty.monte_carlo import (
     Input,
@@ -106,7 +107,7 @@ def test_h2_correlated_readings() -> None:
         z = x[:, 0] / x[:, 1]
         return np.stack([z * np.cos(x[:, 2]), z * np.sin(x[:, 2]), z], axis=1)
 
-    result = propagate(impedance, readings.mean(axis=0), covariance)
+    result = propagate(impedance, readings.mean(axis=0), Covariance.full(covariance))
     assert result.value.round(3).tolist() == [127.732, 219.847, 254.260]
     # The GUM rounds its inputs' uncertainties first, and then prints three digits.
     assert result.standard_uncertainty == pytest.approx([0.071, 0.295, 0.236], abs=7e-4)
@@ -204,7 +205,9 @@ def test_distributions_have_their_standard_uncertainty(shape: str) -> None:
 
 def test_joint_normal_has_its_covariance() -> None:
     covariance = np.array([[4.0, 1.9], [1.9, 1.0]])
-    values = joint_normal([1.0, 2.0], covariance)(np.random.default_rng(2), 400_000)
+    values = joint_normal([1.0, 2.0], Covariance.full(covariance))(
+        np.random.default_rng(2), 400_000
+    )
     assert np.cov(values, rowvar=False) == pytest.approx(covariance, rel=0.01)
 
 

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 from pretravel.errors import PretravelError
-from pretravel.formats.separation_csv import read_readings
+from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
 from pretravel.laboratory.separation import (
     METHODS,
     Method,
-    Readings,
-    RepeatedPair,
     Separation,
     separate,
 )
@@ -53,11 +52,11 @@ def _truth(count: int = COUNT) -> Truth:
     )
 
 
-def _readings(truth: Truth, rng: np.random.Generator) -> Readings:
+def _readings(truth: Truth, rng: np.random.Generator) -> MultiStepReadings:
     i, j = np.divmod(np.arange(len(truth.machine) * len(truth.probe)), len(truth.probe))
     scatter = np.sqrt(truth.machine_variance[i] + truth.probe_variance[j])
     errors = truth.machine[i] - truth.probe[j] + scatter * rng.standard_normal(len(i))
-    return Readings(i + 1, j + 1, errors)
+    return MultiStepReadings(i + 1, j + 1, errors)
 
 
 @pytest.fixture(scope="module", params=METHODS)
@@ -157,7 +156,7 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
         table = e.reshape(count, count)
         residual = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
         paper.append(np.sum(residual**2) / count**2)
-        result = separate(Readings(i, j, e * UM), method="least-squares")
+        result = separate(MultiStepReadings(i, j, e * UM), method="least-squares")
         ours.append((result.machine_variance.mean() + result.probe_variance.mean()) / UM2)
     factor = ((count - 1) / count) ** 2
     standard_error = np.sqrt(2.0 / (count - 1) ** 2 / 2000)
@@ -169,7 +168,7 @@ def test_a_constant_is_not_told() -> None:
     """Readings do not change when machine and probe errors share a constant."""
     truth = _truth(8)
     first = _readings(truth, np.random.default_rng(1))
-    shifted = Readings(first.machine, first.probe, first.errors)
+    shifted = MultiStepReadings(first.machine, first.probe, first.errors)
     for method in METHODS:
         a, b = separate(first, method=method), separate(shifted, method=method)
         assert np.allclose(a.machine_error, b.machine_error)
@@ -183,7 +182,7 @@ def test_incomplete_and_repeated_readings() -> None:
     whole = _readings(truth, rng)
     keep = rng.random(len(whole)) < 0.7
     more = _readings(truth, rng)
-    readings = Readings(
+    readings = MultiStepReadings(
         np.concatenate([whole.machine[keep], more.machine[:60]]),
         np.concatenate([whole.probe[keep], more.probe[:60]]),
         np.concatenate([whole.errors[keep], more.errors[:60]]),
@@ -199,13 +198,13 @@ def test_readings_that_fall_apart_are_explained() -> None:
     machine = [1, 1, 2, 2, 3, 3, 4, 4]
     probe = [1, 2, 1, 2, 3, 4, 3, 4]
     with pytest.raises(PretravelError, match="2 groups that share no direction"):
-        separate(Readings(machine, probe, np.zeros(8)))
+        separate(MultiStepReadings(machine, probe, np.zeros(8)))
 
 
 def test_too_few_readings_for_variances() -> None:
     i, j = np.divmod(np.arange(4), 2)
     with pytest.raises(PretravelError, match="variances' identification matrix"):
-        separate(Readings(i, j, np.array([0.0, 1e-3, 1e-3, 2.1e-3])))
+        separate(MultiStepReadings(i, j, np.array([0.0, 1e-3, 1e-3, 2.1e-3])))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -221,14 +220,14 @@ def test_a_repeated_pair_pulls_its_variance(method: Method) -> None:
 
 def test_indices_are_whole_numbers() -> None:
     with pytest.raises(PretravelError, match="whole numbers"):
-        Readings([1.2, 1.7, 2, 2], [1, 2, 1, 2], np.zeros(4))  # type: ignore[arg-type]
+        MultiStepReadings([1.2, 1.7, 2, 2], [1, 2, 1, 2], np.zeros(4))  # type: ignore[arg-type]
 
 
 def test_example_readings() -> None:
     """The example's truth is not known; its repeated configuration (1, 1), 0.74 um² from 200
     repeats, was measured apart. Without being told of it, the separation's 95 % interval
     there holds it."""
-    result = separate(read_readings(EXAMPLES / "redundancy_24x24.csv"))
+    result = separate(read_multi_step_readings(EXAMPLES / "redundancy_24x24.csv"))
     low, high = result.pair_interval(1, 1)
     assert low < 0.74 * UM2 < high
 
@@ -242,7 +241,7 @@ def test_plan_reaches_what_it_promises() -> None:
     for _ in range(300):
         noise = rng.standard_normal(len(machine)) * np.sqrt(0.5) * UM
         errors.append(
-            separate(Readings(machine, probe, noise), method="least-squares").machine_error
+            separate(MultiStepReadings(machine, probe, noise), method="least-squares").machine_error
         )
     assert np.std(errors) == pytest.approx(plan.u_error, rel=0.05)
     assert plan.u_error <= 0.25 * UM

@@ -54,8 +54,13 @@ def separate(
 
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.separation_csv import read_readings, separation_json, separation_table
-    from pretravel.laboratory import separation
+    from pretravel.formats.separation_csv import (
+        read_multi_step_readings,
+        separation_json,
+        separation_table,
+    )
+    from pretravel.laboratory.multi_step_readings import RepeatedPair
+    from pretravel.laboratory.separation import separate as separated
     from pretravel.report.laboratory_pictures import plot_separation
     from pretravel.report.laboratory_words import separation_report
     from pretravel.units import MICROMETRE
@@ -67,12 +72,10 @@ def separate(
     square = MICROMETRE**2
     repeated = None
     if repeat_variance is not None and repeat_pair is not None:
-        repeated = separation.RepeatedPair(
-            *repeat_pair, repeat_variance * square, count=repeat_count
-        )
-    measured = read_readings(readings)
+        repeated = RepeatedPair(*repeat_pair, repeat_variance * square, count=repeat_count)
+    measured = read_multi_step_readings(readings)
     with working(f"separating {len(measured)} readings"):
-        result = separation.separate(measured, method=method, repeated=repeated)
+        result = separated(measured, method=method, repeated=repeated)
     pairs = []
     for machine, probe in pair_of or []:
         variance, u = result.pair_variance(machine, probe)

@@ -13,7 +13,8 @@ from pretravel.compensation.compensation import Points, point_sources
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting import SphereFit, fit_sphere
+from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
 from pretravel.uncertainty.gum import Budget, Component, Propagated
 from pretravel.uncertainty.monte_carlo import (
     MonteCarlo,
@@ -90,7 +91,13 @@ def measured_sphere(
     """
     fit = fit_sphere(points.positions)
     sources = point_sources(touches, points, pretravel_map)
-    parts = {name: fit.covariance(points.positions, along) for name, along in sources.items()}
+    parts = {
+        name: fit.covariance(
+            points.positions,
+            Covariance.independent(along) if along.ndim == 1 else Covariance.full(along),
+        )
+        for name, along in sources.items()
+    }
     components = tuple(
         Component(
             name,
@@ -234,7 +241,7 @@ def map_by_trials(
             design @ np.sqrt(pretravel_map.covariance)
         )
     else:
-        draw = joint_normal(np.zeros(design.shape[1]), pretravel_map.covariance)
+        draw = joint_normal(np.zeros(design.shape[1]), Covariance.full(pretravel_map.covariance))
         moved = draw(generator, trials) @ design.T
     by_delay = pretravel_map.change_by_delay(normals)
     moved = moved + generator.standard_normal((trials, 1)) * by_delay

@@ -10,15 +10,16 @@ import numpy.typing as npt
 
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
-from pretravel.laboratory.separation import Readings, Separation
+from pretravel.laboratory.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.units import MICROMETRE
 
 _LARGEST = 10_000.0  # µm
 
 
-def read_readings(path: str | Path) -> Readings:
-    """Readings with the columns machine_index, probe_index, error_um.
+def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
+    """Read the readings of a multi-step test: columns machine_index, probe_index, error_um.
 
     Rows with an empty error_um are combinations that were not measured.
 
@@ -28,12 +29,12 @@ def read_readings(path: str | Path) -> Readings:
 
     Returns
     -------
-    Readings
+    MultiStepReadings
 
     Raises
     ------
     InputError
-        Not such a file; indices that are not whole numbers.
+        A file without these columns; indices that are not whole numbers.
     """
     table = read_csv_table(path)
     table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
@@ -55,7 +56,7 @@ def read_readings(path: str | Path) -> Readings:
             f"error_um is {errors[row]:g}; is it in µm?", path=path, line=table.lines[row]
         )
     try:
-        return Readings(
+        return MultiStepReadings(
             machine=_indices(table, "machine_index"),
             probe=_indices(table, "probe_index"),
             errors=errors * MICROMETRE,

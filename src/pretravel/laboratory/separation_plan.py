@@ -9,7 +9,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.errors import PretravelError
-from pretravel.laboratory.separation import Readings, direction_variance_uncertainty
+from pretravel.laboratory.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation_variances import direction_variance_uncertainty
 
 MOST_DIRECTIONS = 72
 MOST_REPEATS = 50
@@ -94,7 +95,7 @@ def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> fl
     Both sorts of direction have variance one half; relative to it.
     """
     machine, probe = turned_pairs(directions, steps)
-    readings = Readings(machine, probe, np.zeros(len(machine)))
+    readings = MultiStepReadings(machine, probe, np.zeros(len(machine)))
     return direction_variance_uncertainty(readings, repeats)
 
 

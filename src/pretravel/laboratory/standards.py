@@ -20,7 +20,7 @@ from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting import SphereFit, fit_sphere
+from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
 from pretravel.units import DEGREE
 
 PATTERN_TOLERANCE = 10.0 * DEGREE

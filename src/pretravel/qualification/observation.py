@@ -12,7 +12,7 @@ from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.directions import describe, unit
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting import fit_sphere
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 from pretravel.units import DEGREE, INCH, MICROMETRE, delay_travel
 
 LARGEST_PRETRAVEL = 0.15

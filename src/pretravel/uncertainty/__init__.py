@@ -1,1 +1,1 @@
-"""Uncertainty: GUM, Monte Carlo, and least-squares features with covariance."""
+"""Measurement uncertainty: the GUM, Monte Carlo, covariances, and least-squares features."""

@@ -71,7 +71,7 @@ class Covariance:
             )
         if not np.all(np.isfinite(values)):
             raise PretravelError("a covariance must be finite")
-        if np.any(self.variances < 0.0):
+        if self.correlation is not Correlation.FULL and np.any(values < 0.0):
             raise PretravelError("variances cannot be negative")
         if self.correlation is Correlation.FULL:
             _check_matrix(values)

@@ -1,4 +1,4 @@
-"""Uncertainty after the GUM: propagation by slopes, with a budget as data."""
+"""Uncertainty according to the GUM: the law of propagation, and budgets as data."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.uncertainty.covariance import Covariance
 
 COVERAGE = 0.95
-"""Coverage probability where none is named."""
+"""Coverage probability that is used where none is given."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,13 @@ class Component:
     ----------
     name : str
     evaluation : str
-        ``A``, from statistics, or ``B``, from other knowledge.
+        ``A``, by statistics, or ``B``, by other means.
     standard_uncertainty : float
         Of the source, in its own unit.
     sensitivity : float
-        How much the result changes per unit of the source.
+        Change of the result per unit of the source.
     dof : float
-        Degrees of freedom; infinite where the uncertainty is taken as known.
+        Degrees of freedom; infinite where the uncertainty is taken as exact.
     """
 
     name: str
@@ -46,21 +47,21 @@ class Component:
             )
         if not 0.0 <= self.standard_uncertainty < math.inf:
             raise PretravelError(
-                f"{self.name}: a standard uncertainty is not negative, "
-                f"got {self.standard_uncertainty:g}"
+                f"{self.name}: the standard uncertainty is {self.standard_uncertainty:g}; it must "
+                "be finite and not negative"
             )
         if not self.dof > 0.0:
             raise PretravelError(f"{self.name}: degrees of freedom must be positive")
 
     @property
     def contribution(self) -> float:
-        """|sensitivity| times standard uncertainty, in the result's unit."""
+        """|sensitivity| times standard uncertainty, in the unit of the result."""
         return abs(self.sensitivity) * self.standard_uncertainty
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Independent sources of uncertainty of one result, and what they come to.
+    """Independent sources of uncertainty of one result, and their combination.
 
     Parameters
     ----------
@@ -84,20 +85,20 @@ class Budget:
 
     @property
     def effective_dof(self) -> float:
-        """Welch and Satterthwaite's degrees of freedom; infinite where all are."""
+        """Degrees of freedom after Welch and Satterthwaite; infinite where all sources' are."""
         spread = math.fsum(
             c.contribution**4 / c.dof for c in self.components if math.isfinite(c.dof)
         )
         return self.combined**4 / spread if spread > 0.0 else math.inf
 
     def coverage_factor(self, probability: float = COVERAGE, *, whole_dof: bool = True) -> float:
-        """K of the expanded uncertainty, from Student's t.
+        """Coverage factor k of the expanded uncertainty, from Student's t.
 
         Parameters
         ----------
         probability : float
         whole_dof : bool
-            Degrees of freedom rounded down, as the GUM has it (G.4.1).
+            Whether degrees of freedom are rounded down, as in the GUM (G.4.1).
         """
         return coverage_factor(self.effective_dof, probability, whole_dof=whole_dof)
 
@@ -106,7 +107,7 @@ class Budget:
         return self.coverage_factor(probability) * self.combined
 
     def rows(self) -> list[dict[str, float | str]]:
-        """The budget as a table: a row for each source, the largest share first."""
+        """The budget as a table: one row for each source, the largest share first."""
         total = self.combined**2
         ordered = sorted(self.components, key=lambda c: -c.contribution)
         return [
@@ -124,7 +125,7 @@ class Budget:
 
 
 def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: bool = True) -> float:
-    """Half-width of an interval of that probability, in standard uncertainties.
+    """Half-width of a coverage interval, in standard uncertainties.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: boo
         Degrees of freedom; infinite for a normal distribution.
     probability : float
     whole_dof : bool
-        Rounded down first (GUM G.4.1).
+        Whether the degrees of freedom are rounded down first (GUM G.4.1).
 
     >>> round(coverage_factor(math.inf), 3), round(coverage_factor(16.7, 0.99), 2)
     (1.96, 2.92)
@@ -140,7 +141,9 @@ def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: boo
     from scipy.stats import norm, t
 
     if not 0.0 < probability < 1.0:
-        raise PretravelError(f"a coverage probability lies between 0 and 1, got {probability:g}")
+        raise PretravelError(
+            f"the coverage probability is {probability:g}; it must lie between 0 and 1"
+        )
     if math.isinf(dof):
         return float(norm.ppf(0.5 + 0.5 * probability))
     used = max(math.floor(dof + 1e-9), 1) if whole_dof else dof
@@ -148,12 +151,12 @@ def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: boo
 
 
 Model = Callable[[FloatArray], npt.ArrayLike]
-"""From (n, m) rows of inputs to (n,) or (n, k) outputs, all rows at once."""
+"""From (n, m) rows of inputs to (n,) or (n, k) outputs, for all rows at once."""
 
 
 @dataclass(frozen=True, eq=False)
 class Propagated:
-    """Result of a model with the uncertainty that its inputs bring.
+    """Result of a model, with the uncertainty that follows from its inputs.
 
     Attributes
     ----------
@@ -161,9 +164,10 @@ class Propagated:
     covariance : (k, k) float
     jacobian : (k, m) float
     effective_dof : (k,) float
-        Infinite also where inputs are correlated: Welch and Satterthwaite say nothing then.
+        Infinite also where inputs are correlated: the formula of Welch and Satterthwaite does not
+        apply then.
     budgets : tuple of Budget
-        One for each output; of correlated inputs each one's own part only.
+        One for each output; where inputs are correlated it contains their variances only.
     """
 
     value: FloatArray
@@ -189,14 +193,14 @@ class Propagated:
 
 
 def slopes(model: Model, estimates: FloatArray, steps: FloatArray) -> FloatArray:
-    """Jacobian of a vectorised model by central differences, all in one call.
+    """Jacobian of a vectorised model by central differences, in one call of the model.
 
     Parameters
     ----------
     model : callable
     estimates : (m,) float
     steps : (m,) float
-        Zero steps give zero slopes.
+        The slope of an input with a zero step is zero.
 
     Returns
     -------
@@ -217,26 +221,27 @@ def slopes(model: Model, estimates: FloatArray, steps: FloatArray) -> FloatArray
 def propagate(
     model: Model,
     estimates: npt.ArrayLike,
-    uncertainty: npt.ArrayLike,
+    uncertainty: npt.ArrayLike | Covariance,
     *,
     names: Sequence[str] | None = None,
     dof: npt.ArrayLike | None = None,
     evaluations: Sequence[str] | None = None,
 ) -> Propagated:
-    """The law of propagation of uncertainty, J S J', for any vectorised model.
+    """Apply the law of propagation of uncertainty, J S J', to a vectorised model.
 
     Parameters
     ----------
     model : callable
         (n, m) inputs to (n,) or (n, k) outputs.
     estimates : (m,) float
-    uncertainty : (m,) standard uncertainties, or (m, m) covariance
+    uncertainty : (m,) float or Covariance
+        Standard uncertainties of independent inputs, or the covariance of the inputs.
     names : m strings, optional
         Of the inputs, for the budget.
     dof : (m,) float, optional
         Degrees of freedom of the inputs' uncertainties; infinite when not given.
     evaluations : m of "A" or "B", optional
-        B when not given; A where degrees of freedom are finite.
+        When not given: A where degrees of freedom are finite, else B.
 
     Returns
     -------
@@ -245,7 +250,7 @@ def propagate(
     Raises
     ------
     PretravelError
-        Shapes that do not fit, a covariance that is none, a model that gives nan.
+        Shapes that differ, a negative uncertainty, a model without finite values.
 
     References
     ----------
@@ -256,51 +261,32 @@ def propagate(
     ([6.0], [0.05])
     """
     x = np.asarray(estimates, dtype=np.float64)
-    given = np.asarray(uncertainty, dtype=np.float64)
+    covariance = _covariance_of(x, uncertainty)
+    u = np.sqrt(np.maximum(covariance.variances, 0.0))
     count = len(x)
-    if x.ndim != 1 or given.shape not in ((count,), (count, count)):
-        raise PretravelError(
-            f"{x.shape} estimates with uncertainties of shape {given.shape}: expected (m,) with "
-            "(m,) or (m, m)"
-        )
-    if count == 0:
-        raise PretravelError("a model without inputs has no uncertainty to propagate")
-    if given.ndim == 1 and np.any(given < 0.0):
-        raise PretravelError("a standard uncertainty is not negative")
-    covariance = np.diag(given**2) if given.ndim == 1 else given
-    if not np.allclose(covariance, covariance.T, rtol=1e-9, atol=0.0):
-        raise PretravelError("this is not a covariance: it is not symmetric")
-    u = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    finite = bool(np.all(np.isfinite(covariance)))
-    lowest = np.linalg.eigvalsh(covariance)[0] if finite else -math.inf
-    if lowest < -1e-9 * max(float(np.max(u**2)), 1e-300):
-        raise PretravelError("this is not a covariance: symmetric, finite, no negative variance")
     degrees = np.full(count, np.inf) if dof is None else np.asarray(dof, dtype=np.float64)
     value = np.asarray(model(x[None, :]), dtype=np.float64).reshape(-1)
-    # A hundredth of u: small against what curves, large against rounding.
+    # A hundredth of u: small against curvature, large against rounding.
     floor = 1e-8 * np.maximum(np.abs(x), 1e-8)
     steps = np.where(u > 0.0, np.maximum(1e-2 * u, floor), 0.0)
     jacobian = slopes(model, x, steps)
     if not (np.all(np.isfinite(value)) and np.all(np.isfinite(jacobian))):
-        raise PretravelError("the model gives no finite value at (or near) the estimates")
-    total = jacobian @ covariance @ jacobian.T
-    kinds = (
-        list(evaluations)
-        if evaluations is not None
-        else ["A" if math.isfinite(nu) else "B" for nu in degrees]
-    )
-    labels = list(names) if names is not None else [f"input {i + 1}" for i in range(count)]
+        raise PretravelError("the model has no finite value at (or near) the estimates")
+    if evaluations is None:
+        evaluations = ["A" if math.isfinite(nu) else "B" for nu in degrees]
+    if names is None:
+        names = [f"input {i + 1}" for i in range(count)]
     budgets = tuple(
         Budget(
             tuple(
-                Component(labels[i], kinds[i], float(u[i]), float(row[i]), float(degrees[i]))
+                Component(names[i], evaluations[i], float(u[i]), float(row[i]), float(degrees[i]))
                 for i in range(count)
             )
         )
         for row in jacobian
     )
-    independent = not np.any(covariance - np.diag(np.diag(covariance)))
-    effective = [b.effective_dof if independent else math.inf for b in budgets]
+    total = covariance.carried(jacobian)
+    effective = [b.effective_dof if _independent(covariance) else math.inf for b in budgets]
     return Propagated(
         value=frozen(value),
         covariance=frozen(total),
@@ -308,3 +294,33 @@ def propagate(
         effective_dof=frozen(effective),
         budgets=budgets,
     )
+
+
+def _covariance_of(estimates: FloatArray, uncertainty: npt.ArrayLike | Covariance) -> Covariance:
+    """The covariance of the inputs, checked against the estimates."""
+    if estimates.ndim != 1 or not len(estimates):
+        raise PretravelError(f"estimates have the shape {estimates.shape}; expected (m,), m > 0")
+    if isinstance(uncertainty, Covariance):
+        covariance = uncertainty
+    else:
+        u = np.asarray(uncertainty, dtype=np.float64)
+        if u.ndim != 1:
+            raise PretravelError(
+                f"uncertainties have the shape {u.shape}; expected standard uncertainties (m,), or "
+                "a Covariance for correlated inputs"
+            )
+        if np.any(u < 0.0):
+            raise PretravelError("a standard uncertainty is negative")
+        covariance = Covariance.independent(u**2)
+    if len(covariance) != len(estimates):
+        raise PretravelError(
+            f"{len(estimates)} estimates with {len(covariance)} uncertainties: expected one for "
+            "each estimate"
+        )
+    return covariance
+
+
+def _independent(covariance: Covariance) -> bool:
+    """Whether no input is correlated with another one."""
+    matrix = covariance.matrix
+    return not np.any(matrix - np.diag(np.diag(matrix)))

@@ -1,4 +1,4 @@
-"""Uncertainty by Monte Carlo after JCGM 101: adaptive, and a judge of the GUM's result."""
+"""Uncertainty by the adaptive Monte Carlo method of JCGM 101, and validation of GUM results."""
 
 from __future__ import annotations
 
@@ -12,31 +12,32 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.gum import COVERAGE, Model, Propagated
 
 Draw = Callable[[np.random.Generator, int], FloatArray]
 """From a generator and a number of trials n to (n, m) rows of inputs."""
 
 _MOST_TRIALS = 10_000_000
-_KEPT = 5_000_000  # values of one output beyond which memory, not patience, is the limit
+_MOST_VALUES = 5_000_000  # of all outputs together: the limit of memory
 
 Shape = Literal["normal", "uniform", "triangular", "arcsine", "t"]
 
 
 @dataclass(frozen=True)
 class Input:
-    """What is known of one input: an estimate and a distribution about it.
+    """One input: an estimate and the distribution about it.
 
     Parameters
     ----------
     estimate : float
     standard_uncertainty : float
     shape : str
-        normal, uniform, triangular, arcsine (U-shaped), or t, scaled and shifted, with
-        `dof` degrees of freedom, for means of repeats.
+        normal, uniform, triangular, arcsine (U-shaped), or t (scaled and shifted, with
+        `dof` degrees of freedom) for means of repeats.
     dof : float
-        Of shape t; there `standard_uncertainty` is s / root n, as evaluated (the
-        distribution's own is wider, JCGM 101, 6.4.9).
+        Degrees of freedom of shape t; there `standard_uncertainty` is s / root n (the
+        standard deviation of the distribution is larger, JCGM 101, 6.4.9).
 
     >>> Input(1.0, 0.1, "uniform").draw(np.random.default_rng(0), 3).round(3).tolist()
     [1.047, 0.92, 0.841]
@@ -50,16 +51,16 @@ class Input:
     def __post_init__(self) -> None:
         if not 0.0 <= self.standard_uncertainty < math.inf or not math.isfinite(self.estimate):
             raise PretravelError(
-                f"an input has a finite estimate and an uncertainty that is not negative, got "
-                f"{self.estimate:g} and {self.standard_uncertainty:g}"
+                f"an input has the estimate {self.estimate:g} and the standard uncertainty "
+                f"{self.standard_uncertainty:g}; both must be finite, the second not negative"
             )
         if not self.dof > 0.0:
-            raise PretravelError(f"degrees of freedom must be positive, got {self.dof:g}")
+            raise PretravelError(f"degrees of freedom must be positive, not {self.dof:g}")
         if self.shape == "t" and math.isinf(self.dof):
-            raise PretravelError("shape t needs its degrees of freedom (dof)")
+            raise PretravelError("the shape t needs its degrees of freedom")
 
     def draw(self, generator: np.random.Generator, count: int) -> FloatArray:
-        """So many values, (count,)."""
+        """Draw values, (count,)."""
         if self.shape == "normal":
             unit = generator.standard_normal(count)
         elif self.shape == "uniform":
@@ -79,33 +80,31 @@ class Input:
 
 
 def independent(inputs: Sequence[Input]) -> Draw:
-    """Draws of inputs that know nothing of each other."""
+    """Draws of independent inputs."""
     return lambda generator, count: np.stack([i.draw(generator, count) for i in inputs], axis=1)
 
 
-def joint_normal(estimates: npt.ArrayLike, covariance: npt.ArrayLike) -> Draw:
+def joint_normal(estimates: npt.ArrayLike, covariance: Covariance) -> Draw:
     """Draws of inputs with a joint normal distribution.
 
     Parameters
     ----------
     estimates : (m,) float
-    covariance : (m, m) float
-        May be singular.
+    covariance : Covariance
+        Of the m inputs.
+
+    >>> draw = joint_normal([1.0, 2.0], Covariance.fully_shared([1.0, 4.0]))
+    >>> x = draw(np.random.default_rng(0), 2)
+    >>> bool(np.allclose(x[:, 1] - 2.0, 2.0 * (x[:, 0] - 1.0)))
+    True
     """
     mean = np.asarray(estimates, dtype=np.float64)
-    given = np.asarray(covariance, dtype=np.float64)
-    values, vectors = np.linalg.eigh(given)
-    if not np.allclose(given, given.T) or values[0] < -1e-9 * abs(values[-1]):
-        raise PretravelError("this is not a covariance: symmetric, no negative variance")
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return lambda generator, count: np.asarray(
-        mean + generator.standard_normal((count, len(mean))) @ root.T
-    )
+    return lambda generator, count: mean + covariance.errors(generator, count)
 
 
 @dataclass(frozen=True, eq=False)
 class MonteCarlo:
-    """Distribution of a model's outputs, by trials.
+    """Distribution of the outputs of a model, from trials.
 
     Attributes
     ----------
@@ -113,13 +112,13 @@ class MonteCarlo:
         Means.
     covariance : (k, k) float
     symmetric_interval : (k, 2) float
-        Probabilistically symmetric: as much below as above.
+        Probabilistically symmetric: the same probability below as above.
     shortest_interval : (k, 2) float
     trials : int
     tolerance : (k,) float
-        Numerical tolerance that was asked for.
+        Requested numerical tolerance.
     settled : (k,) bool
-        Whether mean, u and both ends are known to that tolerance.
+        Whether mean, u and both ends of the interval reached that tolerance.
     probability : float
     """
 
@@ -139,7 +138,7 @@ class MonteCarlo:
 
 
 def numerical_tolerance(standard_uncertainty: npt.ArrayLike, digits: int = 2) -> FloatArray:
-    """Half a unit in the last of so many significant digits of u.
+    """Half a unit of the last significant digit of u.
 
     References
     ----------
@@ -185,7 +184,7 @@ def monte_carlo(
     most_trials: int = 1_000_000,
     seed: int | None = 1,
 ) -> MonteCarlo:
-    """Propagate distributions, with as many trials as the wanted digits need.
+    """Propagate distributions with as many trials as the requested digits need.
 
     Parameters
     ----------
@@ -195,14 +194,14 @@ def monte_carlo(
         See `independent` and `joint_normal`.
     probability : float
     digits : int
-        Significant digits of u that are to be right.
+        Number of significant digits of u that must be correct.
     share : float
-        Of that tolerance: one fifth is asked for where a GUM result is to be judged.
+        Of that tolerance: one fifth is required for the validation of a GUM result.
     most_trials : int
-        Where to stop; `settled` then says what was not reached. Two blocks are made in any
-        case.
+        Limit of the number of trials; `settled` then states which outputs did not reach the
+        tolerance. Two blocks are evaluated in any case.
     seed : int or None
-        None draws others each time.
+        None draws other numbers each time.
 
     Returns
     -------
@@ -211,7 +210,7 @@ def monte_carlo(
     Raises
     ------
     PretravelError
-        A model that gives values that are not finite.
+        A model with values that are not finite.
 
     References
     ----------
@@ -223,49 +222,24 @@ def monte_carlo(
     >>> bool(abs(result.standard_uncertainty[0] - 2**0.5) < 0.05)
     True
     """
-    if not 0.0 < probability < 1.0:
-        raise PretravelError(f"a coverage probability lies between 0 and 1, got {probability:g}")
-    if not 1 <= digits <= 4:
-        raise PretravelError(f"between 1 and 4 significant digits make sense, got {digits}")
+    block = _block_size(probability, digits)
     generator = np.random.default_rng(seed)
-    if 200.0 / (1.0 - probability) > _MOST_TRIALS:
-        raise PretravelError(
-            f"the ends of a {probability:g} interval need more than {_MOST_TRIALS} trials"
-        )
-    block = max(math.ceil(100.0 / (1.0 - probability)), 10_000)
     blocks: list[FloatArray] = []
     figures: list[FloatArray] = []
-    settled = np.zeros(0, dtype=bool)
-    tolerance = np.zeros(0)
     while True:
-        values = np.asarray(model(draw(generator, block)), dtype=np.float64).reshape(block, -1)
-        if not np.all(np.isfinite(values)):
-            bad = int(np.sum(~np.isfinite(values).all(axis=1)))
-            raise PretravelError(
-                f"{bad} of {block} trials gave no finite value: the inputs' distributions reach "
-                "where the model does not hold"
-            )
+        values = _evaluated(model, draw(generator, block))
         blocks.append(values)
-        ordered = np.sort(values, axis=0)
-        figures.append(
-            np.stack(
-                [
-                    values.mean(axis=0),
-                    values.std(axis=0, ddof=1),
-                    *symmetric_interval(ordered, probability).T,
-                    *shortest_interval(ordered, probability).T,
-                ]
-            )
-        )
+        figures.append(_block_figures(values, probability))
+        if len(blocks) < 2:
+            continue
+        pooled = np.concatenate(blocks).std(axis=0, ddof=1)
+        tolerance = share * numerical_tolerance(pooled, digits)
+        errors = np.std(figures, axis=0, ddof=1) / math.sqrt(len(figures))
+        settled = np.all(2.0 * errors <= tolerance, axis=0)
         done = len(blocks) * block
-        if len(blocks) >= 2:
-            pooled = np.concatenate(blocks).std(axis=0, ddof=1)
-            tolerance = share * numerical_tolerance(pooled, digits)
-            errors = np.std(figures, axis=0, ddof=1) / math.sqrt(len(figures))
-            settled = np.all(2.0 * errors <= tolerance, axis=0)
-            full = done + block > min(most_trials, _MOST_TRIALS) or done * values.shape[1] > _KEPT
-            if settled.all() or full:
-                break
+        full = done + block > min(most_trials, _MOST_TRIALS)
+        if settled.all() or full or done * values.shape[1] > _MOST_VALUES:
+            break
     everything = np.concatenate(blocks)
     ordered = np.sort(everything, axis=0)
     return MonteCarlo(
@@ -280,14 +254,55 @@ def monte_carlo(
     )
 
 
+def _block_size(probability: float, digits: int) -> int:
+    """Number of trials of a block (JCGM 101, 7.9.4), at least 100 of them outside the interval."""
+    if not 0.0 < probability < 1.0:
+        raise PretravelError(
+            f"the coverage probability is {probability:g}; it must lie between 0 and 1"
+        )
+    if not 1 <= digits <= 4:
+        raise PretravelError(f"the number of significant digits is {digits}; it must be 1 to 4")
+    if 200.0 / (1.0 - probability) > _MOST_TRIALS:
+        raise PretravelError(
+            f"the ends of an interval of the probability {probability:g} need more than "
+            f"{_MOST_TRIALS} trials"
+        )
+    return max(math.ceil(100.0 / (1.0 - probability)), 10_000)
+
+
+def _evaluated(model: Model, inputs: FloatArray) -> FloatArray:
+    """The outputs of one block, (n, k), all finite."""
+    values = np.asarray(model(inputs), dtype=np.float64).reshape(len(inputs), -1)
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.all():
+        raise PretravelError(
+            f"{int(np.sum(~finite))} of {len(inputs)} trials have no finite value: the "
+            "distributions of the inputs extend to where the model does not hold"
+        )
+    return values
+
+
+def _block_figures(values: FloatArray, probability: float) -> FloatArray:
+    """Mean, u and the ends of both intervals of one block, (6, k)."""
+    ordered = np.sort(values, axis=0)
+    return np.stack(
+        [
+            values.mean(axis=0),
+            values.std(axis=0, ddof=1),
+            *symmetric_interval(ordered, probability).T,
+            *shortest_interval(ordered, probability).T,
+        ]
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Whether the GUM's interval stands up to the Monte Carlo one.
+    """Comparison of a GUM interval with the interval from Monte Carlo.
 
     Attributes
     ----------
     difference : (k, 2) float
-        Of lower and of upper ends.
+        Of the lower and of the upper ends.
     tolerance : (k,) float
     valid : (k,) bool
     """
@@ -298,15 +313,15 @@ class Validation:
 
     @property
     def message(self) -> str:
-        """One sentence for people."""
+        """The result in one sentence."""
         if self.valid.all():
-            return "the GUM's intervals agree with Monte Carlo to the digits asked for"
+            return "the GUM's intervals agree with Monte Carlo to the requested digits"
         worst = int(np.argmax(self.difference.max(axis=1) / np.maximum(self.tolerance, 1e-300)))
         return (
-            f"the GUM's interval is {self.difference[worst].max():.2g} off where "
-            f"{self.tolerance[worst]:.2g} was allowed ({int((~self.valid).sum())} of "
-            f"{len(self.valid)} results): the model curves too much, or is too far from normal; "
-            "use the Monte Carlo interval"
+            f"the GUM's interval differs by {self.difference[worst].max():.2g} from Monte Carlo; "
+            f"the tolerance is {self.tolerance[worst]:.2g} ({int((~self.valid).sum())} of "
+            f"{len(self.valid)} results): the model is too nonlinear, or the distribution too far "
+            "from normal; use the Monte Carlo interval"
         )
 
 
@@ -317,9 +332,9 @@ def validate(gum: Propagated, trials: MonteCarlo, digits: int = 2) -> Validation
     ----------
     gum : Propagated
     trials : MonteCarlo
-        Made with a fifth of the tolerance (`share=0.2`), to be a judge.
+        Made with a fifth of the tolerance (`share=0.2`).
     digits : int
-        Significant digits of u that are to agree.
+        Number of significant digits of u that must agree.
 
     Returns
     -------

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.laboratory.separation import Readings, separate, separation_by_trials
+from pretravel.laboratory.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation import separate, separation_by_trials
 
 TRIALS = 20_000
 
@@ -14,7 +15,7 @@ def test_separation() -> None:
     i, j = np.divmod(np.arange(12 * 12), 12)
     rng = np.random.default_rng(3)
     noise = rng.standard_normal(144) * np.sqrt(0.2 + 0.1 * np.cos(j))
-    readings = Readings(i, j, 1e-3 * (np.sin(i) - np.cos(j) + noise))
+    readings = MultiStepReadings(i, j, 1e-3 * (np.sin(i) - np.cos(j) + noise))
     result = separate(readings, method="least-squares")
     errors, variances = separation_by_trials(readings, result, trials=TRIALS)
     stated = np.sqrt(np.diag(result.error_covariance))

@@ -16,7 +16,7 @@ from pretravel.maps.bases import HarmonicBasis
 from pretravel.qualification.map_fit import Kind
 from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting import fit_sphere
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.examples import EXAMPLES
 from tests.support.reference_touches import sphere_touches
 

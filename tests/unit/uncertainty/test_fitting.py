@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from pretravel.errors import PretravelError
-from pretravel.uncertainty.fitting import fit_circle, fit_cylinder, fit_plane, fit_sphere
+from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty.fitting.circle import fit_circle
+from pretravel.uncertainty.fitting.cylinder import fit_cylinder
+from pretravel.uncertainty.fitting.plane import fit_plane
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 
 
 def _frame(rng: np.random.Generator) -> np.ndarray:
@@ -126,7 +130,7 @@ def test_sphere_covariance_with_common_errors() -> None:
     n = np.concatenate([sphere_pattern_25(), -sphere_pattern_25()])
     points = 10.0 * n
     fit = fit_sphere(points)
-    common = fit.covariance(points, np.full((50, 50), 1e-6))
+    common = fit.covariance(points, Covariance.fully_shared(np.full(50, 1e-6)))
     assert np.diag(common) == pytest.approx([0.0, 0.0, 0.0, 1e-6], abs=1e-18)
-    own = fit.covariance(points, np.full(50, 1e-6))
+    own = fit.covariance(points, Covariance.independent(np.full(50, 1e-6)))
     assert own == pytest.approx(fit.cofactor * 1e-6, abs=1e-15)

@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.errors import PretravelError
-from pretravel.uncertainty.fitting import fit_sphere
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 
 
 class TestSphereFit:

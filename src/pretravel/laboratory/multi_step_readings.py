@@ -1,0 +1,240 @@
+"""Readings of a multi-step test, and the equations that they give for machine and probe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.errors import PretravelError
+
+_LISTED = 12  # directions that a message names
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStepReadings:
+    """Readings of a multi-step test; each has one machine direction and one probe direction.
+
+    Parameters
+    ----------
+    machine, probe : (n,) int
+        Indices of the directions; they may start at any number.
+    errors : (n,) float
+        Machine error less probe error, with noise. [mm]
+
+    Raises
+    ------
+    PretravelError
+        Shapes that differ, values that are not finite, too few readings.
+
+    >>> MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3]).machines.tolist()
+    [1, 2]
+    """
+
+    machine: IntArray
+    probe: IntArray
+    errors: FloatArray
+
+    def __post_init__(self) -> None:
+        machine, probe = np.array(self.machine), np.array(self.probe)
+        errors = frozen(self.errors)
+        for name, index in (("machine", machine), ("probe", probe)):
+            if np.any(index != np.round(index)):
+                raise PretravelError(f"{name} indices must be whole numbers")
+        if not (machine.shape == probe.shape == errors.shape) or errors.ndim != 1:
+            raise PretravelError(
+                f"{machine.shape} machine indices, {probe.shape} probe indices and "
+                f"{errors.shape} errors: expected three arrays of one length"
+            )
+        if not np.all(np.isfinite(errors)):
+            raise PretravelError("readings must be finite")
+        if len(errors) < 4:
+            raise PretravelError(
+                f"{len(errors)} readings are too few to separate machine and probe; at least 4 "
+                "are needed"
+            )
+        object.__setattr__(self, "machine", machine.astype(np.int64))
+        object.__setattr__(self, "probe", probe.astype(np.int64))
+        object.__setattr__(self, "errors", errors)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    @property
+    def machines(self) -> IntArray:
+        """Machine directions that occur, in order."""
+        return np.unique(self.machine)
+
+    @property
+    def probes(self) -> IntArray:
+        """Probe directions that occur, in order."""
+        return np.unique(self.probe)
+
+
+@dataclass(frozen=True)
+class RepeatedPair:
+    """One configuration whose variance was measured by repeated touches.
+
+    Parameters
+    ----------
+    machine, probe : int
+        Indices of the directions.
+    variance : float
+        [mm²]
+    count : int
+        Number of repeats from which the variance was determined.
+    """
+
+    machine: int
+    probe: int
+    variance: float
+    count: int = 10
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.variance < math.inf:
+            raise PretravelError(
+                f"the variance of the repeats is {self.variance * 1e6:g} µm²; it must be positive"
+            )
+        if self.count < 2:
+            raise PretravelError(
+                f"{self.count} repeat does not determine a variance; at least two are needed"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStepDesign:
+    """The linear equations of a multi-step test.
+
+    Attributes
+    ----------
+    machines, probes : (m,), (p,) int
+        Indices as in the readings.
+    row, column : (n,) int
+        Place of each reading's direction in `machines` and in `probes`.
+    incidence : (n, m + p) float
+        One where a direction takes part in a reading: the sums of variances.
+    signs : (m + p,) float
+        Plus one for the machine, minus one for the probe.
+    basis : (m + p, m + p - 1) float
+        Orthonormal; it spans the errors whose machine part adds up to zero.
+    design : (n, m + p - 1) float
+        Readings by the coordinates of the errors in `basis`.
+    """
+
+    machines: IntArray
+    probes: IntArray
+    row: IntArray
+    column: IntArray
+    incidence: FloatArray
+    signs: FloatArray
+    basis: FloatArray
+    design: FloatArray
+
+    @property
+    def split(self) -> int:
+        """Number of machine directions; the probe's come after them."""
+        return len(self.machines)
+
+    @property
+    def size(self) -> int:
+        """Number of machine and probe directions."""
+        return len(self.signs)
+
+    def machine_place(self, index: int) -> int:
+        """Place of a machine direction among all directions."""
+        return direction_place(self.machines, index, "machine")
+
+    def probe_place(self, index: int) -> int:
+        """Place of a probe direction among all directions."""
+        return self.split + direction_place(self.probes, index, "probe")
+
+
+def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
+    """The equations of readings.
+
+    Parameters
+    ----------
+    readings : MultiStepReadings
+
+    Returns
+    -------
+    MultiStepDesign
+
+    >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3])
+    >>> multi_step_design(readings).design.shape
+    (4, 3)
+    """
+    from scipy.linalg import null_space
+
+    machines, row = np.unique(readings.machine, return_inverse=True)
+    probes, column = np.unique(readings.probe, return_inverse=True)
+    count, split = len(readings), len(machines)
+    incidence = np.zeros((count, split + len(probes)))
+    incidence[np.arange(count), row] = 1.0
+    incidence[np.arange(count), split + column] = 1.0
+    signs = np.concatenate([np.ones(split), -np.ones(len(probes))])
+    # A constant added to all errors of machine and probe changes no reading.
+    machine_sum = np.concatenate([np.ones(split), np.zeros(len(probes))])
+    basis = np.asarray(null_space(machine_sum[None, :]))
+    return MultiStepDesign(
+        machines=machines,
+        probes=probes,
+        row=row,
+        column=column,
+        incidence=incidence,
+        signs=signs,
+        basis=basis,
+        design=(incidence * signs) @ basis,
+    )
+
+
+def direction_place(indices: IntArray, wanted: int, kind: str) -> int:
+    """Place of a direction's index among those of the readings.
+
+    Raises
+    ------
+    PretravelError
+        A direction without readings.
+    """
+    found = np.flatnonzero(indices == wanted)
+    if not len(found):
+        listed = ", ".join(str(i) for i in indices[:_LISTED])
+        more = ", …" if len(indices) > _LISTED else ""
+        raise PretravelError(f"no reading has {kind} direction {wanted}; there are {listed}{more}")
+    return int(found[0])
+
+
+def check_connected(design: MultiStepDesign) -> None:
+    """Check that common directions connect all readings.
+
+    Raises
+    ------
+    PretravelError
+        Groups of readings without a common direction: each has an unknown constant of its own.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    nodes = design.size
+    ones = np.ones(len(design.row))
+    graph = coo_array((ones, (design.row, design.split + design.column)), shape=(nodes, nodes))
+    parts, label = connected_components(graph, directed=False)
+    if parts == 1:
+        return
+    groups = []
+    for part in range(min(int(parts), 3)):
+        members = np.flatnonzero(label == part)
+        machines = design.machines[members[members < design.split]]
+        probes = design.probes[members[members >= design.split] - design.split]
+        groups.append(
+            f"machine {', '.join(map(str, machines[:6]))}{'…' if len(machines) > 6 else ''} "
+            f"with probe {', '.join(map(str, probes[:6]))}{'…' if len(probes) > 6 else ''}"
+        )
+    raise PretravelError(
+        f"the readings form {parts} groups that share no direction "
+        f"({'; '.join(groups)}{'; …' if parts > 3 else ''}): each has a constant of its own, "
+        f"and the identification matrix lacks {parts} ranks instead of one. Add readings that "
+        "connect the groups, for example orientations turned by one step"
+    )

@@ -1,0 +1,1 @@
+"""Least-squares features: plane, sphere, circle and cylinder, with their covariances."""

@@ -1,0 +1,192 @@
+"""The cylinder of least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import fibonacci_cap, unit
+from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.uncertainty.fitting.feature import (
+    FLAT,
+    Fit,
+    across,
+    checked_points,
+    least_squares_parameters,
+)
+from pretravel.uncertainty.fitting.sphere import algebraic_sphere, fit_sphere
+
+_CANDIDATES = 200
+_STARTS = 5
+_SAME_NEIGHBOURHOOD = 0.95  # cosine of the angle between two axes
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CylinderFit(Fit):
+    """The cylinder of the least sum of squared distances.
+
+    Attributes
+    ----------
+    point : (3,) float
+        The point of the axis that is nearest to the centroid of the points. [mm]
+    axis : (3,) float
+        Unit vector; its largest component is positive.
+    radius : float
+        [mm]
+    cofactor : (7, 7) float
+        Covariance of (point, axis, radius) per unit variance of a distance. It is singular for
+        movements along the axis and for changes of the length of `axis`.
+    """
+
+    point: FloatArray
+    axis: FloatArray
+    radius: float
+    cofactor: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Cylinder:
+    """A cylinder near scaled points: a point of the axis, its direction, the radius."""
+
+    foot: FloatArray
+    axis: FloatArray
+    radius: float
+
+    def displaced(self, x: FloatArray) -> _Cylinder:
+        """The cylinder after two shifts across the axis, two tilts and a change of radius."""
+        sideways = across(self.axis)
+        return _Cylinder(
+            self.foot + x[:2] @ sideways,
+            unit(self.axis + x[2:4] @ sideways),
+            self.radius + float(x[4]),
+        )
+
+    def distances(self, q: FloatArray) -> FloatArray:
+        """Of points from the cylinder, positive outside."""
+        offset = q - self.foot
+        radial = offset - np.outer(offset @ self.axis, self.axis)
+        return np.asarray(np.linalg.norm(radial, axis=1) - self.radius)
+
+    def jacobian(self, q: FloatArray, x: FloatArray) -> FloatArray:
+        """Derivatives of the distances from the displaced cylinder by the displacements x."""
+        sideways = across(self.axis)
+        moved = self.displaced(x)
+        offset = q - moved.foot
+        height = offset @ moved.axis
+        radial = offset - np.outer(height, moved.axis)
+        distance = np.linalg.norm(radial, axis=1)
+        outward = (radial / np.maximum(distance, 1e-300)[:, None]) @ sideways.T
+        lever = height / np.linalg.norm(self.axis + x[2:4] @ sideways)
+        return -np.hstack([outward, lever[:, None] * outward, np.ones((len(q), 1))])
+
+    def with_nearest_foot(self) -> _Cylinder:
+        """The same cylinder, its point of the axis the one nearest to the points' centroid."""
+        return _Cylinder(self.foot - (self.foot @ self.axis) * self.axis, self.axis, self.radius)
+
+
+def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> CylinderFit:
+    """Fit a cylinder with the smallest sum of squared distances.
+
+    Without a given axis the start is searched: for directions over the half-sphere the points are
+    projected along the direction and fitted by an algebraic circle; the search continues from
+    the best few.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        [mm]
+    axis : (3,) float, optional
+        Approximate direction of the axis, to start from.
+
+    Returns
+    -------
+    CylinderFit
+
+    Raises
+    ------
+    PretravelError
+        Fewer than five points; points in one circle, which do not determine the axis.
+    ConvergenceError
+        Points that do not look like a cylinder.
+
+    >>> angles = np.linspace(0.0, 5.5, 12)
+    >>> points = np.stack([2 * np.cos(angles), 2 * np.sin(angles), 3 * np.cos(5 * angles)], axis=1)
+    >>> fit = fit_cylinder(points)
+    >>> abs(fit.axis.round(9)).tolist(), round(fit.radius, 9)
+    ([0.0, 0.0, 1.0], 2.0)
+    """
+    p = checked_points(points, "cylinder", 5)
+    middle = p.mean(axis=0)
+    extent = np.linalg.svd(p - middle, compute_uv=False)
+    if extent[1] <= FLAT * extent[0]:
+        raise PretravelError(
+            "all points lie in one line (or one place); they do not determine a cylinder"
+        )
+    scale = float(np.linalg.norm(p - middle)) / np.sqrt(len(p))
+    q = (p - middle) / scale
+    starts = _likely_axes(q) if axis is None else [unit(np.asarray(axis, dtype=np.float64))]
+    found = [cylinder for start in starts if (cylinder := _fitted_from(q, start)) is not None]
+    if not found:
+        raise ConvergenceError(
+            "the cylinder fit did not converge: these points do not look like a cylinder"
+        )
+    best = min(found, key=lambda cylinder: float(np.sum(cylinder.distances(q) ** 2)))
+    sign = float(np.sign(best.axis[np.argmax(np.abs(best.axis))]))
+    return CylinderFit(
+        point=frozen(middle + scale * best.foot),
+        axis=frozen(sign * best.axis),
+        radius=float(best.radius * scale),
+        cofactor=frozen(_cofactor(q, best, scale, sign)),
+        residuals=frozen(best.distances(q) * scale),
+        dof=len(p) - 5,
+    )
+
+
+def _likely_axes(q: FloatArray) -> list[FloatArray]:
+    """Axes along which the points look most like a circle, the best of each neighbourhood."""
+    candidates = np.concatenate(
+        [fibonacci_cap(_CANDIDATES), np.linalg.svd(q, full_matrices=False)[2]]
+    )
+    costs = [algebraic_sphere(q @ across(candidate).T)[1] for candidate in candidates]
+    chosen: list[FloatArray] = []
+    for index in np.argsort(costs):
+        if all(abs(float(candidates[index] @ a)) < _SAME_NEIGHBOURHOOD for a in chosen):
+            chosen.append(candidates[index])
+        if len(chosen) == _STARTS:
+            break
+    return chosen
+
+
+def _fitted_from(q: FloatArray, axis: FloatArray) -> _Cylinder | None:
+    """The cylinder of least squares near an axis; None where the search does not converge."""
+    sideways = across(axis)
+    try:
+        circle = fit_sphere(q @ sideways.T)
+    except PretravelError:
+        return None
+    start = _Cylinder(circle.center @ sideways, axis, circle.radius)
+    found = least_squares_parameters(
+        lambda x: start.displaced(x).distances(q), lambda x: start.jacobian(q, x), np.zeros(5)
+    )
+    return None if found is None else start.displaced(found).with_nearest_foot()
+
+
+def _cofactor(q: FloatArray, best: _Cylinder, scale: float, sign: float) -> FloatArray:
+    """Covariance of (point, axis, radius) per unit variance of a distance, (7, 7)."""
+    jacobian = best.jacobian(q, np.zeros(5))
+    singular = np.linalg.svd(jacobian, compute_uv=False)
+    if singular[-1] <= FLAT * singular[0]:
+        raise PretravelError(
+            "these points do not determine the cylinder's axis: they lie in one circle, in one "
+            "plane or along one line; take two circles apart, with three points or more"
+        )
+    # From two shifts, two tilts and the radius to point, axis and radius.
+    sideways = across(best.axis).T
+    change = np.zeros((7, 5))
+    change[:3, :2] = sideways
+    change[3:6, 2:4] = sign * sideways / scale
+    change[6, 4] = 1.0
+    return np.asarray(change @ np.linalg.inv(jacobian.T @ jacobian) @ change.T)

@@ -1,0 +1,144 @@
+"""The parts that all least-squares features share: the result, checks of points, the search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import unit
+from pretravel.errors import PretravelError
+
+FLAT = 1e-4
+"""Ratio of the smallest to the largest extent of points below which they lie in one plane or line.
+
+It also limits the singular values of a cylinder's Jacobian.
+"""
+_TOLERANCE = 1e-15
+_LAST_STEPS = 2
+_LARGEST_LAST_STEP = 1e-6  # a larger step shows that the search stopped before the minimum
+
+Residuals = Callable[[FloatArray], FloatArray]
+"""From the parameters of a feature (k,) to the distances of the points from it (n,)."""
+Jacobian = Callable[[FloatArray], FloatArray]
+"""From the parameters of a feature (k,) to the derivatives of the distances (n, k)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """The results that every fitted feature has.
+
+    Attributes
+    ----------
+    residuals : (n,) float
+        Distances of the points from the fitted feature, positive outside. [mm]
+    dof : int
+        Degrees of freedom: the number of points less the number of fitted parameters.
+    """
+
+    residuals: FloatArray
+    dof: int
+
+    @property
+    def standard_deviation(self) -> float:
+        """Standard deviation of the distances; nan without degrees of freedom. [mm]"""
+        return float(np.sqrt(np.sum(self.residuals**2) / self.dof)) if self.dof > 0 else math.nan
+
+    @property
+    def form(self) -> float:
+        """Largest less smallest residual: roundness, flatness, cylindricity. [mm]"""
+        return float(np.ptp(self.residuals))
+
+
+def checked_points(
+    points: npt.ArrayLike, name: str, fewest: int, dimensions: tuple[int, ...] = (3,)
+) -> FloatArray:
+    """Points (n, d) as an array of finite numbers.
+
+    Parameters
+    ----------
+    points : (n, d) float
+        [mm]
+    name : str
+        Of the feature, for messages.
+    fewest : int
+        Number of points that the feature needs.
+    dimensions : tuple of int
+        Values of d that are possible.
+
+    Raises
+    ------
+    PretravelError
+        Another shape, values that are not finite, too few points.
+
+    >>> checked_points([[1, 2, 3]], "plane", 1).shape
+    (1, 3)
+    """
+    p = np.asarray(points, dtype=np.float64)
+    if p.ndim != 2 or p.shape[1] not in dimensions:
+        expected = " or ".join(str(d) for d in dimensions)
+        raise PretravelError(f"points of a {name}: expected (n, {expected}), got {p.shape}")
+    if not np.all(np.isfinite(p)):
+        raise PretravelError(f"points of a {name} must be finite")
+    if len(p) < fewest:
+        raise PretravelError(f"a {name} needs at least {fewest} points, got {len(p)}")
+    return p
+
+
+def across(direction: FloatArray) -> FloatArray:
+    """Two unit vectors that form a right-handed triad with a direction, (2, 3).
+
+    >>> (across(np.array([0.0, 0.0, 1.0])) + 0.0).tolist()
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
+    """
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    first = unit(np.cross(helper, direction))
+    return np.stack([first, np.cross(direction, first)])
+
+
+def least_squares_parameters(
+    residuals: Residuals, jacobian: Jacobian, start: FloatArray
+) -> FloatArray | None:
+    """The parameters of the smallest sum of squared distances.
+
+    Parameters
+    ----------
+    residuals, jacobian : callable
+        Of the points, which are centred and scaled to a size of about 1.
+    start : (k,) float
+
+    Returns
+    -------
+    (k,) float or None
+        None where the search does not converge.
+
+    Notes
+    -----
+    Near the minimum rounding hides changes of the sum of squares, so that the search
+    (Levenberg and Marquardt) ends with an error of about 1e-8 times the scatter. A few more steps
+    of Gauss and Newton, which do not compare sums, remove this error.
+    """
+    from scipy.optimize import least_squares
+
+    found = least_squares(
+        residuals,
+        start,
+        jac=jacobian,
+        method="lm",
+        xtol=_TOLERANCE,
+        ftol=_TOLERANCE,
+        gtol=_TOLERANCE,
+    )
+    if not found.success:
+        return None
+    parameters = np.asarray(found.x, dtype=np.float64)
+    for _ in range(_LAST_STEPS):
+        step = np.linalg.lstsq(jacobian(parameters), -residuals(parameters), rcond=None)[0]
+        if np.max(np.abs(step)) > _LARGEST_LAST_STEP * (1.0 + np.max(np.abs(parameters))):
+            return None
+        parameters = parameters + step
+    return parameters
