@@ -17,8 +17,8 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import slide
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.tip import predicted_tip
+from pretravel.report.slide_report import draw_slide
 from pretravel.report.style import save
-from pretravel.report.surface_pictures import draw_slide
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface
 

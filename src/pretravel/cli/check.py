@@ -151,7 +151,7 @@ def check(
         title = f"pretravel check {standard}: {touches.name}"
         write_text_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
     if pretravel_map is not None:

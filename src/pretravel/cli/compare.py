@@ -59,7 +59,7 @@ def compare(
             output, title, [("Result", report)], {"Corrections": plot_comparison(result)}
         )
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_comparison(result, f"{Path(map_file).name}: what corrections leave"), plot)
     typer.echo(report)

@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, POINTS, check_files
-from pretravel.cli.options import Frame, ModelName, Picture, Place, part_in_machine
+from pretravel.cli.options import Frame, ModelName, Picture, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def compensate(
@@ -53,6 +54,7 @@ def compensate(
     place: Place = None,
     frame: Frame = "part",
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Compensate touches to surface points with uncertainties.
 
@@ -64,7 +66,8 @@ def compensate(
     from pretravel.formats.logs.fusion import write_fusion_points
     from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
-    from pretravel.report.words import points_report
+    from pretravel.report.page import write_page
+    from pretravel.report.points_report import points_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved, with_feed
 
@@ -88,15 +91,13 @@ def compensate(
         )
     if frame == "machine":
         points = placed(points, placement)
-    report = points_report(points)
-    warnings = readings.notes() + compensation_warnings(measured, points, pretravel_map)
+    report = points_document(
+        points,
+        touches_name=touches.name,
+        warnings=readings.notes() + compensation_warnings(measured, points, pretravel_map),
+    )
     if output.suffix.lower() == ".html":
-        from pretravel.report.page import write_text_page
-        from pretravel.report.plotting import plot_points
-
-        title = f"pretravel compensate: {touches.name}"
-        sections = [("Result", report), *(("", f"Warning: {w}") for w in warnings)]
-        write_text_page(output, title, sections, {"Compensated points": plot_points(points)})
+        write_page(output, report)
     elif output.suffix.lower() == ".msr":
         write_fusion_points(output, points, measured.nominal_points, pretravel_map.tip_radius)
     else:
@@ -106,10 +107,5 @@ def compensate(
             f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; "
             f"{pretravel_map.provenance.get('source', 'unknown')})",
         )
-    if plot is not None:
-        from pretravel.report.plotting import plot_points, save
-
-        save(plot_points(points, f"{touches.name}, compensated"), plot)
-    typer.echo(report)
-    for warning in warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -6,14 +6,16 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Picture, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def faces(
     step: Annotated[Path, typer.Argument(help="A STEP file.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """List the faces of a STEP file, with the numbers that part.step#face uses.
 
@@ -21,7 +23,7 @@ def faces(
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import faces_table
-    from pretravel.report.words import faces_report
+    from pretravel.report.part_report import faces_document
     from pretravel.surface.cad.step_part import read_step_part
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [step])
@@ -30,9 +32,6 @@ def faces(
         table = faces_table(part)
     if output is not None:
         write_csv_table(output, table)
-    if plot is not None:
-        from pretravel.report.plotting import save
-        from pretravel.report.surface_pictures import plot_part
-
-        save(plot_part(part, step.name), plot)
-    typer.echo(faces_report(part, table))
+    report = faces_document(part, table)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -7,8 +7,9 @@ import typer
 
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, ProbeName
+from pretravel.cli.options import Picture, ProbeName, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def _solvers() -> list[str]:
@@ -53,6 +54,7 @@ def fem(
         Path | None, typer.Option(help="The solids of the mesh, for CAD: .step.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Build the finite-element model of a probe and show its state at the trigger.
 
@@ -67,7 +69,7 @@ def fem(
     from pretravel.model.fem.mesh import MeshSettings
     from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
-    from pretravel.report.words import fem_report
+    from pretravel.report.finite_elements_report import finite_elements_document
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.trigger.predict import predict
 
@@ -84,8 +86,6 @@ def fem(
         field = field_at_trigger(description, direction, reduced)
         if vtu is not None:
             write_vtu(vtu, field)
-    if plot is not None:
-        from pretravel.report.plotting import plot_trigger_field, save
-
-        save(plot_trigger_field(field, description.name), plot)
-    typer.echo(fem_report(reduced, field, description.name))
+    report = finite_elements_document(reduced, field, description.name)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

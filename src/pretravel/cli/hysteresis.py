@@ -7,8 +7,9 @@ import typer
 
 from pretravel.cli.arguments import Angles
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Azimuths, Picture, Polars, ProbeName
+from pretravel.cli.options import Azimuths, Picture, Polars, ProbeName, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def hysteresis(
@@ -38,6 +39,7 @@ def hysteresis(
         Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Load and unload a probe with friction at the seats: hysteresis, reseat error, zero drift.
 
@@ -50,7 +52,7 @@ def hysteresis(
     from pretravel.formats.friction_table import friction_table
     from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
-    from pretravel.report.words import friction_report
+    from pretravel.report.friction_report import friction_document
     from pretravel.trigger.friction import check_conditions, friction_cycle
     from pretravel.units import MICROMETRE
 
@@ -71,8 +73,6 @@ def hysteresis(
         )
     if output is not None:
         write_csv_table(output, friction_table(result))
-    if plot is not None:
-        from pretravel.report.plotting import plot_friction, save
-
-        save(plot_friction(result, f"{description.name}, friction {friction:g}"), plot)
-    typer.echo(friction_report(result, description.name))
+    report = friction_document(result, description.name)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

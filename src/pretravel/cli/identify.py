@@ -71,7 +71,7 @@ def identify(
             temporary.write_text(text, encoding="utf-8")
     if plot is not None:
         from pretravel.report.laboratory_pictures import plot_identification
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_identification(found, f"{map_file.name}, {description.name}"), plot)
     typer.echo(identification_report(found, model))

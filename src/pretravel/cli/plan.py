@@ -7,8 +7,9 @@ import typer
 
 from pretravel.cli.arguments import Counts, Pair, Vector, counts, pair
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, ProbeAxis
+from pretravel.cli.options import Picture, ProbeAxis, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def plan(
@@ -50,16 +51,16 @@ def plan(
     ] = 90.0,
     axis: ProbeAxis = Vector(0, 0, 1),
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Choose points of a surface to touch, as targets for simulate or for a machine.
 
     Example: pretravel plan part.step#1 --spacing 3 -o plan.csv --plot plan.png
     """
-    import math
-
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import plan_table
     from pretravel.probing.inspection import plan_inspection
+    from pretravel.report.part_report import plan_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.units import DEGREE, MICROMETRE
 
@@ -78,14 +79,8 @@ def plan(
             axis=axis,
         )
     write_csv_table(output, plan_table(chosen))
-    if plot is not None:
-        from pretravel.report.plotting import save
-        from pretravel.report.surface_pictures import plot_plan
-
-        save(plot_plan(chosen, shape, f"Targets on {surface}"), plot)
-    steepest = math.degrees(math.acos(float(min(max(chosen.normal[:, 2].min(), -1.0), 1.0))))
-    typer.echo(f"{len(chosen)} targets, normals up to {steepest:.1f}° from z")
+    report = plan_document(chosen, shape, f"Targets on {surface}")
+    save_picture(report, plot)
+    show(report, verbose=verbose)
     if len(set(chosen.face.tolist())) > 1:
         typer.echo("Which of them can be reached: pretravel simulate … --stem --leave-out")
-    for reason, count in chosen.left_out.items():
-        typer.echo(f"Warning: {count} points left out: {reason}", err=True)

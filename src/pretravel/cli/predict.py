@@ -13,10 +13,12 @@ from pretravel.cli.options import (
     Picture,
     Polars,
     ProbeName,
+    Verbose,
     Workpiece,
     models,
 )
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def predict(
@@ -47,6 +49,7 @@ def predict(
         typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html."),
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Predict trigger force, sensing distance and pretravel over directions.
 
@@ -58,7 +61,8 @@ def predict(
     from pretravel.formats.map_file import trigger_table, write_map
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
-    from pretravel.report.words import prediction_report
+    from pretravel.report.page import write_page
+    from pretravel.report.prediction_report import prediction_document
     from pretravel.trigger import predict as prediction
     from pretravel.trigger.response import OF_RESPONSE_FORM, probe_response, response_map
 
@@ -76,15 +80,9 @@ def predict(
     # The angles as given: a direction at the pole no longer contains its azimuth.
     table["polar_deg"] = np.repeat(polar.degrees, len(azimuth.degrees))
     table["azimuth_deg"] = np.tile(azimuth.degrees, len(polar.degrees))
-    report = prediction_report(trigger, description.name)
+    report = prediction_document(trigger, description)
     if output is not None and output.suffix.lower() == ".html":
-        from pretravel.report.page import write_text_page
-        from pretravel.report.plotting import plot_prediction, plot_probe
-
-        pictures = {"Prediction": plot_prediction(trigger), "The probe": plot_probe(description)}
-        write_text_page(
-            output, f"pretravel predict: {description.name}", [("Result", report)], pictures
-        )
+        write_page(output, report)
     elif output is not None:
         if output.suffix.lower() == ".nc" and model in OF_RESPONSE_FORM:  # else a table
             response = probe_response(description, model, workpiece=part, gravity=gravity)
@@ -92,8 +90,5 @@ def predict(
         else:
             predicted = prediction.predicted_map(description, trigger)
         write_map(output, predicted, table=table)
-    if plot is not None:
-        from pretravel.report.plotting import plot_prediction, save
-
-        save(plot_prediction(trigger, f"{description.name}, model {model}"), plot)
-    typer.echo(report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.showing import show
 
 
 def probes(
@@ -23,11 +24,11 @@ def probes(
     """
     from pretravel.errors import PretravelError
     from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
-    from pretravel.report.words import table
+    from pretravel.report.probe_report import catalogue_document, plot_probe
 
     check_files([(plot, PICTURES)])
     if plot is not None:
-        from pretravel.report.plotting import plot_probe, save
+        from pretravel.report.style import save
 
         if name is None:
             raise PretravelError(
@@ -40,20 +41,6 @@ def probes(
     if name is not None:  # a file: say what it holds, or what is wrong with it
         typer.echo(f"{name}: {load_probe(name).name}, a valid description")
         return
-    rows = []
-    for entry in catalogue_names():
-        probe = load_probe(entry)
-        rows.append(
-            [
-                entry,
-                f"{probe.preload:g}",
-                f"{probe.lever:g}",
-                f"{probe.stylus_length:g}",
-                f"{2.0 * probe.tip.radius:g}",
-                probe.stem.material.name,
-            ]
-        )
-    typer.echo(
-        table(["name", "preload/N", "lever/mm", "stylus/mm", "tip/mm", "stem"], rows)
-        + "\n\npretravel probes NAME > mine.toml prints a description to edit."
-    )
+    report = catalogue_document({entry: load_probe(entry) for entry in catalogue_names()})
+    show(report, verbose=False)
+    typer.echo("\npretravel probes NAME > mine.toml prints a description to edit.")

@@ -127,7 +127,7 @@ def rig(
             temperature=temperature,
         )
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         picture = (
             plot_rig(calibration, f"{len(touches)} touches on the rig")

@@ -99,7 +99,7 @@ def separate(
             {"Errors and variances": plot_separation(result)},
         )
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_separation(result, f"{readings.name}: machine and probe"), plot)
     typer.echo("\n".join([separation_report(result), *([""] if pairs else []), *pairs]))

@@ -13,10 +13,12 @@ from pretravel.cli.options import (
     Gravity,
     Picture,
     Place,
+    Verbose,
     Workpiece,
     part_in_machine,
 )
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def simulate(
@@ -76,14 +78,13 @@ def simulate(
     place: Place = None,
     frame: Frame = "part",
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate touches on any surface, as a machine would report them.
 
     Example: pretravel simulate omp40-2 --surface part.step#1 --targets plan.csv
     --noise 0.3 --seed 1 -o touches.csv
     """
-    import numpy as np
-
     from pretravel.errors import PretravelError
     from pretravel.formats.map_file import read_map
     from pretravel.formats.touches_csv import read_targets, write_touches
@@ -93,6 +94,7 @@ def simulate(
     from pretravel.probing import simulation
     from pretravel.probing.tip import mapped_tip
     from pretravel.probing.touching import describe_failures
+    from pretravel.report.points_report import simulation_document
     from pretravel.surface.cad.part import Part
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
@@ -132,24 +134,20 @@ def simulate(
     assert touches is not None  # none at all was refused above
     write_touches(output, moved(touches, placement) if frame == "machine" else touches)
     unreadable = shape.unreadable if isinstance(shape, Part) else {}
-    for warning in [
-        *(
-            f"face {number} cannot be used ({reason}): it is not in the way of anything"
-            for number, reason in unreadable.items()
-        ),
-        *(f"left out: {sentence}" for sentence in failures),
-        *simulation.target_warnings(wanted, simulated.outcomes),
-    ]:
-        typer.echo(f"Warning: {warning}", err=True)
-    travel = simulation.travel_since_contact(touches, simulated.tip_radius)
-    slide = simulated.outcomes.slide
-    typer.echo(
-        f"{len(touches)} touches: travel since first contact "
-        f"{np.min(travel) / MICROMETRE:.2f} to {np.max(travel) / MICROMETRE:.2f} µm, "
-        f"slide along the surface up to {np.nanmax(slide) / MICROMETRE:.2f} µm"
+    name = known.name if hasattr(known, "name") else probe
+    report = simulation_document(
+        touches,
+        simulation.travel_since_contact(touches, simulated.tip_radius),
+        simulated.outcomes.slide,
+        title=f"{name} on {surface}",
+        warnings=[
+            *(
+                f"face {number} cannot be used ({reason}): it is not in the way of anything"
+                for number, reason in unreadable.items()
+            ),
+            *(f"left out: {sentence}" for sentence in failures),
+            *simulation.target_warnings(wanted, simulated.outcomes),
+        ],
     )
-    if plot is not None:
-        from pretravel.report.plotting import plot_touches, save
-
-        name = known.name if hasattr(known, "name") else probe
-        save(plot_touches(touches, travel, f"{name} on {surface}"), plot)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -7,8 +7,9 @@ import typer
 
 from pretravel.cli.arguments import Pair, pair
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import ContactModel, Picture, ProbeName, Workpiece
+from pretravel.cli.options import ContactModel, Picture, ProbeName, Verbose, Workpiece
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def slide(
@@ -57,6 +58,7 @@ def slide(
     model: ContactModel = "analytic",
     workpiece: Workpiece = "steel",
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Follow one touch step by step: how the tip slides from first contact to the trigger.
 
@@ -65,6 +67,8 @@ def slide(
 
     Example: pretravel slide omp40-2 --surface convex --at 0.5,0.5 --steps 20 -o slide.csv
     """
+    import math
+
     import numpy as np
 
     from pretravel.formats.csv_table import write_csv_table
@@ -76,9 +80,8 @@ def slide(
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import LateralTip, predicted_tip
     from pretravel.probing.touching import touch
-    from pretravel.report.words import slide_report
+    from pretravel.report.slide_report import slide_document
     from pretravel.surface.specification import face_of, source_file
-    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, *source_file(surface)])
     description = load_probe(probe)
@@ -97,17 +100,13 @@ def slide(
         )
     if output is not None:
         write_csv_table(output, slide_table(history))
-    if plot is not None:
-        from pretravel.report.plotting import save
-        from pretravel.report.surface_pictures import plot_slide
-
-        title = f"{description.name} on {surface} at u, v = {at.first:g},{at.second:g}"
-        save(plot_slide(history, shape, title), plot)
-    typer.echo(slide_report(history, description.name, f"{surface} at {at.first:g},{at.second:g}"))
-    at_once = {
-        "sideways only": touch(LateralTip(tip), shape, target),
-        "all that gives": touch(tip, shape, target),
-    }
-    for name, found in at_once.items():
-        if found.converged[0]:
-            typer.echo(f"  at once, {name}: {found.pretravel[0] / MICROMETRE:.3f} µm")
+    lateral, whole = touch(LateralTip(tip), shape, target), touch(tip, shape, target)
+    report = slide_document(
+        history,
+        shape,
+        title=f"{description.name} on {surface} at {at.first:g},{at.second:g}",
+        lateral_pretravel=float(lateral.pretravel[0]) if lateral.converged[0] else math.nan,
+        pretravel=float(whole.pretravel[0]) if whole.converged[0] else math.nan,
+    )
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -119,7 +119,7 @@ def verify(
         figures = {"Differences, and the control chart": plot_verification(result, entries)}
         write_text_page(output, title, [("Result", report)], figures)
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_verification(result, entries, f"{touches.name} against {map_file.name}"), plot)
     typer.echo(report)
@@ -159,7 +159,7 @@ def history(
             output, title, [("Verifications", report)], {"Chart": plot_history(entries)}
         )
     if plot is not None:
-        from pretravel.report.plotting import save
+        from pretravel.report.style import save
 
         save(plot_history(entries, path.name), plot)
     typer.echo(report)

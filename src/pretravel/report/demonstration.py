@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,13 +20,13 @@ from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_choice import distances_from_reference
 from pretravel.identification.kinds import ALL_KINDS, qualify
 from pretravel.qualification.qualification import Qualification
-from pretravel.report import plotting
 from pretravel.report.controls_words import comparison_report, plot_comparison
 from pretravel.report.page import write_text_page
+from pretravel.report.points_report import plot_points, points_document
 from pretravel.report.qualification_report import plot_qualification, qualification_document
-from pretravel.report.style import save
+from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save
 from pretravel.report.terminal import terminal_text
-from pretravel.report.words import points_report, table
+from pretravel.report.words import table
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -178,7 +178,7 @@ def demonstrate(data: Path, output: Path) -> str:
     write_points(output / "points.csv", points)
     pictures = {
         "qualification.png": plot_qualification(best, "Reference sphere, six-seat probe fitted"),
-        "points.png": plotting.plot_points(points, "The part, compensated"),
+        "points.png": plot_points(points, "The part, compensated"),
         "compare.png": plot_comparison(compared, "What corrections of today's controls leave"),
         "kp3_ring.png": _ring_picture(ring),
     }
@@ -191,7 +191,7 @@ def demonstrate(data: Path, output: Path) -> str:
             "The probe, qualified on the sphere",
             terminal_text(qualification_document(best), verbose=True),
         ),
-        ("The part, compensated", points_report(points)),
+        ("The part, compensated", terminal_text(points_document(points), verbose=True)),
         ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part, best)),
         ("", _READ_SPHERE.format(noise=noise)),
         ("What today's corrections would leave of this probe", comparison_report(compared)),
@@ -277,7 +277,7 @@ def _ring_picture(ring: Touches) -> Figure:
         for kind in ALL_KINDS
     }
     first = made["mean"]
-    return plotting.plot_ring_kinds(
+    return plot_ring_kinds(
         azimuth_angle(-first.contact_normals),
         first.observed,
         {
@@ -287,3 +287,48 @@ def _ring_picture(ring: Touches) -> Figure:
         },
         "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring taken off",
     )
+
+
+def plot_ring_kinds(
+    azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
+) -> Figure:
+    """Pretravel on a ring and what several kinds of map make of it.
+
+    Parameters
+    ----------
+    azimuth : (n,) float
+        [rad]
+    observed : (n,) float
+        [mm]
+    kinds : mapping of str to (n,) float
+        Map values. [mm]
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(11.0, 4.8)
+    figure.suptitle(title)
+    diagram = polar_axes(figure, 1, 2, 1, "pretravel / µm")
+    order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
+    diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
+    left = figure.add_subplot(1, 2, 2)
+    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
+        diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
+        residual = (observed - values) / MICROMETRE
+        left.plot(
+            azimuth[order[:-1]] / DEGREE,
+            residual[order[:-1]],
+            color=colour,
+            lw=1.2,
+            label=f"{name}: {residual.std():.1f} µm",
+        )
+    diagram.set_ylim(bottom=0.0)
+    legend_below(diagram, 4)
+    left.axhline(0.0, color="k", lw=0.6)
+    left.set_xlabel("azimuth / °")
+    left.set_ylabel("left over / µm")
+    left.set_title("what is left (standard deviation)", fontsize=11)
+    left.legend(fontsize=8)
+    return figure

@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.whole_file import whole_file
 
@@ -70,3 +73,14 @@ def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) 
 def legend_below(axes: Axes, columns: int) -> None:
     """A legend below the axes."""
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
+
+
+def proportions(points: FloatArray) -> tuple[float, float, float]:
+    """Lengths of the sides of the box around points, none below 15 % of the longest.
+
+    >>> proportions(np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]]))
+    (2.0, 1.0, 0.3)
+    """
+    sides = np.ptp(points, axis=0)
+    x, y, z = np.maximum(sides, 0.15 * max(float(sides.max()), 1e-9)).tolist()
+    return (x, y, z)

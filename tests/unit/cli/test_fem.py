@@ -28,7 +28,7 @@ def test_fem_says_what_it_built_and_writes_what_paraview_reads(tmp_path: Path) -
     vtu, png = tmp_path / "out.vtu", tmp_path / "out.png"
     said = invoke(
         "fem", "omp40-2", *COARSE, "--polar", "50", "--azimuth", "20",
-        "--vtu", str(vtu), "--plot", str(png),
+        "--vtu", str(vtu), "--plot", str(png), "--verbose",
     )  # fmt: skip
     for word in ("unknowns", "quality", "edges where parts meet", "sensing distance", "A-right"):
         assert word in said
@@ -116,7 +116,7 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
     table, png = tmp_path / "cycles.csv", tmp_path / "cycles.png"
     said = invoke(
         "hysteresis", "omp40-2", "--model", "rigid", "--azimuth", "0,60", "--steps", "12",
-        "--cycles", "2", "-o", str(table), "--plot", str(png),
+        "--cycles", "2", "-o", str(table), "--plot", str(png), "--verbose",
     )  # fmt: skip
     assert "hysteresis 2/µm" in said
     rows = read_csv_table(table)

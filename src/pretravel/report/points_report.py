@@ -1,0 +1,176 @@
+"""Reports and pictures of touches and points: simulated touches, compensated points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.compensation.compensation import Points
+from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.report.document import Document, KeyFigure, Picture, Span
+from pretravel.report.style import new_figure, polar_axes
+from pretravel.touches import Touches
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def points_document(
+    points: Points, *, touches_name: str = "", warnings: Sequence[str] = ()
+) -> Document:
+    """The report of a compensation.
+
+    Parameters
+    ----------
+    points : Points
+    touches_name : str
+        Of the file with the touches.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{touches_name}, compensated" if touches_name else "Compensated points"
+    u = points.standard_uncertainty / MICROMETRE
+    figures = [
+        KeyFigure("pretravel", Span.of(points.pretravel / MICROMETRE), "µm"),
+        KeyFigure("uncertainty u", Span.of(u), "µm"),
+    ]
+    if points.deviation is not None:
+        deviation = points.deviation / MICROMETRE
+        figures += [
+            KeyFigure("deviation", Span.of(deviation), "µm"),
+            KeyFigure("mean deviation", float(deviation.mean()), "µm"),
+            KeyFigure("spread", float(deviation.std()), "µm", remark="standard deviation"),
+        ]
+    return Document(
+        title=title,
+        verdict=f"{len(points)} points",
+        figures=tuple(figures),
+        pictures=(
+            Picture("Points, pretravel and uncertainty", lambda: plot_points(points, title)),
+        ),
+        warnings=tuple(warnings),
+    )
+
+
+def simulation_document(
+    touches: Touches,
+    travel: FloatArray,
+    slide: FloatArray,
+    *,
+    title: str = "",
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of simulated touches.
+
+    Parameters
+    ----------
+    touches : Touches
+    travel : (n,) float
+        From first contact to the latched point. [mm]
+    slide : (m,) float
+        Of the contact on the surface; not a number where a target was not touched. [mm]
+    title : str
+        Of the picture.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    return Document(
+        title=title or "Simulated touches",
+        verdict=f"{len(touches)} touches",
+        figures=(
+            KeyFigure("travel", Span.of(travel / MICROMETRE), "µm", remark="since first contact"),
+            KeyFigure(
+                "largest slide",
+                float(np.nanmax(slide)) / MICROMETRE,
+                "µm",
+                remark="of the contact on the surface",
+            ),
+        ),
+        pictures=(
+            Picture("Touches and their travel", lambda: plot_touches(touches, travel, title)),
+        ),
+        warnings=tuple(warnings),
+    )
+
+
+def plot_points(points: Points, title: str = "") -> Figure:
+    """Where the points are, coloured by deviation, by pretravel and by their uncertainty.
+
+    Parameters
+    ----------
+    points : Points
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(12.0, 4.6, title or "Compensated points")
+    panels: list[tuple[str, FloatArray, str]] = [
+        ("pretravel / µm", points.pretravel / MICROMETRE, "viridis"),
+        ("standard uncertainty u / µm", points.standard_uncertainty / MICROMETRE, "magma"),
+    ]
+    if points.deviation is not None:
+        panels.insert(0, ("deviation from nominal / µm", points.deviation / MICROMETRE, "RdBu_r"))
+    for index, (name, values, colours) in enumerate(panels, start=1):
+        axes = figure.add_subplot(1, len(panels), index)
+        axes.set_title(name, fontsize=10)
+        _scatter(axes, points.positions, values, colours)
+    return figure
+
+
+def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figure:
+    """Simulated touches: where they are, and pretravel over their azimuth.
+
+    Parameters
+    ----------
+    touches : Touches
+    travel : (n,) float
+        From first contact to the latched point. [mm]
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(11.0, 4.6, title or "Simulated touches")
+    place = figure.add_subplot(1, 2, 1)
+    place.set_title("travel since first contact / µm", fontsize=10)
+    _scatter(place, touches.positions, travel / MICROMETRE, "viridis")
+    diagram = polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
+    points = diagram.scatter(azimuth_angle(touches.normals), travel / MICROMETRE,
+                             c=polar_angle(touches.normals) / DEGREE, s=12,
+                             cmap="plasma")  # fmt: skip
+    diagram.set_ylim(bottom=0.0 if travel.min() >= 0.0 else None)
+    figure.colorbar(points, ax=diagram, shrink=0.75, pad=0.12, label="polar angle of n / °")
+    return figure
+
+
+def _scatter(axes: Axes, positions: FloatArray, values: FloatArray, colours: str) -> None:
+    """Positions along their two widest axes, in the colours of their values.
+
+    The colours "RdBu_r" are for signed values: white is zero.
+    """
+    widest = np.argsort(np.ptp(positions, axis=0), kind="stable")[::-1][:2]
+    first, second = sorted(widest.tolist())
+    limit = float(np.max(np.abs(values))) if colours == "RdBu_r" else None
+    drawn = axes.scatter(positions[:, first], positions[:, second], c=values, cmap=colours,
+                         vmin=None if limit is None else -limit, vmax=limit, s=28,
+                         edgecolors="0.3", linewidths=0.3)  # fmt: skip
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel(f"{'xyz'[first]} / mm")
+    axes.set_ylabel(f"{'xyz'[second]} / mm")
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9, aspect=30)
