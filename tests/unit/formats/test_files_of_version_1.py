@@ -1,0 +1,84 @@
+"""Files that were written before the rooms were redrawn still read, to the same numbers.
+
+Maps of every kind: qualified on a sphere of 25 mm (tip 6 mm, u of the diameter 0.25 µm, simulated
+noise 0.3 µm). The axis of the harmonic and the sector map is (0.48, 0.64, 0.6); harmonic maps are
+cut at degree 4, to be small. `values.csv` has what the version that wrote them evaluated.
+"""
+
+from __future__ import annotations
+
+import shutil
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.formats.map_file import read_map
+from pretravel.formats.probe_history import map_id, read_history
+from tests.support.commands import rows
+
+FOLDER = Path(__file__).parent / "data" / "maps_version_1"
+MAPS = sorted(
+    path.name for path in FOLDER.iterdir() if path.suffix in (".nc", ".csv")
+    and path.name != "values.csv"
+)  # fmt: skip
+KINDS = {
+    "harmonic": "harmonic", "mean": "mean", "physical": "physical", "predicted": "physical",
+    "sectors": "sectors", "tabulated": "tabulated", "wozniak": "wozniak",
+}  # fmt: skip
+
+
+@cache
+def _values() -> dict[str, np.ndarray]:
+    """Of each file: nx, ny, nz, pretravel [mm], u [mm], a row for each direction."""
+    found: dict[str, list[list[float]]] = {}
+    for row in rows(FOLDER / "values.csv"):
+        name, *numbers = row.values()
+        found.setdefault(name, []).append([float(number) for number in numbers])
+    return {name: np.array(numbers) for name, numbers in found.items()}
+
+
+def test_every_file_has_its_values() -> None:
+    assert sorted(_values()) == MAPS
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_same_pretravel_and_uncertainty(name: str) -> None:
+    made = read_map(FOLDER / name)
+    stem, _, ending = name.partition(".")
+    assert made.kind == ("tabulated" if ending == "csv" else KINDS[stem.split("_")[0]])
+    values = _values()[name]
+    pretravel, u = made.pretravel_and_uncertainty(values[:, :3])
+    # Another order of summation may change the last digits of a double.
+    assert pretravel == pytest.approx(values[:, 3], rel=1e-12, abs=1e-16)
+    assert u == pytest.approx(values[:, 4], rel=1e-10, abs=1e-16)
+
+
+def test_what_belongs_to_a_map_is_read() -> None:
+    """The axis, the tip, the feed or the delay, the scatter of repeats."""
+    turned = read_map(FOLDER / "harmonic.nc")
+    assert turned.rotation[:, 2] == pytest.approx([0.48, 0.64, 0.6], abs=1e-12)
+    assert (turned.tip_radius, turned.feed, turned.delay) == (3.0, 50.0, None)
+    assert turned.repeatability == pytest.approx(3e-4, rel=0.3)
+    assert turned.u_tip_radius > 0.0
+    for name in ("harmonic_with_delay.nc", "harmonic_with_delay.csv", "physical_with_delay.nc"):
+        resting = read_map(FOLDER / name)
+        assert resting.feed == 0.0
+        assert resting.delay == pytest.approx(14.5e-3, abs=4e-4)
+        assert resting.u_delay > 0.0
+    for name in ("harmonic_with_delay.nc", "physical_with_delay.nc"):
+        assert read_map(FOLDER / name).delay_effect is not None
+
+
+def test_history_of_a_probe(tmp_path: Path) -> None:
+    path = tmp_path / "history.sqlite"
+    shutil.copy(FOLDER / "history.sqlite", path)
+    first, second = read_history(path)
+    assert (first.number, second.number) == (1, 2)
+    assert first["time"] == "2026-01-01T08:00:00+00:00"
+    assert first["touches_file"] == "day1.csv"
+    assert first["map_id"] == map_id(read_map(FOLDER / "physical.nc"))
+    assert (first["changed"], second["changed"]) == (0, 1)
+    # The second day's pretravel was 30 % more.
+    assert second["amplitude_percent"] == pytest.approx(30.0, abs=3.0)
