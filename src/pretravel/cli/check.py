@@ -77,13 +77,12 @@ def check(
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
     import json
-    from functools import partial
 
     from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import read_map
-    from pretravel.laboratory.standards import CHECKS, check_iso10360_5
+    from pretravel.laboratory.standards import CHECKS, CalibratedSphere
     from pretravel.report.laboratory_pictures import plot_check
     from pretravel.report.laboratory_words import standard_report
     from pretravel.units import MICROMETRE
@@ -112,16 +111,12 @@ def check(
         )
         if limit is not None
     }
-    evaluate = CHECKS[standard]
-    if standard == "iso10360-5":
-        evaluate = partial(check_iso10360_5, u_diameter=u_diameter * MICROMETRE)
-    result = evaluate(
+    result = CHECKS[standard](
         measured,
-        diameter,
+        CalibratedSphere(diameter, u_diameter * MICROMETRE, sphere_form * MICROMETRE),
         tip_diameter=tip_diameter,
         pretravel_map=pretravel_map,
         axis=axis,
-        sphere_form=sphere_form * MICROMETRE,
         limits=limits,
     )
     report = standard_report(result)

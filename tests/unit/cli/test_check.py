@@ -47,7 +47,10 @@ class TestStandards:
         [
             (["iso9999", SPHERE, "--diameter", 25], "there are iso10360-5, iso230-10"),
             (["iso10360-5", PART, "--diameter", 25], "not the 25 points"),
-            (["iso10360-5", SPHERE, "--diameter", 12.5, "--tip-diameter", 6], "check --diameter"),
+            (
+                ["iso10360-5", SPHERE, "--diameter", 12.5, "--tip-diameter", 6],
+                "(--diameter, --tip-diameter)",
+            ),
             (
                 ["iso10360-5", SPHERE, "--diameter", 25, "--u-diameter", -1],
                 "greater than or equal to 0",

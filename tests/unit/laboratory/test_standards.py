@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from pretravel.directions import sphere_pattern_25
-from pretravel.laboratory.standards import Figure, check_iso230_10, check_iso10360_5
+from pretravel.laboratory.standards import (
+    CalibratedSphere,
+    StandardFigure,
+    check_iso230_10,
+    check_iso10360_5,
+)
 from pretravel.touches import Touches
 
 UM = 1e-3
@@ -25,7 +30,7 @@ N = sphere_pattern_25()
 )
 def test_verdict_only_outside_the_uncertainty_zone(value: float, verdict: str) -> None:
     """ISO 14253-1 as recalled: limit 2 um, U = 0.4 um."""
-    assert Figure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "recalled").verdict == verdict
+    assert StandardFigure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "recalled").verdict == verdict
 
 
 def test_form_and_size_of_known_touches() -> None:
@@ -37,7 +42,9 @@ def test_form_and_size_of_known_touches() -> None:
     design = np.hstack([N, np.ones((25, 1))])
     left = off - design @ np.linalg.lstsq(design, off)[0]
     shift = np.linalg.lstsq(design, off)[0]
-    check = check_iso10360_5(Touches(N * (radius + off)[:, None], N), 25.0, tip_diameter=6.0)
+    check = check_iso10360_5(
+        Touches(N * (radius + off)[:, None], N), CalibratedSphere(25.0), tip_diameter=6.0
+    )
     form, size = check.figures
     assert form.value == pytest.approx(np.ptp(left), abs=1e-3 * UM)
     assert size.value == pytest.approx(2.0 * (1.0 * UM + shift[3]), abs=1e-3 * UM)
@@ -47,7 +54,9 @@ def test_form_and_size_of_known_touches() -> None:
 def test_the_patterns_azimuth_is_the_users_own() -> None:
     c, s = np.cos(0.3), np.sin(0.3)
     turned = N @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    check = check_iso10360_5(Touches(turned * 15.5, turned), 25.0, tip_diameter=6.0)
+    check = check_iso10360_5(
+        Touches(turned * 15.5, turned), CalibratedSphere(25.0), tip_diameter=6.0
+    )
     assert check.figures[0].value == pytest.approx(0.0, abs=1e-9)
 
 
@@ -59,7 +68,9 @@ def test_iso230_10_figures() -> None:
     repeats = np.linspace(-0.35, 0.35, 10) * UM
     n = np.concatenate([ring, np.tile([[0.0, 0.0, 1.0]], (10, 1))])
     distance = 15.5 + np.concatenate([oval, repeats])
-    check = check_iso230_10(Touches(n * distance[:, None], n), 25.0, tip_diameter=6.0)
+    check = check_iso230_10(
+        Touches(n * distance[:, None], n), CalibratedSphere(25.0), tip_diameter=6.0
+    )
     figures = {figure.name: figure.value for figure in check.figures}
     assert figures["P_FTU,2D"] == pytest.approx(2.0 * UM, abs=1e-3 * UM)
     assert figures["R_SPT"] == pytest.approx(0.7 * UM, abs=1e-6 * UM)
