@@ -36,9 +36,10 @@ from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.fem import condensed
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.predict import TIP_ON_PART, predict
+from pretravel.trigger.compliance.base import TIP_ON_PART
+from pretravel.trigger.compliance.fem import FiniteElements
+from pretravel.trigger.loading import loaded_to_trigger
+from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -116,8 +117,10 @@ def main() -> None:
     per_solve = []
     for polar, azimuth in DIRECTIONS:
         direction = from_angles(math.radians(polar), math.radians(azimuth))
-        force, _ = trigger_force(statics.rest_reactions, statics.unit_reactions(direction))
-        force = LOAD * force
+        steel = material("steel")
+        at_trigger, _ = loaded_to_trigger(probe, statics, direction, steel)
+        loading = replace(at_trigger, force=LOAD * at_trigger.force)
+        force = loading.force
         job = folder / f"probe_{polar:.0f}_{azimuth:.0f}"
         write_deck(job.with_suffix(".inp"), probe, model, ball, force[0] * direction[0])
         before, start = processor_seconds(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -137,10 +140,10 @@ def main() -> None:
             job.with_suffix(".dat"), tip, weights[tip], normals
         )
         per_solve.append(0.5 * spent)
-        parts = condensed(reduced)(probe, statics, direction, force, material("steel"))
+        parts = FiniteElements(reduced).displacements(loading)
         ours = sum(v for name, v in parts.items() if name != TIP_ON_PART)[0]
         theirs = tip_there - rest_tip
-        reactions = statics.reactions(direction, force)[0]
+        reactions = loading.reactions[0]
         off = np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)
         print(
             f"polar {polar:.0f}°, azimuth {azimuth:.0f}°: "
@@ -155,7 +158,7 @@ def main() -> None:
     solids = probe_solids(probe)
     reduced = condense(finite_element_model(probe, solids, mesh_solids(solids)))
     wide = grid(np.radians(np.arange(10, 91, 10)), np.radians(np.arange(0, 360, 10)))
-    predict(probe, wide, condensed(reduced))
+    predict(probe, wide, FiniteElements(reduced))
     ours_map = processor_seconds(resource.RUSAGE_SELF) - before
     solve = float(np.mean(per_solve))
     print(f"our map of {MAP} directions, mesh and all: {ours_map:.1f} s of processor time")

@@ -28,8 +28,8 @@ from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Hub, Probe
 from pretravel.probe.materials import material
-from pretravel.trigger.compliance.fem import condensed_displacements
-from pretravel.trigger.event import trigger_force
+from pretravel.trigger.compliance.fem import FiniteElements
+from pretravel.trigger.loading import loaded_to_trigger
 from pretravel.trigger.seats import seat_statics
 
 TABLE = Path(__file__).parents[2] / "tests/validation/reference/rodrigues_trigger_50mm.csv"
@@ -70,8 +70,8 @@ def sensing_distance(probe: Probe, directions: np.ndarray, settings: MeshSetting
     solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
     reduced = condense(finite_element_model(probe, solids, mesh_solids(solids, settings)))
     statics = seat_statics(probe)
-    force, _ = trigger_force(statics.rest_reactions, statics.unit_reactions(directions))
-    parts = condensed_displacements(reduced, probe, statics, directions, force, material("steel"))
+    loading, _ = loaded_to_trigger(probe, statics, directions, material("steel"))
+    parts = FiniteElements(reduced).displacements(loading)
     moved = sum(vector for name, vector in parts.items() if name != "tip_on_part")
     return 1e3 * np.linalg.norm(moved[:, :2], axis=1)
 

@@ -16,7 +16,7 @@ from pretravel.model.fem.geometry import probe_solids
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 from pretravel.report.style import save
-from pretravel.trigger.compliance.fem import condensed
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.predict import predict
 
 REFINEMENTS = (0.5, 0.7071, 1.0, 1.4142, 2.0)
@@ -30,7 +30,7 @@ def compute(name: str = "omp40-2") -> tuple[np.ndarray, np.ndarray]:
         settings = MeshSettings(refinement=refinement)
         solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
-        model = condensed(condense(finite_element_model(probe, solids, mesh)))
+        model = FiniteElements(condense(finite_element_model(probe, solids, mesh)))
         unknowns.append(mesh.unknowns)
         distances.append(1e3 * predict(probe, DIRECTIONS, model).sensing_distance)
     return np.array(unknowns), np.array(distances)

@@ -32,7 +32,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.fem import condensed
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.elastic_field import field_at_trigger
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.predict import predict
@@ -182,7 +182,7 @@ def test_stylus_is_a_timoshenko_beam(omp40: Probe) -> None:
 def test_trigger_force_and_seat_are_statics_for_any_elasticity(omp40: Probe) -> None:
     statics = seat_statics(omp40)
     force, seat = trigger_force(statics.rest_reactions, statics.unit_reactions(DIRECTIONS))
-    trigger = predict(omp40, DIRECTIONS, condensed(coarse_reduced()))
+    trigger = predict(omp40, DIRECTIONS, FiniteElements(coarse_reduced()))
     assert trigger.force == pytest.approx(force, rel=1e-12)
     assert trigger.seat.tolist() == seat.tolist()
     assert trigger.model == "fem"
@@ -190,7 +190,7 @@ def test_trigger_force_and_seat_are_statics_for_any_elasticity(omp40: Probe) -> 
 
 def test_threefold_symmetry(omp40: Probe) -> None:
     """Turning by 120° changes nothing but the mesh, which is not symmetric."""
-    model = condensed(coarse_reduced())
+    model = FiniteElements(coarse_reduced())
     azimuth = np.radians(np.arange(0.0, 120.0, 17.0))
     first = predict(omp40, from_angles(np.radians(75.0), azimuth), model)
     for turn in (2.0, 4.0):
@@ -200,7 +200,7 @@ def test_threefold_symmetry(omp40: Probe) -> None:
 
 
 def test_shares_are_energies_so_none_is_negative_along_the_force(omp40: Probe) -> None:
-    trigger = predict(omp40, DIRECTIONS, condensed(coarse_reduced()))
+    trigger = predict(omp40, DIRECTIONS, FiniteElements(coarse_reduced()))
     for name in ("hub", "holder", "rods", "stylus", "tip"):
         assert np.all(trigger.shares[name] > 0.0)
     assert sum(trigger.shares.values()) == pytest.approx(trigger.pretravel, rel=1e-12)
@@ -208,7 +208,7 @@ def test_shares_are_energies_so_none_is_negative_along_the_force(omp40: Probe) -
 
 def test_rigid_seats_leave_linear_elasticity(omp40: Probe) -> None:
     """Twice the preload: twice the deflection; with Hertz seats it is less than twice."""
-    model = condensed(coarse_reduced())
+    model = FiniteElements(coarse_reduced())
     for contact, law in (("rigid", 2.0), ("hertz", None)):
         probe = replace(omp40, seats=replace(omp40.seats, contact=contact))
         once = predict(probe, DIRECTIONS, model).sensing_distance
@@ -239,7 +239,7 @@ def test_the_field_at_the_trigger_is_the_prediction(omp40: Probe) -> None:
     """The tip's mean displacement, lifted and closed on the seats, is what `predict` says; and at
     rest the spring stresses the tripod but not the stylus."""
     field = field_at_trigger(omp40, DIRECTIONS[2], coarse_reduced())
-    trigger = predict(omp40, DIRECTIONS[2:3], condensed(coarse_reduced()))
+    trigger = predict(omp40, DIRECTIONS[2:3], FiniteElements(coarse_reduced()))
     tip = coarse_model().loads[:, TIP_FORCE].T @ field.displacement.ravel()
     assert tip == pytest.approx(trigger.deflection[0], rel=1e-9, abs=1e-12)
     mesh = field.elastic.mesh
@@ -284,9 +284,9 @@ def test_rods_and_seats_share_alike_for_any_patch(omp40: Probe) -> None:
     """Rigid seats give nothing: the half-space under the patch is Hertz's, and goes with it."""
     rigid = replace(omp40, seats=replace(omp40.seats, contact="rigid"))
     reduced = replace(coarse_reduced(), ball_correction=0.0)
-    assert np.abs(predict(rigid, DIRECTIONS, condensed(reduced)).shares["seats"]).max() == 0.0
+    assert np.abs(predict(rigid, DIRECTIONS, FiniteElements(reduced)).shares["seats"]).max() == 0.0
     analytic = predict(omp40, DIRECTIONS, "analytic").shares["seats"]
-    elastic = predict(omp40, DIRECTIONS, condensed(reduced)).shares["seats"]
+    elastic = predict(omp40, DIRECTIONS, FiniteElements(reduced)).shares["seats"]
     assert elastic == pytest.approx(analytic, rel=1e-9)
 
 
@@ -312,7 +312,7 @@ def test_patch_radius_does_not_matter(omp40: Probe) -> None:
         solids = probe_solids(omp40, patch_radius * omp40.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
         reduced = condense(finite_element_model(omp40, solids, mesh))
-        found.append(predict(omp40, DIRECTIONS, condensed(reduced)).sensing_distance)
+        found.append(predict(omp40, DIRECTIONS, FiniteElements(reduced)).sensing_distance)
     # Meshes differ too, by about 0.1 %.
     assert found[0] == pytest.approx(found[1], rel=2e-3)
 
@@ -327,7 +327,7 @@ def test_sensing_distance_converges(omp40: Probe) -> None:
         solids = probe_solids(omp40, settings.patch_radius * omp40.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
         reduced = condense(finite_element_model(omp40, solids, mesh))
-        values.append(predict(omp40, DIRECTIONS[:2], condensed(reduced)).sensing_distance)
+        values.append(predict(omp40, DIRECTIONS[:2], FiniteElements(reduced)).sensing_distance)
     series = np.array(values)
     assert np.all(np.diff(series, axis=0) > 0.0)
     coarse, middle, fine = series[0], series[2], series[4]

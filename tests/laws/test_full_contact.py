@@ -14,9 +14,10 @@ from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
-from pretravel.trigger.compliance.fem import condensed
+from pretravel.trigger.compliance.base import TIP_ON_PART
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.predict import TIP_ON_PART
+from pretravel.trigger.loading import loaded
 from pretravel.trigger.seats import seat_statics
 
 DIRECTIONS = from_angles(
@@ -36,18 +37,19 @@ def test_condensed_and_full_contact_agree_in_five_directions() -> None:
     contact = full_contact(probe, 0.042, 0.0045, MeshSettings(refinement=0.5))
     reduced = condense(contact.model)
     reduced = replace(reduced, ball_correction=ball_correction(probe))
-    model = condensed(reduced)
+    model = FiniteElements(reduced)
     rest = contact_state(contact, probe.preload, np.zeros(3))
     assert rest.reactions == pytest.approx(statics.rest_reactions, abs=1e-4)
     assert rest.bearing.min() > 15  # the contacts are resolved, and inside their zones
     assert rest.bearing.max() < 0.9 * np.bincount(contact.seat_of).min()
     force, _ = trigger_force(statics.rest_reactions, statics.unit_reactions(DIRECTIONS))
     force = 0.98 * force
-    parts = model(probe, statics, DIRECTIONS, force, material("steel"))
+    loading = loaded(probe, statics, DIRECTIONS, force, material("steel"))
+    parts = model.displacements(loading)
     ours = sum(vector for name, vector in parts.items() if name != TIP_ON_PART)
     for row, direction in enumerate(DIRECTIONS):
         state = contact_state(contact, probe.preload, force[row] * direction)
-        reactions = statics.reactions(DIRECTIONS, force)[row]
+        reactions = loading.reactions[row]
         assert state.reactions == pytest.approx(reactions, abs=1e-4)
         full = state.tip - rest.tip
         assert np.linalg.norm(ours[row] - full) < 2e-3 * np.linalg.norm(full)

@@ -15,7 +15,7 @@ from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.fem import condensed
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.friction import FrictionCycle, friction_cycle
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
@@ -98,7 +98,7 @@ def test_with_an_elastic_body_it_is_the_condensed_model(omp40: Probe) -> None:
     """At friction zero and up to the trigger: deflection along the normal of model `fem`."""
     reduced = coarse_reduced()
     cycle = friction_cycle(omp40, DIRECTIONS, 0.0, reduced=reduced, steps=10)
-    trigger = predict(omp40, DIRECTIONS, condensed(reduced))
+    trigger = predict(omp40, DIRECTIONS, FiniteElements(reduced))
     along = np.sum(trigger.deflection * DIRECTIONS, axis=1)
     assert cycle.trigger_deflection[:, 0] == pytest.approx(along, rel=1e-6)
     assert np.abs(cycle.zero_drift).max() < 1e-8

@@ -13,8 +13,9 @@ from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import DescriptionError, PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Moving, Probe
-from pretravel.trigger.event import arm_lift, first_contact
-from pretravel.trigger.predict import MODELS, predict
+from pretravel.trigger.compliance import MODELS
+from pretravel.trigger.event import trigger_force
+from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
 
 UPPER = fibonacci_cap(400, np.radians(95.0))
@@ -67,7 +68,7 @@ def test_first_contact_is_the_first_reaction_at_the_threshold(
     statics = seat_statics(probe)
     threshold = share_of_rest * float(statics.rest_reactions.min())
     unit = statics.unit_reactions(UPPER)
-    force, seat = first_contact(statics.rest_reactions, unit, threshold)
+    force, seat = trigger_force(statics.rest_reactions, unit, threshold=threshold)
     at_trigger = statics.reactions(UPPER, force)
     assert np.allclose(at_trigger.min(axis=1), threshold, rtol=0.0, atol=1e-9 * probe.preload)
     assert np.allclose(
@@ -81,8 +82,8 @@ def test_first_contact_is_the_first_reaction_at_the_threshold(
 def test_a_rod_lifts_no_earlier_than_its_first_seat_opens(probe: Probe) -> None:
     statics = seat_statics(probe)
     unit = statics.unit_reactions(UPPER)
-    first, _ = first_contact(statics.rest_reactions, unit)
-    lift, seat = arm_lift(statics.rest_reactions, unit)
+    first, _ = trigger_force(statics.rest_reactions, unit)
+    lift, seat = trigger_force(statics.rest_reactions, unit, "arm_lift")
     assert np.all(lift >= first * (1.0 - 1e-12))
     pairs = statics.reactions(UPPER, lift).reshape(-1, 3, 2).sum(axis=2)
     assert np.allclose(pairs.min(axis=1), 0.0, atol=1e-9 * probe.preload)

@@ -248,10 +248,10 @@ class TestResponse:
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
 
     def test_is_the_finite_element_model(self) -> None:
-        from pretravel.trigger.compliance.fem import condensed
+        from pretravel.trigger.compliance.fem import FiniteElements
 
         probe, n = load_probe("omp40-2"), fibonacci_cap(100)
-        fem = condensed(coarse_reduced())
+        fem = FiniteElements(coarse_reduced())
         response = probe_response(probe, fem)
         assert np.abs(response.pretravel(n) - predict(probe, n, fem).pretravel).max() < 1e-11
 

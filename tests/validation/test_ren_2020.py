@@ -16,8 +16,9 @@ from pretravel.model.hertz import ball_on_flat
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.closed_form import RenPretravel, ren_pretravel
-from pretravel.trigger.predict import MODELS
+from pretravel.trigger.compliance import ren
+from pretravel.trigger.compliance.ren import RenPretravel, RenProbe, ren_pretravel
+from pretravel.trigger.loading import loaded
 from pretravel.trigger.seats import seat_coefficient, seat_statics
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -28,16 +29,18 @@ def _terms(force: float) -> RenPretravel:
     L = 18 mm, L/La = 1.5, d = 2 mm, Poisson's ratios 0."""
     return ren_pretravel(
         force,
-        lever=18.0,
-        lever_ratio=1.5,
-        stylus_diameter=2.0,
-        stylus_modulus=200e3,
-        contact_coefficient=0.9744,
-        seat_radii=(1.0, 1.0),
-        seat_moduli=(200e3, 200e3),
-        tip_radius=4.0,
-        tip_modulus=620e3,
-        part_modulus=200e3,
+        RenProbe(
+            lever=18.0,
+            lever_ratio=1.5,
+            stylus_diameter=2.0,
+            stylus_modulus=200e3,
+            contact_coefficient=0.9744,
+            seat_radii=(1.0, 1.0),
+            seat_moduli=(200e3, 200e3),
+            tip_radius=4.0,
+            tip_modulus=620e3,
+            part_modulus=200e3,
+        ),
     )
 
 
@@ -121,7 +124,9 @@ def test_model_ren_is_equation_12_fed_from_a_description() -> None:
     along = (third - second) / np.linalg.norm(third - second)
     height = np.linalg.norm(np.cross(first - second, along))
     n, force = np.array([[1.0, 0.0, 0.0]]), np.array([0.5])
-    shares = MODELS["ren"](probe, seat_statics(probe), n, force, material("steel"))
+    shares = ren.MODEL.displacements(
+        loaded(probe, seat_statics(probe), n, force, material("steel"))
+    )
     tilt = probe.lever / height * seat_coefficient(probe) * 0.5 ** (2 / 3)
     assert shares["seat_tilt"][0, 0] == pytest.approx(tilt, rel=1e-12)
     stem = probe.stem

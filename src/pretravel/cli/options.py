@@ -23,15 +23,16 @@ def _materials() -> Iterable[str]:
 
 def models() -> Iterable[str]:
     """Names of the compliance models, from the library's registry."""
-    from pretravel.trigger.predict import MODELS
+    from pretravel.trigger.compliance import MODELS
 
     return MODELS
 
 
 def _contact_models() -> Iterable[str]:
-    from pretravel.trigger.response import OF_RESPONSE_FORM
+    from pretravel.trigger.compliance import MODELS
+    from pretravel.trigger.compliance.base import compliance_model
 
-    return OF_RESPONSE_FORM
+    return [name for name in MODELS if compliance_model(name).has_response]
 
 
 ProbeName: TypeAlias = Annotated[

@@ -19,6 +19,7 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.trigger.compliance import MODELS
 
 
 def predict(
@@ -28,9 +29,7 @@ def predict(
         typer.Option(
             parser=one_of(models),
             metavar="MODEL",
-            help="analytic: stylus as a stepped beam, elastic seats; fem: finite elements; shen: "
-            "one cantilever; ren: closed form of Ren's paper on the Abbé error; wozniak: one "
-            "constant, as five touches would determine it.",
+            help="; ".join(f"{name}: {meaning}" for name, meaning in MODELS.items()) + ".",
         ),
     ] = "analytic",
     azimuth: Azimuths = Angles.of("0:355:5"),
@@ -64,12 +63,13 @@ def predict(
     from pretravel.report.page import write_page
     from pretravel.report.prediction_report import prediction_document
     from pretravel.trigger import predict as prediction
-    from pretravel.trigger.response import OF_RESPONSE_FORM, probe_response, response_map
+    from pretravel.trigger.compliance.base import compliance_model
+    from pretravel.trigger.response import probe_response, response_map
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
     description = load_probe(probe)
     if lever is not None:
-        description = description.with_lever(lever, shorten=model == "shen")
+        description = description.with_lever(lever, shorten=compliance_model(model).uses_lever_only)
     directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     with working(f"predicting {len(directions)} directions"):
         part = material(workpiece)
@@ -84,7 +84,7 @@ def predict(
     if output is not None and output.suffix.lower() == ".html":
         write_page(output, report)
     elif output is not None:
-        if output.suffix.lower() == ".nc" and model in OF_RESPONSE_FORM:  # else a table
+        if output.suffix.lower() == ".nc" and compliance_model(model).has_response:  # else a table
             response = probe_response(description, model, workpiece=part, gravity=gravity)
             predicted = response_map(description, response, trigger)
         else:

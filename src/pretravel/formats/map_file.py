@@ -30,9 +30,9 @@ from pretravel.maps.bases import (
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.compliance.base import compliance_model
 from pretravel.trigger.predict import Trigger, predict, predicted_map
 from pretravel.trigger.response import (
-    OF_RESPONSE_FORM,
     ProbeResponse,
     ResponseBasis,
     probe_response,
@@ -521,7 +521,7 @@ def described_map(
     probe : str or Path
         Catalogue name, or path of a TOML description.
     model : str
-        See `pretravel.trigger.predict.MODELS`.
+        See `pretravel.trigger.compliance.MODELS`.
     tip_diameter : float, optional
         Instead of the description's. [mm]
 
@@ -535,7 +535,7 @@ def described_map(
     """
     description = load_probe(probe)
     trigger = predict(description, fibonacci_cap(400), model)
-    if model in OF_RESPONSE_FORM:
+    if compliance_model(model).has_response:
         found = response_map(description, probe_response(description, model), trigger)
     else:
         found = predicted_map(description, trigger)

@@ -11,11 +11,11 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, polar_angle
 from pretravel.errors import DescriptionError, PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.bases import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, StylusSegment
-from pretravel.trigger.predict import Displacements, predict
+from pretravel.trigger.compliance.base import ComplianceModel
+from pretravel.trigger.predict import predict
 from pretravel.units import DEGREE, MICROMETRE
 
 SMALLEST_ERROR = 0.05 * MICROMETRE
@@ -182,7 +182,7 @@ def identify(
     probe: Probe,
     free: Sequence[str],
     *,
-    model: str | Displacements = "analytic",
+    model: str | ComplianceModel = "analytic",
 ) -> Identification:
     """The numbers of a description that make a model agree with a measured map.
 
@@ -359,9 +359,9 @@ def _spread(pretravel_map: PretravelMap) -> FloatArray:
 
 
 def _misses(
-    probe: Probe, directions: FloatArray, value: FloatArray, model: str | Displacements
+    probe: Probe, directions: FloatArray, value: FloatArray, model: str | ComplianceModel
 ) -> FloatArray:
-    turn = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
+    turn = probe.orientation.matrix
     return np.asarray(value - predict(probe, directions @ turn, model).pretravel)
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.errors import DescriptionError
+from pretravel.frames import probe_rotation
 from pretravel.probe.materials import Material, material
 from pretravel.units import DEGREE
 
@@ -245,6 +247,11 @@ class Orientation:
             raise DescriptionError(
                 f"the probe axis {self.axis} has length {length:g}; give a unit vector"
             )
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Rotation from the probe's frame to the machine's, (3, 3)."""
+        return probe_rotation(self.axis, self.rotation)
 
 
 @dataclass(frozen=True)

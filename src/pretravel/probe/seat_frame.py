@@ -1,11 +1,11 @@
-"""Where the six seats are and which way they push: geometry of the description alone."""
+"""Geometry of the six seats: their points, and the directions in which they push."""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.probe.description import Probe
@@ -31,6 +31,12 @@ class SeatFrame(NamedTuple):
         """Points where rods and balls touch, (6, 3). [mm]"""
         return np.asarray(self.points - rod_radius * self.normals)
 
+    @property
+    def wrenches(self) -> FloatArray:
+        """Columns: force and moment about the origin of a unit reaction of each seat, (6, 6)."""
+        moments = np.cross(self.points, self.normals)
+        return np.concatenate([self.normals, moments], axis=1).T
+
 
 def seat_frame(probe: Probe) -> SeatFrame:
     """The seats of a probe.
@@ -40,16 +46,44 @@ def seat_frame(probe: Probe) -> SeatFrame:
     >>> frame.points[0].tolist(), frame.normals[0].round(3).tolist()
     ([16.34, 0.0, 0.0], [0.0, -0.889, 0.458])
     """
-    azimuths = np.repeat(probe.tripod.rod_azimuths, 2)
+    tripod = probe.tripod
+    return seat_triads(tripod.rod_azimuths, tripod.radius, probe.seats.support_angle)
+
+
+def seat_triads(
+    rod_azimuths: npt.ArrayLike, radii: npt.ArrayLike, support_angles: npt.ArrayLike
+) -> SeatFrame:
+    """The seats of rods that may differ in place and in angle.
+
+    Parameters
+    ----------
+    rod_azimuths : (3,) float
+        [rad]
+    radii : float or (3,) float
+        From the probe axis to the points where the rods rest. [mm]
+    support_angles : float or (6,) float
+        Of the seats' normals from the horizontal. [rad]
+
+    Returns
+    -------
+    SeatFrame
+    """
+    azimuths = np.repeat(np.asarray(rod_azimuths, dtype=np.float64), 2)
     radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
     tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
     # A seat on the counter-clockwise side (left) pushes the rod clockwise and up.
     side = np.array([-1.0, 1.0] * 3)[:, None]
-    angle = probe.seats.support_angle
-    normals = side * math.cos(angle) * tangential + np.array([0.0, 0.0, math.sin(angle)])
+    angle = np.broadcast_to(np.asarray(support_angles, dtype=np.float64), 6)[:, None]
+    normals = side * np.cos(angle) * tangential + np.sin(angle) * np.array([0.0, 0.0, 1.0])
+    distance = np.repeat(np.broadcast_to(np.asarray(radii, dtype=np.float64), 3), 2)[:, None]
     return SeatFrame(
-        points=frozen(probe.tripod.radius * radial),
+        points=frozen(distance * radial),
         normals=frozen(normals),
         along=frozen(radial),
         around=frozen(np.cross(normals, radial)),
     )
+
+
+def tip_wrenches(tip: FloatArray) -> FloatArray:
+    """Columns: force and moment about the origin of a unit force on the tip, (6, 3)."""
+    return np.concatenate([np.eye(3), np.cross(tip, np.eye(3)).T])

@@ -165,7 +165,7 @@ def simulate(
         Machine frame; a str is a specification as on the command line.
     targets : Targets
     model : str
-        For a description; see `pretravel.trigger.predict.MODELS`.
+        For a description; see `pretravel.trigger.compliance.MODELS`.
     gravity : (3,) float, optional
         For a description; see `pretravel.trigger.predict.predict`.
     setup : PartSetup, optional

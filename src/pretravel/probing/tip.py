@@ -10,13 +10,12 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import contact_modulus
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material, material
-from pretravel.trigger.predict import Displacements
+from pretravel.trigger.compliance.base import ComplianceModel
 from pretravel.trigger.response import ProbeResponse, ResponseBasis, probe_response
 
 
@@ -116,7 +115,7 @@ class PredictedTip:
 
 def predicted_tip(
     probe: Probe,
-    model: str | Displacements = "analytic",
+    model: str | ComplianceModel = "analytic",
     *,
     workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
@@ -148,7 +147,7 @@ def predicted_tip(
     ) / part.shear_modulus
     return PredictedTip(
         response=probe_response(probe, model, workpiece=part, gravity=gravity),
-        rotation=probe_rotation(probe.orientation.axis, probe.orientation.rotation),
+        rotation=probe.orientation.matrix,
         radius=probe.tip.radius,
         shear_ratio=0.25 * contact_modulus(ball, part) * shear,
     )

@@ -10,9 +10,10 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, frozen
 from pretravel.model.fem.condensation import ElasticField, ReducedModel
 from pretravel.model.fem.elasticity import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE, von_mises
-from pretravel.probe.description import Probe
+from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
-from pretravel.trigger.compliance.fem import condensed, seat_closure
+from pretravel.trigger.compliance.fem import FiniteElements, seat_closure
+from pretravel.trigger.loading import loaded
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.trigger.seats import seat_statics
 
@@ -78,14 +79,15 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
         are not this probe's.
     """
     normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
-    trigger = predict(probe, normal, condensed(reduced))
+    trigger = predict(probe, normal, FiniteElements(reduced))
     statics = seat_statics(probe)
     rest, touched = np.zeros(len(INTERFACE)), np.zeros(len(INTERFACE))
     rest[SEATS], touched[SEATS] = statics.rest_reactions, trigger.reactions[0]
     rest[SPRING_FORCE] = touched[SPRING_FORCE] = probe.preload
     touched[TIP_FORCE] = trigger.force[0] * trigger.directions[0]
     change = touched - rest
-    rigid = seat_closure(reduced, probe, statics, trigger.directions, trigger.force, change)
+    loading = loaded(probe, statics, trigger.directions, trigger.force, default_workpiece())
+    rigid = seat_closure(reduced, loading, change)
     elastic = reduced.elastic_field
     materials, mesh = elastic.materials, elastic.mesh
     frame = seat_frame(probe)

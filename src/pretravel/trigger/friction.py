@@ -20,7 +20,7 @@ from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.elasticity import INTERFACE, SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.event import first_contact
+from pretravel.trigger.event import trigger_force
 from pretravel.trigger.seats import SeatStatics, seat_coefficient, seat_statics
 
 LARGEST_FRICTION = 0.5
@@ -555,7 +555,7 @@ def _frictionless_deflection(
 ) -> FloatArray:
     """Deflection at the frictionless trigger: the scale of the loading. [mm]"""
     unit = statics.unit_reactions(d)
-    forces, _ = first_contact(statics.rest_reactions, unit, threshold)
+    forces, _ = trigger_force(statics.rest_reactions, unit, threshold=threshold)
     if not np.all(np.isfinite(forces)):
         raise PretravelError(
             "a force along one of the directions presses every seat on: the probe never triggers"

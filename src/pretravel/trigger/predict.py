@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,55 +11,15 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.bases import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.trigger.compliance import analytic, ren, shen, wozniak
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.seats import SeatStatics, seat_statics
-
-TIP_ON_PART = "tip_on_part"
-"""The one share that moves the tip into the part and not against the spindle."""
-
-
-class Displacements(Protocol):
-    """What a model is: displacement of the tip under given forces, by compliance."""
-
-    def __call__(
-        self,
-        probe: Probe,
-        statics: SeatStatics,
-        directions: FloatArray,
-        forces: FloatArray,
-        workpiece: Material,
-    ) -> Mapping[str, FloatArray]: ...
-
-
-def _finite_elements(
-    probe: Probe,
-    statics: SeatStatics,
-    directions: FloatArray,
-    forces: FloatArray,
-    workpiece: Material,
-) -> Mapping[str, FloatArray]:
-    """`fem.displacements`, imported when first asked for: CAD kernel and solver come with it."""
-    from pretravel.trigger.compliance import fem
-
-    return fem.displacements(probe, statics, directions, forces, workpiece)
-
-
-MODELS: Mapping[str, Displacements] = {
-    "analytic": analytic.displacements,
-    "fem": _finite_elements,
-    "ren": ren.displacements,
-    "shen": shen.displacements,
-    "wozniak": wozniak.displacements,
-}
-"""Models by name. All have the same statics; they differ in what gives."""
+from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
+from pretravel.trigger.loading import loaded_to_trigger
+from pretravel.trigger.seats import statics_in_machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +92,7 @@ class Trigger:
 def predict(
     probe: Probe,
     directions: npt.ArrayLike,
-    model: str | Displacements = "analytic",
+    model: str | ComplianceModel = "analytic",
     *,
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
@@ -145,8 +104,8 @@ def predict(
     probe : Probe
     directions : (n, 3) float
         Outward surface normals, probe frame, unit vectors.
-    model : str or callable
-        ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or a function like them.
+    model : str or ComplianceModel
+        ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or a model of your own.
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional
@@ -173,55 +132,29 @@ def predict(
     >>> float(trigger.force[0].round(3)), trigger.seat_names
     (0.75, ['A-left'])
     """
-    name, displacements = model_named(model)
+    chosen = compliance_model(model)
     d = checked_unit(directions, "directions")
-    if gravity is not None:
-        to_machine = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
-        gravity = np.asarray(gravity, dtype=np.float64) @ to_machine
-    statics = seat_statics(probe, gravity)
-    unit_reactions = statics.unit_reactions(d)
-    force, seat = trigger_force(
-        statics.rest_reactions, unit_reactions, probe.criterion, probe.threshold
-    )
+    statics = statics_in_machine(probe, gravity)
+    loading, seat = loaded_to_trigger(probe, statics, d, workpiece or default_workpiece())
+    force = loading.force
     never = ~np.isfinite(force)
     if np.any(never):
         first = int(np.flatnonzero(never)[0])
         raise PretravelError(
             f"the probe never triggers in {int(never.sum())} of {len(d)} directions, the first "
-            f"at {describe(d[first])}: a force that way presses every seat on. Polar angles "
-            "well above 90° cannot be probed by this tripod."
+            f"at {describe(d[first])}: a force in that direction unloads no seat. This tripod "
+            "cannot probe at polar angles well above 90°."
         )
     return Trigger(
         directions=frozen(d),
         force=frozen(force),
         seat=seat,
-        reactions=frozen(statics.rest_reactions + force[:, None] * unit_reactions),
+        reactions=frozen(loading.reactions),
         displacements={
-            share: frozen(vector)
-            for share, vector in displacements(
-                probe, statics, d, force, workpiece or default_workpiece()
-            ).items()
+            share: frozen(vector) for share, vector in chosen.displacements(loading).items()
         },
-        model=name,
+        model=chosen.name,
     )
-
-
-def model_named(model: str | Displacements) -> tuple[str, Displacements]:
-    """A model with its name, from either.
-
-    Raises
-    ------
-    PretravelError
-        A name that is not known.
-
-    >>> model_named("shen")[0]
-    'shen'
-    """
-    if not isinstance(model, str):
-        return getattr(model, "__name__", "own"), model
-    if model not in MODELS:
-        raise PretravelError(f"model '{model}' is not known; there are {', '.join(sorted(MODELS))}")
-    return model, MODELS[model]
 
 
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
@@ -259,6 +192,6 @@ def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
         support=support,
         tip_radius=probe.tip.radius,
         u_tip_radius=probe.tip.u_radius,
-        rotation=probe_rotation(probe.orientation.axis, probe.orientation.rotation),
+        rotation=probe.orientation.matrix,
         provenance={"source": f"predicted, model {trigger.model}", "probe": probe.name},
     )

@@ -14,24 +14,16 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import ConvergenceError
-from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.predict import (
-    TIP_ON_PART,
-    Displacements,
-    Trigger,
-    model_named,
-    predict,
-    predicted_map,
-)
-from pretravel.trigger.seats import hertz_indentations, seat_coefficient, seat_statics
+from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
+from pretravel.trigger.event import trigger_force, watched_loads
+from pretravel.trigger.loading import Loading
+from pretravel.trigger.predict import Trigger, predict, predicted_map
+from pretravel.trigger.seats import seat_coefficient, statics_in_machine
 
-OF_RESPONSE_FORM = ("analytic", "fem", "shen")
-"""Models that a response holds wholly; the closed forms of papers are not of that form."""
 _AGREEMENT = 1e-10
 """Response and model: the same to this. [mm]"""
 _MICRONEWTON = 1e-6
@@ -96,11 +88,9 @@ class ProbeResponse:
         return np.asarray(self.rest_reactions + forces[:, None] * change)
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
-        """How far the criterion is from being met, (n,): zero at the trigger. [N]"""
-        reactions = self.reactions(directions, forces)
-        if self.criterion == "arm_lift":
-            reactions = reactions[:, 0::2] + reactions[:, 1::2]
-        return np.asarray(np.min(reactions, axis=1) - self.threshold)
+        """Smallest watched load less the threshold, (n,): zero at the trigger. [N]"""
+        watched = watched_loads(self.reactions(directions, forces), self.criterion)
+        return np.asarray(np.min(watched, axis=1) - self.threshold)
 
     def deflection(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
         """C - P under given forces, (n, 3). [mm]"""
@@ -197,7 +187,7 @@ def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> Pre
 
 def probe_response(
     probe: Probe,
-    model: str | Displacements = "analytic",
+    model: str | ComplianceModel = "analytic",
     *,
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
@@ -228,23 +218,19 @@ def probe_response(
     >>> float(response.force(np.array([[1.0, 0.0, 0.0]]))[0][0].round(3))
     0.75
     """
-    _, displacements = model_named(model)
-    if gravity is not None:
-        turn = probe_rotation(probe.orientation.axis, probe.orientation.rotation)
-        gravity_probe = np.asarray(gravity, dtype=np.float64) @ turn
-    statics = seat_statics(probe, None if gravity is None else gravity_probe)
-    material = workpiece or default_workpiece()
-    axes = np.eye(3)
+    chosen = compliance_model(model)
+    statics = statics_in_machine(probe, gravity)
+    part = workpiece or default_workpiece()
+    change = statics.unit_reactions(np.eye(3))
     # So small a force that no seat opens; everything below is divided by it again.
-    change = statics.unit_reactions(axes)
     small = 0.1 * float(np.min(statics.rest_reactions) / np.abs(change).max())
-    forces = np.full(3, small)
-    shares = dict(displacements(probe, statics, axes, forces, material))
+    loading = Loading(probe, statics, np.eye(3), np.full(3, small), change, part)
+    shares = dict(chosen.displacements(loading))
     tip = shares.pop(TIP_ON_PART, np.zeros((3, 3)))
     moved = sum(shares.values(), start=np.zeros((3, 3)))
     hertz = "seats" in shares and probe.seats.contact != "rigid"
     if hertz:
-        moved = moved - statics.tip_displacement(hertz_indentations(probe, statics, axes, forces))
+        moved = moved - statics.tip_displacement(loading.seat_indentations)
     response = ProbeResponse(
         reaction_change=change.T,
         rest_reactions=statics.rest_reactions,
@@ -256,14 +242,14 @@ def probe_response(
         tip_coefficient=float(tip[2, 2]) / small ** (2.0 / 3.0),
         tip_radius=probe.tip.radius,
     )
-    _check(response, probe, model, material, gravity)
+    _check(response, probe, chosen, part, gravity)
     return response
 
 
 def _check(
     response: ProbeResponse,
     probe: Probe,
-    model: str | Displacements,
+    model: str | ComplianceModel,
     workpiece: Material,
     gravity: npt.ArrayLike | None,
 ) -> None:

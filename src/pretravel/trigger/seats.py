@@ -12,7 +12,8 @@ from pretravel.directions import checked_unit
 from pretravel.errors import DescriptionError
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.description import Probe
-from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
+from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame, tip_wrenches
+from pretravel.trigger.event import watched_loads
 from pretravel.units import STANDARD_GRAVITY
 
 
@@ -46,7 +47,7 @@ class SeatStatics:
     @property
     def tip_wrenches(self) -> FloatArray:
         """Columns: force and moment about the origin of a unit force on the tip, (6, 3)."""
-        return np.concatenate([np.eye(3), np.cross(self.tip, np.eye(3)).T])
+        return tip_wrenches(self.tip)
 
     def unit_reactions(self, directions: npt.ArrayLike) -> FloatArray:
         """Change of the six reactions per newton of force on the tip.
@@ -131,8 +132,8 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     >>> seat_statics(load_probe("omp40-2")).rest_reactions.round(4).tolist()
     [2.1501, 2.1501, 2.1501, 2.1501, 2.1501, 2.1501]
     """
-    points, normals = seat_frame(probe)[:2]
-    wrenches = np.concatenate([normals, np.cross(points, normals)], axis=1).T
+    frame = seat_frame(probe)
+    wrenches = frame.wrenches
     load = np.array([0.0, 0.0, -probe.preload, 0.0, 0.0, 0.0])
     if gravity is not None:
         if probe.moving.mass == 0.0:
@@ -146,8 +147,8 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         load = load + np.concatenate([weight, np.cross(arm, weight)])
     rest = np.linalg.solve(wrenches, -load)
     worst = int(np.argmin(rest))
-    # What the criterion looks at must be above its threshold, and no seat may pull.
-    watched = rest if probe.criterion == "first_contact" else rest[0::2] + rest[1::2]
+    # No seat may pull, and the loads that the criterion watches must be above its threshold.
+    watched = watched_loads(rest[None], probe.criterion)
     if rest[worst] <= 1e-12 or watched.min() <= probe.threshold + 1e-12:
         raise DescriptionError(
             f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N; against the trigger "
@@ -157,16 +158,23 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
             + (" or the moving mass" if gravity is not None else " or spread the rods evenly")
         )
     return SeatStatics(
-        points=points,
-        normals=normals,
+        points=frame.points,
+        normals=frame.normals,
         wrenches=frozen(wrenches),
         rest_reactions=frozen(rest),
         tip=frozen([0.0, 0.0, -probe.lever]),
     )
 
 
+def statics_in_machine(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStatics:
+    """As `seat_statics`, with gravity's direction in the machine's frame."""
+    if gravity is None:
+        return seat_statics(probe)
+    return seat_statics(probe, np.asarray(gravity, dtype=np.float64) @ probe.orientation.matrix)
+
+
 def seat_coefficient(probe: Probe) -> float:
-    """C in delta = c N^(2/3) for the approach of a rod and its ball. [mm/N^(2/3)]
+    """The c in delta = c N^(2/3) for the approach of a rod and its ball. [mm/N^(2/3)]
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> bool(1e-4 < seat_coefficient(load_probe("omp40-2")) < 2e-4)
@@ -177,40 +185,3 @@ def seat_coefficient(probe: Probe) -> float:
         probe.seats.ball_radius,
         contact_modulus(probe.tripod.material, probe.seats.material),
     )
-
-
-def hertz_indentations(
-    probe: Probe, statics: SeatStatics, directions: FloatArray, forces: FloatArray
-) -> FloatArray:
-    """How much deeper than at rest each rod and ball are pressed together.
-
-    Parameters
-    ----------
-    probe : Probe
-    statics : SeatStatics
-    directions : (n, 3) float
-        Unit directions of the force on the tip, probe frame.
-    forces : (n,) float
-        [N]
-
-    Returns
-    -------
-    (n, 6) float
-        c (N^(2/3) - N_rest^(2/3)); zero for seats described as rigid. An open seat
-        (N < 0, possible with the criterion arm_lift) counts as just touching. [mm]
-
-    References
-    ----------
-    Johnson, Contact Mechanics, equations 4.26.
-
-    >>> from pretravel.probe.catalogue import load_probe
-    >>> probe = load_probe("omp40-2")
-    >>> still = hertz_indentations(probe, seat_statics(probe), np.eye(3)[:1], np.zeros(1))
-    >>> bool(np.all(still == 0.0))
-    True
-    """
-    if probe.seats.contact == "rigid":
-        return np.zeros((len(forces), 6))
-    coefficient = seat_coefficient(probe)
-    reactions = np.maximum(statics.reactions(directions, forces), 0.0)
-    return np.asarray(coefficient * (np.cbrt(reactions**2) - np.cbrt(statics.rest_reactions**2)))

@@ -17,6 +17,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.probe.seat_frame import seat_triads, tip_wrenches
 from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -77,7 +78,6 @@ def _contrasts(count: int) -> FloatArray:
 
 
 _OF_RODS, _OF_SEATS = _contrasts(3), _contrasts(6)
-_SIDE = np.array([-1.0, 1.0] * 3)[:, None]  # as in `seat_frame`
 
 
 def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
@@ -112,18 +112,12 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
     named = {p.name: p.physical(float(v)) for p, v in zip(PARAMETERS, values, strict=True)}
     lever = named["lever_ratio"]
     turned = _OF_RODS.T @ np.array([named["rod_azimuth_1"], named["rod_azimuth_2"]])
-    azimuths = np.repeat(named["rod_azimuth"] + turned + np.arange(3) * 2.0 * np.pi / 3.0, 2)
+    azimuths = named["rod_azimuth"] + turned + np.arange(3) * 2.0 * np.pi / 3.0
     radii = 1.0 + _OF_RODS.T @ np.array([named["rod_radius_1"], named["rod_radius_2"]])
     tilted = _OF_SEATS.T @ np.array([named[f"support_angle_{i}"] for i in range(1, 6)])
-    angle = (named["support_angle"] + tilted)[:, None]
-    radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
-    tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
-    normals = _SIDE * np.cos(angle) * tangential + np.sin(angle) * np.array([0.0, 0.0, 1.0])
-    points = np.repeat(radii, 2)[:, None] * radial
-    wrenches = np.concatenate([normals, np.cross(points, normals)], axis=1).T
-    tip = np.array([0.0, 0.0, -lever])
+    wrenches = seat_triads(azimuths, radii, named["support_angle"] + tilted).wrenches
     spring = np.array([0.0, 0.0, -1.0, -named["spring_y"], named["spring_x"], 0.0])
-    tip_wrenches = np.concatenate([np.eye(3), np.cross(tip, np.eye(3)).T])
+    at_tip = tip_wrenches(np.array([0.0, 0.0, -lever]))
     # One factorisation: reactions to the spring, to forces on the tip; and, transposed, the
     # rigid motion that follows the seats' indentations.
     inverse = np.linalg.inv(wrenches)
@@ -133,12 +127,12 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
     lateral = named["lateral_deflection"] * lever
     at_rest = 1.0 / (6.0 * math.sin(named["support_angle"]))
     return ProbeResponse(
-        reaction_change=-inverse @ tip_wrenches,
+        reaction_change=-inverse @ at_tip,
         rest_reactions=rest,
         criterion="first_contact",
         threshold=0.0,
         compliance=lateral * np.diag([1.0, 1.0, named["axial_ratio"]]),
-        seat_motion=-(inverse @ tip_wrenches).T,
+        seat_motion=-(inverse @ at_tip).T,
         seat_coefficient=named["seat_indentation"] / at_rest ** (2.0 / 3.0),
         tip_coefficient=named["tip_approach"] * lever ** (2.0 / 3.0),
         tip_radius=tip_radius,

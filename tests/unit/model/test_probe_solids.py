@@ -19,7 +19,7 @@ from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import description_text, parse_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
-from pretravel.trigger.compliance.fem import condensed
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.predict import predict
 
 COARSE = MeshSettings(refinement=0.4)
@@ -94,7 +94,7 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
     for each in (omp40, probe):
         solids = probe_solids(each)
         reduced = condense(finite_element_model(each, solids, mesh_solids(solids, COARSE)))
-        found.append(predict(each, directions, condensed(reduced)).sensing_distance)
+        found.append(predict(each, directions, FiniteElements(reduced)).sensing_distance)
     assert found[1] == pytest.approx(found[0], rel=3e-3)
 
 

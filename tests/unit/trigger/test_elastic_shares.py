@@ -17,8 +17,9 @@ from pretravel.probe.materials import material
 from pretravel.probing.simulation import PartSetup, Targets, simulate
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.trigger.compliance import analytic
-from pretravel.trigger.compliance.closed_form import ren_pretravel
-from pretravel.trigger.event import arm_lift, first_contact
+from pretravel.trigger.compliance.ren import RenProbe, ren_pretravel
+from pretravel.trigger.event import trigger_force
+from pretravel.trigger.loading import loaded
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.seats import seat_statics
 
@@ -92,7 +93,7 @@ def test_nothing_moves_without_a_force(omp40: Probe) -> None:
     lying = replace(omp40, moving=Moving(0.02, -25.0))
     statics = seat_statics(lying, (1.0, 0.0, 0.0))
     assert np.ptp(statics.rest_reactions) > 0.1
-    zero = analytic.displacements(lying, statics, UP, np.zeros(1), STEEL)
+    zero = analytic.MODEL.displacements(loaded(lying, statics, UP, np.zeros(1), STEEL))
     assert all(np.abs(vector).max() < 1e-18 for vector in zero.values())
 
 
@@ -134,9 +135,12 @@ def test_shen_bends_the_whole_lever(omp40: Probe) -> None:
 def test_ren_equation_6_with_unequal_radii() -> None:
     """(2 R2 + R1) / (R2 R1) with ball R1 = 1 and rod R2 = 2: 5/2."""
     terms = ren_pretravel(
-        1.0, lever=18.0, lever_ratio=1.5, stylus_diameter=2.0, stylus_modulus=200e3,
-        contact_coefficient=0.9744, seat_radii=(1.0, 2.0), seat_moduli=(200e3, 200e3),
-        tip_radius=4.0, tip_modulus=620e3, part_modulus=200e3,
+        1.0,
+        RenProbe(
+            lever=18.0, lever_ratio=1.5, stylus_diameter=2.0, stylus_modulus=200e3,
+            contact_coefficient=0.9744, seat_radii=(1.0, 2.0), seat_moduli=(200e3, 200e3),
+            tip_radius=4.0, tip_modulus=620e3, part_modulus=200e3,
+        ),
     )  # fmt: skip
     expected = 1.5 * 0.655 * 0.9744 * (2.5 * (2.0 / 200e3) ** 2) ** (1.0 / 3.0)
     assert float(terms.rigid) == pytest.approx(expected, rel=1e-12)
@@ -146,7 +150,7 @@ class TestEvents:
     def test_arm_lift_threshold(self) -> None:
         """Rest 2 N a seat, a rod unloaded by 4 N per newton, threshold 1 N: (4 - 1) / 4."""
         unit = np.array([[1.0, 1.0, 1.0, 1.0, -1.0, -3.0]])
-        force, seat = arm_lift(np.full(6, 2.0), unit, 1.0)
+        force, seat = trigger_force(np.full(6, 2.0), unit, "arm_lift", 1.0)
         assert force[0] == 0.75
         assert seat[0] == 5
 
@@ -157,7 +161,7 @@ class TestEvents:
 
     def test_of_two_that_open_together_the_first_is_named(self) -> None:
         unit = np.array([[-1.0, -1.0 - 1e-13, 1.0, 1.0, 1.0, 1.0]])
-        assert first_contact(np.full(6, 2.0), unit)[1][0] == 0
+        assert trigger_force(np.full(6, 2.0), unit)[1][0] == 0
 
 
 class TestPredictedMapOfATurnedProbe:

@@ -1,1 +1,18 @@
-"""What gives, model by model: analytic, finite elements, and published closed forms."""
+"""Compliance models: which parts of a probe deform under the trigger force, and by how much.
+
+One file for each model, which holds the model's object as ``MODEL``. A new model is one file
+here and one line in `MODELS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+MODELS: Mapping[str, str] = {
+    "analytic": "stylus as a beam, elastic seats",
+    "fem": "finite elements",
+    "ren": "closed form of Ren's Abbé paper",
+    "shen": "stylus as one cantilever, rigid seats",
+    "wozniak": "one constant, as five touches would determine it",
+}
+"""Names of the compliance models, each with what it represents. All have the same statics."""
