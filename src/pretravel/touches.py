@@ -2,19 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
 from pretravel.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
-"""An approach this close to tangential (cosine with -n) is refused: 87°."""
+"""Smallest cosine between an approach and the inward normal: 87° apart. The only such limit."""
+
+
+def glancing_rows(approaches: FloatArray, normals: FloatArray) -> IntArray:
+    """Rows in which the approach moves away from the surface or along it.
+
+    Parameters
+    ----------
+    approaches, normals : (n, 3) float
+        Unit vectors; the normals point out of the part.
+
+    Returns
+    -------
+    (k,) int
+
+    >>> glancing_rows(np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]), np.eye(3)[[2, 2]]).tolist()
+    [1]
+    """
+    return np.flatnonzero(-np.sum(approaches * normals, axis=1) < GLANCING)
+
+
+def refuse_glancing(
+    approaches: FloatArray, normals: FloatArray, where: Callable[[int], str]
+) -> None:
+    """Refuse approaches that move away from the surface or along it.
+
+    Parameters
+    ----------
+    approaches, normals : (n, 3) float
+        Unit vectors; the normals point out of the part.
+    where : callable
+        Names a row in the message.
+
+    Raises
+    ------
+    PretravelError
+    """
+    rows = glancing_rows(approaches, normals)
+    if len(rows):
+        row = int(rows[0])
+        along = float(np.sum(approaches[row] * normals[row]))
+        raise PretravelError(
+            f"{where(row)}: the approach moves away from the surface or along it "
+            f"(approach · normal = {along:+.3f}, it must be below -{GLANCING}); "
+            f"the normal ({describe(normals[row])}) must point out of the part, "
+            "the approach into it"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,15 +135,7 @@ class Touches:
         if not np.all(np.isfinite(positions)):
             row = int(np.flatnonzero(~np.isfinite(positions).all(axis=1))[0])
             raise PretravelError(f"touch positions: row {row + 1} is not finite")
-        closing = -np.sum(approaches * normals, axis=1)
-        if np.any(closing < GLANCING):
-            row = int(np.flatnonzero(closing < GLANCING)[0])
-            raise PretravelError(
-                f"{self.where(row)}: the approach moves away from the surface or along it "
-                f"(approach · normal = {-closing[row]:+.3f}, it must be below -{GLANCING}); "
-                f"the normal ({describe(normals[row])}) must point out of the part, "
-                "the approach into it"
-            )
+        refuse_glancing(approaches, normals, self.where)
         object.__setattr__(self, "positions", frozen(positions))
         object.__setattr__(self, "normals", frozen(normals))
         object.__setattr__(self, "approaches", frozen(approaches))

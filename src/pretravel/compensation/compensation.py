@@ -16,7 +16,7 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 from pretravel.surface.search import ContactProblem, ContactSearch
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches, at_rest, refuse_glancing
 from pretravel.units import DEGREE, delay_travel
 
 OBLIQUE = 10.0 * DEGREE
@@ -357,9 +357,8 @@ def embed(
     """
     n = checked_unit(normals, "normals")
     a = -n if approaches is None else checked_unit(approaches, "approaches")
+    refuse_glancing(a, n, lambda row: f"point {row + 1}")
     closing = -np.sum(a * n, axis=1)
-    if np.any(closing <= 0.0):
-        raise PretravelError("an approach must move against the outward normal")
     travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
     points = np.asarray(positions, dtype=np.float64)
     touches = Touches(

@@ -16,7 +16,7 @@ from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes import Plane, Sphere
-from pretravel.touches import Touches
+from pretravel.touches import Touches, glancing_rows
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
@@ -116,13 +116,13 @@ def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "
     else:
         table.require(*_POSITION, what="targets")
         raise AssertionError("require() raises")
-    closing = -np.sum((-normals if approaches is None else approaches) * normals, axis=1)
-    if np.any(closing <= 0.0):
-        row = int(np.flatnonzero(closing <= 0.0)[0])
+    glancing = glancing_rows(-normals if approaches is None else approaches, normals)
+    if len(glancing):
         raise InputError(
-            "the approach moves away from the surface: it must point against the normal",
+            "the approach moves away from the surface or along it; it must point against the "
+            "normal",
             path=path,
-            line=table.lines[row],
+            line=table.lines[int(glancing[0])],
         )
     return Targets(
         points=points,

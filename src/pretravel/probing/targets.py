@@ -1,4 +1,4 @@
-"""Where to touch: points of a surface and ways to come to them."""
+"""Targets: points of a surface to touch, and the approaches to them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.probing.inspection import InspectionPlan
+from pretravel.touches import refuse_glancing
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Where to touch: points of the surface, its normals there, and ways to come.
+    """Points of a surface to touch, with the normals and approaches there.
 
     Parameters
     ----------
@@ -29,7 +30,8 @@ class Targets:
     Raises
     ------
     PretravelError
-        Shapes that do not fit, values that are not finite or not of unit length.
+        Arrays of different shapes; values that are not finite; vectors that are not of unit
+        length; approaches that move away from the surface or along it.
 
     >>> Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]).approaches.tolist()
     [[-0.0, -0.0, -1.0]]
@@ -57,18 +59,19 @@ class Targets:
             if self.approaches is None
             else checked_unit(self.approaches, "target approaches")
         )
+        refuse_glancing(approaches, normals, self.name)
         object.__setattr__(self, "approaches", frozen(approaches))
 
     @classmethod
     def of(cls, plan: InspectionPlan) -> Targets:
-        """The points of a plan, to be touched along their normals."""
+        """The points of a plan, with approaches along their normals."""
         return cls(plan.point, plan.normal, labels=plan.labels)
 
     def __len__(self) -> int:
         return len(self.points)
 
     def name(self, row: int) -> str:
-        """How to name one target to a person.
+        """The name of one target in messages.
 
         >>> Targets([[0, 0, 0]], [[0, 0, 1]], labels=("pole",)).name(0)
         'target 1 (pole)'

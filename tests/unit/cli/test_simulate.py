@@ -20,7 +20,7 @@ class TestSimulate:
         result = CliRunner().invoke(
             main.app, [*(str(a) for a in arguments), "-o", str(tmp_path / "o.csv")]
         )
-        assert "up to 40.0° away" in result.stderr
+        assert "differ from the surface's by up to 40.0°" in result.stderr
 
     def _targets(self, path: Path) -> Path:
         path.write_text("nx,ny,nz,label\n0,0,1,top\n1,0,0,side\n0,0.6,0.8,slope\n")
@@ -101,7 +101,7 @@ class TestSimulate:
             ("sphere:radius=12.5", ["--friction", "-0.1"], "cannot be negative"),
             ("sphere:radius=12.5", ["--approach", "file"], "ax, ay, az"),
             ("sphere:radius=12.5", ["--approach", "sideways"], "not one of 'normal', 'file'"),
-            ("sphere:radius=12.5", ["--delay", "5"], "give the feed"),
+            ("sphere:radius=12.5", ["--delay", "5"], "state the feed too (--feed)"),
             ("sphere:radius=12.5", ["--noise", "-1"], "cannot be negative"),
         ],
     )

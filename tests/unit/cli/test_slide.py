@@ -84,11 +84,14 @@ class TestSlide:
                     "--kinematics",
                     "full",
                 ],
-                "is for curved",
+                "are for the process curved",
             ),
             (["--surface", "plane:polar=40", "--at", "0,0", "--process", "sideways"], "vertical"),
-            (["--surface", "plane:polar=0", "--at", "0,0"], "--kinematics full"),
-            (["--surface", "sphere:radius=5", "--at", "0,0"], "across the probe axis"),
+            (
+                ["--surface", "plane:polar=0", "--at", "0,0"],
+                "full kinematics let it move along the axis (--kinematics)",
+            ),
+            (["--surface", "sphere:radius=5", "--at", "0,0"], "perpendicular to the probe axis"),
         ],
     )
     def test_errors_teach(self, arguments: list[str], words: str, tmp_path: Path) -> None:
