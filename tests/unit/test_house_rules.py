@@ -1,0 +1,207 @@
+"""Rules of the house that a linter does not check."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pretravel
+
+PACKAGE = Path(pretravel.__file__).parent
+MOST_LINES, MOST_PARAMETERS = 60, 7
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+# Not yet true. An entry goes when its rule holds for it; what stays has its reason beside it.
+LONG_FUNCTIONS = {
+    "cli/check.py:check",
+    "cli/export.py:export",
+    "cli/rig.py:rig",
+    "cli/simulate.py:simulate",
+    "cli/verify.py:verify",
+    "controls/program.py:plan_program",
+    "formats/logs/dmis.py:read_dmis",
+    "formats/logs/fusion.py:read_fusion",
+    "formats/logs/grbl.py:read_grbl_log",
+    "formats/logs/joining.py:join",
+    "formats/logs/linuxcnc.py:read_own_log",
+    "formats/logs/qif.py:_point_set",
+    "formats/machine_file.py:read_machine",
+    "formats/map_file.py:map_dataset",
+    "identification/probe.py:identify",
+    "laboratory/rig_calibration.py:calibrate_rig",
+    "laboratory/standards.py:check_iso230_10",
+    "model/fem/geometry.py:described_parts",
+    "qualification/qualification.py:qualify",
+    "qualification/verification.py:verify",
+    "report/certificate.py:write_certificate",
+    "trigger/friction.py:_newton",
+    "trigger/friction.py:_run",
+}
+MANY_PARAMETERS = {
+    "compensation/point_errors.py:sphere_by_trials",
+    "formats/logs/detection.py:read_readings",
+    "laboratory/standards.py:check_iso10360_5",
+    "probing/inspection.py:plan_inspection",
+    "qualification/qualification.py:qualify",
+    "report/certificate.py:write_certificate",
+    "trigger/compliance/closed_form.py:ren_pretravel",
+    "trigger/friction.py:_locate",
+}
+SHARED_NAMES = {
+    "CRITERIA",
+    "EQUATORIAL",
+    "FEWEST_DIRECTIONS",
+    "FORMAT",
+    "Part",
+    "Picture",
+    "Place",
+    "Value",
+    "compensation",
+    "fem",
+    "linuxcnc",
+    "probe",
+    "qualification",
+    "tables",
+    "wozniak",
+}
+FLAGS_IN_MESSAGES = {
+    "controls/lookup.py",
+    "controls/program.py",
+    "controls/tables.py",
+    "formats/logs/detection.py",
+    "formats/logs/dmis.py",
+    "formats/logs/grbl.py",
+    "formats/logs/joining.py",
+    "formats/logs/linuxcnc.py",
+    "formats/map_file.py",
+    "formats/probe_history.py",
+    "formats/touches_csv.py",
+    "identification/kinds.py",
+    "laboratory/standards.py",
+    "maps/pretravel_map.py",
+    "maps/sector_tables.py",
+    "probing/inspection.py",
+    "qualification/observation.py",
+    "qualification/qualification.py",
+    "qualification/verification.py",
+    "qualification/wozniak.py",
+    "report/controls_words.py",
+    "report/demonstration.py",
+}
+
+
+@cache
+def _modules() -> dict[str, tuple[str, ast.Module]]:
+    """Source and tree of each module, by its path in the package."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        found[path.relative_to(PACKAGE).as_posix()] = (text, ast.parse(text))
+    return found
+
+
+def _functions() -> Iterator[tuple[str, str, Function]]:
+    """Module, source, function; methods and inner functions too."""
+    for name, (text, tree) in _modules().items():
+        for node in ast.walk(tree):
+            if isinstance(node, Function):
+                yield name, text, node
+
+
+def _lines_of_code(text: str, function: Function) -> int:
+    """Without signature, docstring, comments and empty lines."""
+    body = function.body
+    first = body[0].lineno
+    if ast.get_docstring(function, clean=False) is not None:
+        first = body[1].lineno if len(body) > 1 else (function.end_lineno or first) + 1
+    lines = text.splitlines()[first - 1 : function.end_lineno]
+    return sum(1 for line in lines if line.strip() and not line.strip().startswith("#"))
+
+
+def _parameters(function: Function) -> int:
+    given = function.args
+    names = [a.arg for a in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    return len(names) - (bool(names) and names[0] in ("self", "cls"))
+
+
+def test_functions_are_short() -> None:
+    found = {
+        f"{module}:{function.name}"
+        for module, text, function in _functions()
+        if _lines_of_code(text, function) > MOST_LINES
+    }
+    assert found <= LONG_FUNCTIONS
+
+
+def test_functions_have_few_parameters() -> None:
+    """Not those of the command line: a command has a parameter for each of its options."""
+    found = {
+        f"{module}:{function.name}"
+        for module, _, function in _functions()
+        if not module.startswith("cli/") and _parameters(function) > MOST_PARAMETERS
+    }
+    assert found <= MANY_PARAMETERS
+
+
+def _public_names(tree: ast.Module) -> Iterator[str]:
+    """Types and constants that a module defines."""
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef):
+            yield node.name
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
+        for target in targets:
+            for part in ast.walk(target):
+                if isinstance(part, ast.Name):
+                    yield part.id
+
+
+def test_types_modules_and_constants_have_names_of_their_own() -> None:
+    """Modules of the command line have the names of its commands."""
+    homes: dict[str, list[str]] = defaultdict(list)
+    for module, (_, tree) in _modules().items():
+        stem = module.removesuffix("/__init__.py").removesuffix(".py").rpartition("/")[2]
+        if not module.startswith("cli/"):
+            homes[stem].append(module)
+        for name in set(_public_names(tree)):
+            if name[0].isupper():
+                homes[name].append(module)
+    found = {name for name, modules in homes.items() if len(modules) > 1}
+    assert found <= SHARED_NAMES
+
+
+def test_public_names_are_documented() -> None:
+    """Functions and types have a docstring of their own, not one of a base class."""
+    for name in pretravel.__all__:
+        value = getattr(pretravel, name)
+        if inspect.isroutine(value) or inspect.isclass(value):
+            assert (value.__doc__ or "").strip(), name
+            assert not value.__doc__.startswith(f"{name}("), name
+
+
+def test_messages_of_the_library_name_quantities_not_options() -> None:
+    """The command line adds its options to a message: cli/command.py."""
+    found = {
+        module
+        for module, (_, tree) in _modules().items()
+        if not module.startswith("cli/") and any(map(_names_an_option, _strings(tree)))
+    }
+    assert found <= FLAGS_IN_MESSAGES
+
+
+def _strings(tree: ast.Module) -> Iterator[str]:
+    """Not the strings that are statements: docstrings of modules, classes, functions, values."""
+    docstrings = {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        text = node.value if isinstance(node, ast.Constant) else None
+        if isinstance(text, str) and node not in docstrings:
+            yield text
+
+
+def _names_an_option(text: str) -> bool:
+    return re.search(r"(?<![\w-])--[a-z]", text) is not None
