@@ -1,7 +1,8 @@
-"""Files written whole or not at all."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Iterator
@@ -13,9 +14,9 @@ from pretravel.errors import PretravelError
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place once all went well.
+    """A temporary path beside `path` that replaces `path` at the end, when no error occurred.
 
-    A killed run or a full disk leaves the old file, or none.
+    An interrupted run or a full disk leaves the old file, or no file.
 
     Parameters
     ----------
@@ -24,7 +25,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        To write to, with the same ending.
+        The temporary path, with the same ending.
 
     Raises
     ------
@@ -60,8 +61,26 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def write_text(path: str | Path, text: str, encoding: str = "utf-8") -> None:
+    """Write a text file completely or not at all.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "a.txt"
+    >>> write_text(path, "whole")
+    >>> path.read_text()
+    'whole'
+    """
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding=encoding)
+
+
+def write_json(path: str | Path, values: object) -> None:
+    """Write values as JSON, completely or not at all."""
+    write_text(path, json.dumps(values, indent=1))
+
+
 def _usual_permissions() -> int:
-    """What open() would have given: mkstemp keeps its files private."""
+    """The permissions that open() gives a new file; those of mkstemp are private."""
     mask = os.umask(0)
     os.umask(mask)
     return 0o666 & ~mask

@@ -1,13 +1,20 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, Picture, ProbeAxis
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.laboratory.standards import StandardCheck
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.touches import Touches
 
 
 def _standards() -> list[str]:
@@ -76,41 +83,20 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
-    import json
-
-    from pretravel.errors import PretravelError
-    from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import read_map
     from pretravel.laboratory.standards import CHECKS, CalibratedSphere
     from pretravel.report.laboratory_pictures import plot_check
     from pretravel.report.laboratory_words import standard_report
     from pretravel.units import MICROMETRE
-    from pretravel.whole_file import whole_file
 
-    check_files(
-        [(output, (".csv", ".json", ".html")), (plot, PICTURES)],
-        [touches, map_file],
-    )
-    if standard == "iso10360-5" and repeat_limit is not None:
-        raise PretravelError("--repeat-limit goes with iso230-10; iso10360-5 has no such figure")
-    if standard == "iso230-10" and (size_limit is not None or u_diameter):
-        raise PretravelError("--size-limit and --u-diameter go with iso10360-5, which has a size")
-    if size_limit is not None and tip_diameter is None and map_file is None:
-        raise PretravelError("--size-limit asks for a size error: give --tip-diameter or --map")
+    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [touches, map_file])
+    limits = _limits(form_limit, size_limit, repeat_limit)
+    _refuse_other_options(standard, limits, u_diameter)
+    if "size" in limits and tip_diameter is None and map_file is None:
+        raise PretravelError("--size-limit needs a size error: give --tip-diameter or --map")
     measured = read_touches_of(touches, machine_axes=True).touches
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
-    limits = {
-        name: limit * MICROMETRE
-        for name, limit in (
-            ("form", form_limit),
-            ("form2d", form_limit),
-            ("form3d", form_limit),
-            ("size", size_limit),
-            ("repeatability", repeat_limit),
-        )
-        if limit is not None
-    }
     result = CHECKS[standard](
         measured,
         CalibratedSphere(diameter, u_diameter * MICROMETRE, sphere_form * MICROMETRE),
@@ -120,50 +106,73 @@ def check(
         limits=limits,
     )
     report = standard_report(result)
-    rows = [
-        {
-            "figure": figure.name,
-            "value_um": figure.value / MICROMETRE,
-            "u_test_um": figure.u_test / MICROMETRE,
-            "limit_um": None if figure.limit is None else figure.limit / MICROMETRE,
-            "verdict": figure.verdict,
-            "definition": figure.status,
-        }
-        for figure in result.figures
-    ]
-    if output is not None and output.suffix.lower() == ".csv":
-        columns = {
-            name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]
-        }
-        write_csv_table(output, columns)  # type: ignore[arg-type]
-    elif output is not None and output.suffix.lower() == ".json":
-        document = {"standard": result.standard, "figures": rows, "notes": list(result.notes)}
-        with whole_file(output) as temporary:
-            temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
-    elif output is not None:
-        from pretravel.report.page import write_text_page
-
-        title = f"pretravel check {standard}: {touches.name}"
-        write_text_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
+    if output is not None:
+        _write(output, result, f"pretravel check {standard}: {touches.name}", report)
     if plot is not None:
         from pretravel.report.style import save
 
         save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
     if pretravel_map is not None:
-        from pretravel.compensation.compensation import apply
-        from pretravel.compensation.point_errors import measured_sphere
-        from pretravel.report.laboratory_words import sphere_report
-
-        points = apply(measured, pretravel_map)
-        report += "\n\nThe sphere through all touches, compensated\n"
-        report += sphere_report(measured_sphere(measured, points, pretravel_map))
+        report += _compensated_sphere(measured, pretravel_map)
     typer.echo(report)
     if limits and not (u_diameter or sphere_form):
         typer.echo(
-            "Warning: without --u-diameter and --sphere-form the reference counts as perfect, and "
-            "verdicts have no uncertainty zone",
+            "Warning: without --u-diameter and --sphere-form the reference is taken as perfect, "
+            "and verdicts have no uncertainty zone",
             err=True,
         )
+
+
+def _limits(
+    form_um: float | None, size_um: float | None, repeat_um: float | None
+) -> dict[str, float]:
+    """The maximum permissible errors that are stated, by figure. [mm]"""
+    from pretravel.units import MICROMETRE
+
+    limits = {
+        "form": form_um,
+        "form2d": form_um,
+        "form3d": form_um,
+        "size": size_um,
+        "repeatability": repeat_um,
+    }
+    return {name: limit * MICROMETRE for name, limit in limits.items() if limit is not None}
+
+
+def _refuse_other_options(standard: str, limits: Mapping[str, float], u_diameter: float) -> None:
+    """Refuse limits of figures that a standard does not have."""
+    if standard == "iso10360-5" and "repeatability" in limits:
+        raise PretravelError("--repeat-limit is only for iso230-10; iso10360-5 has no repeats")
+    if standard == "iso230-10" and ("size" in limits or u_diameter):
+        raise PretravelError("--size-limit and --u-diameter are only for iso10360-5")
+
+
+def _write(output: Path, result: StandardCheck, title: str, report: str) -> None:
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.standard_figures import standard_json, standard_table
+    from pretravel.whole_file import write_json
+
+    ending = output.suffix.lower()
+    if ending == ".csv":
+        write_csv_table(output, standard_table(result))
+    elif ending == ".json":
+        write_json(output, standard_json(result))
+    else:
+        from pretravel.report.laboratory_pictures import plot_check
+        from pretravel.report.page import write_text_page
+
+        write_text_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
+
+
+def _compensated_sphere(measured: Touches, pretravel_map: PretravelMap) -> str:
+    """Report of the sphere through all touches, compensated."""
+    from pretravel.compensation.compensation import apply
+    from pretravel.compensation.point_errors import measured_sphere
+    from pretravel.report.laboratory_words import sphere_report
+
+    points = apply(measured, pretravel_map)
+    sphere = measured_sphere(measured, points, pretravel_map)
+    return "\n\nThe sphere through all touches, compensated\n" + sphere_report(sphere)
 
 
 def pattern(

@@ -1,26 +1,27 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import check_files
+from pretravel.errors import PretravelError
 
-CONTROLS = ("linuxcnc", "renishaw", "fanuc", "heidenhain", "csv")
-_MOST = {"linuxcnc": 1900, "fanuc": 400}
+if TYPE_CHECKING:
+    from pretravel.controls.exports import ExportedFiles
+    from pretravel.maps.pretravel_map import PretravelMap
+
+_RADII = "csv"
+"""A table of effective radii, which no control reads directly."""
 
 
-def _warn_of(error: float, tolerance_um: float) -> None:
-    from pretravel.units import MICROMETRE
+def _controls() -> list[str]:
+    from pretravel.controls.exports import CONTROLS
 
-    if error > tolerance_um * MICROMETRE:
-        typer.echo(
-            f"Warning: the table misses --tolerance {tolerance_um:g} µm (its error is "
-            f"{error / MICROMETRE:.3f} µm): there are too few variables for a finer one",
-            err=True,
-        )
+    return [*CONTROLS, _RADII]
 
 
 def export(
@@ -28,7 +29,7 @@ def export(
     to: Annotated[
         str,
         typer.Option(
-            parser=one_of(lambda: CONTROLS),
+            parser=one_of(_controls),
             metavar="CONTROL",
             help="linuxcnc (a folder of subroutines), renishaw (vector radii), fanuc (Macro B), "
             "heidenhain (from a template, not verified), csv (a table of effective radii).",
@@ -86,94 +87,76 @@ def export(
 
     Example: pretravel export map.nc --to linuxcnc -o subroutines
     """
-    from pretravel.controls import tables
-    from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
-    from pretravel.controls.lookup import describe_form, exact_lookup, lookup_table
-    from pretravel.errors import PretravelError
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.map_file import effective_radius_table, read_map
-    from pretravel.units import DEGREE, MICROMETRE, delay_travel
-    from pretravel.whole_file import whole_file
+    from pretravel.controls.exports import CONTROLS, ExportSettings, table_travel
+    from pretravel.controls.tables import heidenhain_template
+    from pretravel.formats.map_file import read_map
+    from pretravel.units import DEGREE, MICROMETRE
 
     if show_template:
-        typer.echo(tables.heidenhain_template(), nl=False)
+        typer.echo(heidenhain_template(), nl=False)
         return
     if output is None:
         raise PretravelError("say where to write to: -o FILE, for linuxcnc -o FOLDER")
+    control = CONTROLS.get(to)
+    _check_output(output, [map_file, template], folder=control is not None and control.folder)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
-    travel = 0.0
-    if pretravel_map.delay is not None and to != "linuxcnc":
-        if feed is None:
-            raise PretravelError(
-                f"this map is one of the probe at rest and knows a signal delay of "
-                f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: say --feed"
-            )
-        travel = delay_travel(feed, pretravel_map.delay)
-    elif feed is not None:
-        raise PretravelError("--feed goes with tables of a map that knows the signal delay")
-    if to == "linuxcnc":
-        first = 3000 if base is None else base
-        if not 31 <= first < LAST_FREE - 500:
-            raise PretravelError(f"--base {first}: parameters 31 to 5000 are the user's")
-        if output.suffix or output.is_file():
-            raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
-        if not output.parent.is_dir():
-            raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
-        exact = None if form == "table" else exact_lookup(pretravel_map)
-        if exact is None and form == "formula":
-            raise PretravelError(
-                f"a map of kind {pretravel_map.kind} has no formula for a control: --form table"
-            )
-        chosen = exact or lookup_table(
-            pretravel_map,
-            tolerance=tolerance * MICROMETRE,
-            most_values=min(_MOST["linuxcnc"], LAST_FREE - first),
-        )
-        texts = linuxcnc_subroutines(pretravel_map, chosen, base=first)
-        output.mkdir(exist_ok=True)
-        stale = output / "pretravel_table.ngc"
-        if stale.name not in texts:
-            stale.unlink(missing_ok=True)
-        for name, text in texts.items():
-            with whole_file(output / name) as temporary:
-                temporary.write_text(text, encoding="ascii")
-        typer.echo(f"{output}: {', '.join(sorted(texts))}")
-        typer.echo(describe_form(chosen))
-        if exact is None:
-            _warn_of(chosen.largest_error, tolerance)
+    if control is None:
+        _write_radii(output, pretravel_map, table_travel(pretravel_map, feed))
         return
-    check_files([(output, (output.suffix.lower(),))], [map_file, *([template] if template else [])])
-    if to == "csv":
-        check_files([(output, (".csv",))])
-        write_csv_table(output, effective_radius_table(pretravel_map, travel))
-        typer.echo(f"{output}: effective radii over the supported directions")
+    if control.uses_feed and feed is not None:
+        raise PretravelError(f"the files for {to} use the feed of each touch: leave --feed out")
+    settings = ExportSettings(
+        base=base,
+        tolerance=tolerance * MICROMETRE,
+        form=form,
+        criterion=criterion,
+        template=None if template is None else _read_template(template),
+        azimuth=None if azimuth is None else azimuth * DEGREE,
+        travel=0.0 if control.uses_feed else table_travel(pretravel_map, feed),
+    )
+    files = control.files(pretravel_map, settings)
+    _write_files(output, files)
+    typer.echo("\n".join(files.remarks))
+    for warning in files.warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+
+
+def _check_output(output: Path, inputs: Sequence[Path | None], *, folder: bool) -> None:
+    if not folder:
+        check_files([(output, (output.suffix.lower(),))], inputs)
+    elif output.suffix or output.is_file():
+        raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
+    elif not output.parent.is_dir():
+        raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
+
+
+def _read_template(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PretravelError(f"{path}: cannot be read as text: {error}") from None
+
+
+def _write_radii(output: Path, pretravel_map: PretravelMap, travel: float) -> None:
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.map_file import effective_radius_table
+
+    check_files([(output, (".csv",))])
+    write_csv_table(output, effective_radius_table(pretravel_map, travel))
+    typer.echo(f"{output}: effective radii over the supported directions")
+
+
+def _write_files(output: Path, files: ExportedFiles) -> None:
+    """Write the one text to `output`, or each text to the folder `output`."""
+    from pretravel.whole_file import write_text
+
+    if "" in files.texts:
+        write_text(output, files.texts[""])
+        typer.echo(f"{output}:")
         return
-    if to == "renishaw":
-        text = tables.renishaw_variables(
-            pretravel_map, base=500 if base is None else base, criterion=criterion, travel=travel
-        )
-    elif to == "fanuc":
-        table = lookup_table(
-            pretravel_map, tolerance=tolerance * MICROMETRE, most_values=_MOST["fanuc"]
-        )
-        text = tables.fanuc_macro(
-            pretravel_map, table, base=500 if base is None else base, travel=travel
-        )
-        _warn_of(table.largest_error, tolerance)
-    else:
-        own = None
-        if template is not None:
-            try:
-                own = template.read_text(encoding="utf-8-sig")
-            except (OSError, UnicodeDecodeError) as error:
-                raise PretravelError(f"{template}: cannot be read as text: {error}") from None
-        text = tables.heidenhain_table(
-            pretravel_map, own, azimuth=None if azimuth is None else azimuth * DEGREE, travel=travel
-        )
-    with whole_file(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    typer.echo(f"{output}:")
-    remarks = [line for line in text.splitlines()[:8] if line.startswith(("(", ";"))]
-    typer.echo("\n".join(remarks))
-    if to == "heidenhain":
-        typer.echo("Warning: the columns are unverified: compare with your control's", err=True)
+    output.mkdir(exist_ok=True)
+    for name, text in files.texts.items():
+        write_text(output / name, text, "ascii")
+    for name in files.obsolete:
+        (output / name).unlink(missing_ok=True)
+    typer.echo(f"{output}: {', '.join(sorted(files.texts))}")

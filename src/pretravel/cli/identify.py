@@ -31,17 +31,11 @@ def identify(
     Example: pretravel identify map.nc --probe omp40-2 --free rotation,stem_diameter -o mine.toml
     """
     from pretravel.formats.map_file import read_map
-    from pretravel.identification.probe import FREE
+    from pretravel.identification.description_text import identified_description
     from pretravel.identification.probe import identify as fit
-    from pretravel.probe.catalogue import (
-        catalogue_names,
-        description_text,
-        load_probe,
-        parse_probe,
-        rewritten,
-    )
+    from pretravel.probe.catalogue import load_probe, parse_probe, source_text
     from pretravel.report.laboratory_words import identification_report
-    from pretravel.whole_file import whole_file
+    from pretravel.whole_file import write_text
 
     check_files([(output, (".toml",)), (plot, PICTURES)], [map_file, probe])
     description = load_probe(probe)
@@ -50,25 +44,9 @@ def identify(
     with working("identifying"):
         found = fit(pretravel_map, description, names, model=model)
     if output is not None:
-        text = (
-            description_text(probe)
-            if probe in catalogue_names()
-            else Path(probe).read_text(encoding="utf-8-sig")
-        )
-        changes = {}
-        for name, value, u in zip(
-            found.names, found.values, found.standard_uncertainty, strict=True
-        ):
-            number = FREE[name]
-            written = value - description.stylus_length if name == "lever" else value
-            changes[f"{number.table}.{number.key}"] = (
-                float(f"{written / number.unit:.9g}"),
-                f"identified from {map_file.name}, u = {u / number.unit:.2g}",
-            )
-        text = rewritten(text, changes)
+        text = identified_description(source_text(probe), found, map_file.name)
         parse_probe(text, str(output), output.parent)
-        with whole_file(output) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(output, text)
     if plot is not None:
         from pretravel.report.laboratory_pictures import plot_identification
         from pretravel.report.style import save

@@ -1,13 +1,23 @@
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
 from pretravel.cli.progress import working
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.laboratory.rig import RigTrace
+    from pretravel.laboratory.rig_calibration import LengthComponent, RigCalibration
+    from pretravel.report.certificate import Laboratory
+
+_RESULTS = (".csv", ".json", ".html")
 
 
 def rig(
@@ -59,11 +69,6 @@ def rig(
 
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
-    import json
-
-    import numpy as np
-
-    from pretravel.errors import PretravelError
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
@@ -75,89 +80,119 @@ def rig(
         length_budget,
         rig_map,
     )
-    from pretravel.report.certificate import Laboratory, read_laboratory, write_certificate
-    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
+    from pretravel.report.certificate import Laboratory, read_laboratory
     from pretravel.report.laboratory_words import budget_table, rig_report
-    from pretravel.whole_file import whole_file
+    from pretravel.whole_file import write_json
 
-    check_files(
-        [(output, (".csv", ".json", ".html")), (map_file, (".nc", ".csv")), (plot, PICTURES)],
-        [*traces],
-    )
+    ending = "" if output is None else output.suffix.lower()
+    check_files([(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], traces)
+    _check_traces(traces)
     if map_file is not None and tip_diameter is None:
-        raise PretravelError("--map needs the tip's diameter: --tip-diameter, mm")
-    if lab is not None and (output is None or output.suffix.lower() != ".html"):
-        raise PretravelError("--lab goes with a certificate: -o certificate.html")
-    names = [path.stem for path in traces]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise PretravelError(f"trace {twice[0]} is given twice; each file is one touch")
-    told = Laboratory({}) if lab is None else read_laboratory(lab)
+        raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")
+    if lab is not None and ending != ".html":
+        raise PretravelError("--lab is only for a certificate: -o certificate.html")
+    laboratory = Laboratory({}) if lab is None else read_laboratory(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
     with working(f"reading {len(traces)} traces"):
         read = [warmed(read_rig_trace(path), temperature, expansion * 1e-6) for path in traces]
         touches = [rig_touch(trace) for trace in read]
-    if output is not None and output.suffix.lower() == ".csv":
-        # Before anything is concluded from them: single traces are a result of their own.
+    if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))
     calibration = calibrate_rig(touches)
     own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
     notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
-    if output is not None and output.suffix.lower() == ".json":
-        with whole_file(output) as temporary:
-            temporary.write_text(json.dumps(rig_json(calibration, own), indent=1), encoding="utf-8")
-    elif output is not None and output.suffix.lower() == ".html":
-        middle = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
-        figures = {
-            "Pretravel, its repeatability and hysteresis over the directions": plot_rig(
-                calibration
-            ),
-            f"One touch: {touches[middle].trace}": plot_trace(read[middle], touches[middle]),
-        }
-        write_certificate(
-            output,
-            calibration,
-            components,
-            told,
-            figures,
-            notes=notes,
-            budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
-            if budget is None
-            else budget.name,
-            temperature=temperature,
-        )
+    if output is not None and ending == ".json":
+        write_json(output, rig_json(calibration, own))
+    elif output is not None and ending == ".html":
+        statements = _Statements(laboratory, components, budget, tuple(notes), temperature)
+        _write_certificate(output, calibration, read, statements)
+    if map_file is not None:
+        write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
     if plot is not None:
-        from pretravel.report.style import save
-
-        picture = (
-            plot_rig(calibration, f"{len(touches)} touches on the rig")
-            if len(touches) > 1
-            else plot_trace(read[0], touches[0])
-        )
-        save(picture, plot)
+        _save_picture(plot, calibration, read)
     typer.echo(rig_report(calibration))
     typer.echo(
         "\nUncertainty of the mean pretravel of the direction touched least often:\n"
         + budget_table(own)
     )
-    for note in notes:
-        typer.echo(f"Warning: {note}", err=True)
     if calibration.starts_differ:
         typer.echo(
             "Note: touches of one direction start at different places, so repeatability is that of "
             "r1 - r0, not of r1 alone."
         )
-    if map_file is not None:
-        write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
-    if budget is None:
-        typer.echo(
-            "Warning: the budget is that of Ren 2020, Table 2: another laboratory's; give your own "
-            "with --budget",
-            err=True,
+    missing = laboratory.missing if ending == ".html" else 0
+    for warning in [*notes, *_missing_information(missing, own_budget=budget is not None)]:
+        typer.echo(f"Warning: {warning}", err=True)
+
+
+def _check_traces(traces: Sequence[Path]) -> None:
+    names = [path.stem for path in traces]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
+
+
+@dataclass(frozen=True)
+class _Statements:
+    """What a certificate states beside the measured values."""
+
+    laboratory: Laboratory
+    components: Sequence[LengthComponent]
+    budget: Path | None
+    notes: tuple[str, ...]
+    temperature: float
+
+
+def _write_certificate(
+    output: Path, calibration: RigCalibration, traces: Sequence[RigTrace], statements: _Statements
+) -> None:
+    """Write a certificate with the picture of the calibration and that of a median touch."""
+    import numpy as np
+
+    from pretravel.report.certificate import write_certificate
+    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
+
+    touches = calibration.touches
+    median = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
+    figures = {
+        "Pretravel, its repeatability and hysteresis over the directions": plot_rig(calibration),
+        f"One touch: {touches[median].trace}": plot_trace(traces[median], touches[median]),
+    }
+    write_certificate(
+        output,
+        calibration,
+        statements.components,
+        statements.laboratory,
+        figures,
+        notes=statements.notes,
+        budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
+        if statements.budget is None
+        else statements.budget.name,
+        temperature=statements.temperature,
+    )
+
+
+def _save_picture(path: Path, calibration: RigCalibration, traces: Sequence[RigTrace]) -> None:
+    """Draw the calibration, or the trace where there is only one."""
+    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
+    from pretravel.report.style import save
+
+    touches = calibration.touches
+    if len(touches) > 1:
+        save(plot_rig(calibration, f"{len(touches)} touches on the rig"), path)
+    else:
+        save(plot_trace(traces[0], touches[0]), path)
+
+
+def _missing_information(fields: int, *, own_budget: bool) -> Iterator[str]:
+    """Statements that the laboratory did not make, as warnings."""
+    if not own_budget:
+        yield (
+            "the budget is that of Ren 2020, Table 2, of another laboratory; give your own with "
+            "--budget"
         )
-    if output is not None and output.suffix.lower() == ".html" and told.missing:
-        typer.echo(
-            f"Warning: {told.missing} fields of the certificate are not stated; fill them in with "
-            "--lab (pretravel laboratory > lab.toml)",
-            err=True,
+    if fields:
+        yield (
+            f"{fields} fields of the certificate are not stated; fill them in with --lab "
+            "(pretravel laboratory > lab.toml)"
         )

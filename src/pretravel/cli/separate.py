@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -9,6 +9,10 @@ from pretravel.cli.arguments import Indices, indices
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Picture
 from pretravel.cli.progress import working
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.laboratory.separation import Separation
 
 
 def separate(
@@ -50,59 +54,61 @@ def separate(
 
     Example: pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv
     """
-    import json
-
-    from pretravel.errors import PretravelError
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.separation_csv import (
-        read_multi_step_readings,
-        separation_json,
-        separation_table,
-    )
+    from pretravel.formats.separation_csv import read_multi_step_readings
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import separate as separated
     from pretravel.report.laboratory_pictures import plot_separation
     from pretravel.report.laboratory_words import separation_report
     from pretravel.units import MICROMETRE
-    from pretravel.whole_file import whole_file
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [readings])
-    if (repeat_variance is None) != (repeat_pair is None):
-        raise PretravelError("give --repeat-variance and --repeat-pair together, or neither")
-    square = MICROMETRE**2
     repeated = None
     if repeat_variance is not None and repeat_pair is not None:
-        repeated = RepeatedPair(*repeat_pair, repeat_variance * square, count=repeat_count)
+        repeated = RepeatedPair(*repeat_pair, repeat_variance * MICROMETRE**2, count=repeat_count)
+    elif repeat_variance is not None or repeat_pair is not None:
+        raise PretravelError("give --repeat-variance and --repeat-pair together, or neither")
     measured = read_multi_step_readings(readings)
     with working(f"separating {len(measured)} readings"):
         result = separated(measured, method=method, repeated=repeated)
-    pairs = []
-    for machine, probe in pair_of or []:
-        variance, u = result.pair_variance(machine, probe)
-        low, high = result.pair_interval(machine, probe)
-        pairs.append(
-            f"pair ({machine}, {probe}): variance {variance / square:.4f} µm², u = "
-            f"{u / square:.4f} µm², 95 % interval {low / square:.4f} to {high / square:.4f} µm²"
-        )
-    if output is not None and output.suffix.lower() == ".csv":
-        write_csv_table(output, separation_table(result))
-    elif output is not None and output.suffix.lower() == ".json":
-        with whole_file(output) as temporary:
-            temporary.write_text(json.dumps(separation_json(result), indent=1), encoding="utf-8")
-    elif output is not None:
-        from pretravel.report.page import write_text_page
-
-        write_text_page(
-            output,
-            f"pretravel separate: {readings.name}",
-            [("Result", "\n".join([separation_report(result), "", *pairs]))],
-            {"Errors and variances": plot_separation(result)},
-        )
+    pairs = [_pair_report(result, pair) for pair in pair_of or []]
+    report = "\n".join([separation_report(result), *([""] if pairs else []), *pairs])
+    if output is not None:
+        _write(output, result, f"pretravel separate: {readings.name}", report)
     if plot is not None:
         from pretravel.report.style import save
 
         save(plot_separation(result, f"{readings.name}: machine and probe"), plot)
-    typer.echo("\n".join([separation_report(result), *([""] if pairs else []), *pairs]))
+    typer.echo(report)
+
+
+def _pair_report(result: Separation, pair: Indices) -> str:
+    from pretravel.units import MICROMETRE
+
+    square = MICROMETRE**2
+    variance, u = result.pair_variance(*pair)
+    low, high = result.pair_interval(*pair)
+    return (
+        f"pair ({pair.machine}, {pair.probe}): variance {variance / square:.4f} µm², u = "
+        f"{u / square:.4f} µm², 95 % interval {low / square:.4f} to {high / square:.4f} µm²"
+    )
+
+
+def _write(output: Path, result: Separation, title: str, report: str) -> None:
+    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.separation_csv import separation_json, separation_table
+    from pretravel.whole_file import write_json
+
+    ending = output.suffix.lower()
+    if ending == ".csv":
+        write_csv_table(output, separation_table(result))
+    elif ending == ".json":
+        write_json(output, separation_json(result))
+    else:
+        from pretravel.report.laboratory_pictures import plot_separation
+        from pretravel.report.page import write_text_page
+
+        pictures = {"Errors and variances": plot_separation(result)}
+        write_text_page(output, title, [("Result", report)], pictures)
 
 
 def separation_plan(

@@ -127,6 +127,18 @@ def description_text(name: str) -> str:
     return entry.read_text(encoding="utf-8")
 
 
+def source_text(probe: str | Path) -> str:
+    """The TOML text of a catalogue probe or of a file.
+
+    >>> source_text("omp40-2") == description_text("omp40-2")
+    True
+    """
+    name = str(probe)
+    if name in catalogue_names():
+        return description_text(name)
+    return Path(probe).read_text(encoding="utf-8-sig")
+
+
 def load_probe(probe: str | Path) -> Probe:
     """A probe by catalogue name, or from a TOML file.
 

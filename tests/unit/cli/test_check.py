@@ -56,7 +56,7 @@ class TestStandards:
                 "greater than or equal to 0",
             ),
             (["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1], "give --tip-diameter"),
-            (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "go with iso10360-5"),
+            (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "only for iso10360-5"),
         ],
     )
     def test_errors_teach(self, arguments: list[object], words: str) -> None:

@@ -1,0 +1,219 @@
+"""The controls that a map can be exported to, each with the files that it needs.
+
+To add a control, write a function `(PretravelMap, ExportSettings) -> ExportedFiles` and list it in
+`CONTROLS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from pretravel.controls import tables
+from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
+from pretravel.controls.lookup import LookupTable, describe_form, exact_lookup, lookup_table
+from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import MICROMETRE, delay_travel
+
+_FIRST_LINUXCNC, _MOST_LINUXCNC = 3000, 1900
+_FIRST_COMMON, _MOST_FANUC = 500, 400
+_TABLE_FILE = "pretravel_table.ngc"
+_ROOM_FOR_A_TABLE = 500
+"""Fewest parameters that must remain for a table of LinuxCNC."""
+_REMARK_LINES = 8
+"""Remarks are among the first lines of a table's text."""
+
+
+@dataclass(frozen=True)
+class ExportSettings:
+    """Settings of an export; each control uses those that it needs.
+
+    Attributes
+    ----------
+    base : int, optional
+        First variable of the control; a default for each control.
+    tolerance : float
+        Largest deviation of an interpolated table from the map. [mm]
+    form : str
+        For LinuxCNC: formula, table, or auto (the formula where the map has one).
+    criterion : str
+        For vector radii; see `pretravel.maps.sector_tables.resampled_sectors`.
+    template : str, optional
+        For Heidenhain: the text of a template.
+    azimuth : float, optional
+        For Heidenhain: azimuth of all touches. [rad]
+    travel : float
+        Travel of the machine during the signal delay, which is added to a map of the probe at
+        rest. [mm]
+    """
+
+    base: int | None = None
+    tolerance: float = 0.02 * MICROMETRE
+    form: str = "auto"
+    criterion: str = "max"
+    template: str | None = None
+    azimuth: float | None = None
+    travel: float = 0.0
+
+
+@dataclass(frozen=True)
+class ExportedFiles:
+    """Texts for a control.
+
+    Attributes
+    ----------
+    texts : mapping of str to str
+        By file name; of a single file the name is empty.
+    obsolete : tuple of str
+        Files of an earlier export that these texts replace.
+    remarks : tuple of str
+        Statements about the texts, for the user.
+    warnings : tuple of str
+    """
+
+    texts: Mapping[str, str]
+    obsolete: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control that a map can be exported to.
+
+    Attributes
+    ----------
+    files : callable
+        Makes the files from a map and settings.
+    folder : bool
+        Whether the control needs several files, in a folder.
+    uses_feed : bool
+        Whether the control subtracts the delay travel itself, from the feed of each touch.
+    """
+
+    files: Callable[[PretravelMap, ExportSettings], ExportedFiles]
+    folder: bool = False
+    uses_feed: bool = False
+
+
+def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
+    """Delay travel that a table for one feed contains.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    feed : float or None
+        Measuring feed; necessary where the map contains the signal delay. [mm/min]
+
+    Returns
+    -------
+    float
+        [mm]
+
+    Raises
+    ------
+    PretravelError
+        The map contains the signal delay and no feed is given, or the other way round.
+    """
+    if pretravel_map.delay is None:
+        if feed is not None:
+            raise PretravelError(
+                "a feed is only necessary for a map that contains the signal delay; this map "
+                "contains none",
+                inputs=("feed",),
+            )
+        return 0.0
+    if feed is None:
+        raise PretravelError(
+            f"this map is that of the probe at rest, with a signal delay of "
+            f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: state the measuring "
+            "feed",
+            inputs=("feed",),
+        )
+    return delay_travel(feed, pretravel_map.delay)
+
+
+def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    base = _FIRST_LINUXCNC if settings.base is None else settings.base
+    if not 31 <= base < LAST_FREE - _ROOM_FOR_A_TABLE:
+        raise PretravelError(
+            f"first variable {base}: the parameters for users are 31 to {LAST_FREE}",
+            inputs=("base",),
+        )
+    exact = None if settings.form == "table" else exact_lookup(pretravel_map)
+    if exact is not None:
+        texts = linuxcnc_subroutines(pretravel_map, exact, base=base)
+        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
+    if settings.form == "formula":
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} has no formula for a control; export it "
+            "as a table",
+            inputs=("form",),
+        )
+    table = lookup_table(
+        pretravel_map,
+        tolerance=settings.tolerance,
+        most_values=min(_MOST_LINUXCNC, LAST_FREE - base),
+    )
+    return ExportedFiles(
+        linuxcnc_subroutines(pretravel_map, table, base=base),
+        remarks=(describe_form(table),),
+        warnings=_coarse_table_warnings(table, settings.tolerance),
+    )
+
+
+def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    text = tables.renishaw_variables(
+        pretravel_map,
+        base=_FIRST_COMMON if settings.base is None else settings.base,
+        criterion=settings.criterion,
+        travel=settings.travel,
+    )
+    return _single_file(text)
+
+
+def _fanuc(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=_MOST_FANUC)
+    text = tables.fanuc_macro(
+        pretravel_map,
+        table,
+        base=_FIRST_COMMON if settings.base is None else settings.base,
+        travel=settings.travel,
+    )
+    return _single_file(text, _coarse_table_warnings(table, settings.tolerance))
+
+
+def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    text = tables.heidenhain_table(
+        pretravel_map, settings.template, azimuth=settings.azimuth, travel=settings.travel
+    )
+    return _single_file(
+        text, ("the columns are not verified: compare them with those of your control",)
+    )
+
+
+def _single_file(text: str, warnings: tuple[str, ...] = ()) -> ExportedFiles:
+    first = text.splitlines()[:_REMARK_LINES]
+    remarks = tuple(line for line in first if line.startswith(("(", ";")))
+    return ExportedFiles({"": text}, remarks=remarks, warnings=warnings)
+
+
+def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, ...]:
+    if table.largest_error <= tolerance:
+        return ()
+    warning = (
+        f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
+        f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
+        "finer table"
+    )
+    return (warning,)
+
+
+CONTROLS: Mapping[str, Control] = {
+    "linuxcnc": Control(_linuxcnc, folder=True, uses_feed=True),
+    "renishaw": Control(_renishaw),
+    "fanuc": Control(_fanuc),
+    "heidenhain": Control(_heidenhain),
+}
+"""Controls by name."""
