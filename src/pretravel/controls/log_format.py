@@ -1,4 +1,4 @@
-"""The log that our programs for LinuxCNC write and that `pretravel.formats.logs.linuxcnc` reads.
+"""The log of our programs for LinuxCNC, which `pretravel.formats.logs.pretravel_log` reads.
 
 The lines are comma-separated. Each line begins with its kind and ends with the word ``end``: no
 reader has to count lines, and a reader detects a line that was cut off.

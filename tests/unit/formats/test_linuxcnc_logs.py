@@ -9,7 +9,8 @@ import pytest
 
 from pretravel.errors import InputError
 from pretravel.formats.logs.detection import read_touches_of
-from pretravel.formats.logs.linuxcnc import read_own_log, read_probeopen
+from pretravel.formats.logs.linuxcnc import read_probeopen
+from pretravel.formats.logs.pretravel_log import read_own_log
 from tests.support.commands import run
 from tests.support.control_logs import (
     OWN_LOG,
@@ -58,7 +59,7 @@ class TestOwnLog:
         ("text", "line", "words"),
         [
             (OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="1")[:-9], 4, "cut off"),
-            (OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="1") * 2, 5, "there twice"),
+            (OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="1") * 2, 5, "occurs twice"),
             (
                 OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="1") + OWN_LOG_HEAD,
                 5,
@@ -77,13 +78,13 @@ class TestOwnLog:
             (
                 OWN_LOG_HEAD.replace("nominal_x_mm", "nominal_x_in"),
                 3,
-                "not those that this version knows",
+                "are not those of this version",
             ),
             (OWN_LOG_TOUCH.format(label="a", touched="1"), 1, "must begin with pretravel-log"),
             (
                 OWN_LOG_HEAD + OWN_LOG_TOUCH.format(label="a", touched="0"),
                 None,
-                "no touch in it; 1 were missed",
+                "no touch; 1 were missed",
             ),
         ],
     )

@@ -11,7 +11,8 @@ from pretravel.formats.logs.dmis import read_dmis
 from pretravel.formats.logs.fusion import read_fusion
 from pretravel.formats.logs.grbl import read_grbl_log
 from pretravel.formats.logs.joining import FileReadings, Rows, file_lines, join
-from pretravel.formats.logs.linuxcnc import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.logs.linuxcnc import read_log_positions, read_probeopen
+from pretravel.formats.logs.pretravel_log import read_own_log
 from pretravel.formats.logs.qif import read_qif
 from pretravel.formats.touches_csv import read_touches
 from pretravel.probing.targets import Targets

@@ -1,0 +1,197 @@
+"""The log of a probing program that pretravel wrote, or of its subroutines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.controls.log_format import (
+    LOG_HEAD,
+    SUBROUTINE_TOUCH_COLUMNS,
+    SURFACE_POINT_COLUMNS,
+    TOUCH_COLUMNS,
+)
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.logs.joining import FileReadings, file_lines, finite
+from pretravel.touches import Touches
+from pretravel.units import DEGREE, MICROMETRE
+
+_SCALES = {"um": MICROMETRE, "millionths": 1e-6}
+"""Factor to the unit inside, by the ending of a column."""
+
+
+def read_own_log(path: str | Path) -> FileReadings:
+    r"""Read the log of a program written by pretravel.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    FileReadings
+        The touches with contact, in work coordinates, and the surface points that the control
+        compensated.
+
+    Raises
+    ------
+    InputError
+        Lines that are cut off, a second run in the same file, a label that occurs twice, text in
+        place of numbers: with the line.
+
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "one.log"
+    >>> _ = file.write_text(
+    ...     "pretravel-log,1,one,1,end\nwork,G54,0.0,end\ncolumns," + ",".join(TOUCH_COLUMNS)
+    ...     + ",end\ntouch,top,0,0,2990.0,0,0,1,0,0,-1,50,0,0,0,1.0,end\ndone,1,end\n")
+    >>> read_own_log(file).touches.positions.tolist()
+    [[0.0, 0.0, 2.99]]
+    """
+    log = _Log(path)
+    for number, text in enumerate(file_lines(path, "a log of a probing program"), start=1):
+        if line := text.strip():
+            log.take(line, number)
+    return log.readings()
+
+
+class _Log:
+    """What the lines of a log have stated so far."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = path
+        self.planned: int | None = None
+        """Touches of the program; None before the first line, 0 where no line states them."""
+        self.finished = False
+        self.rotation: float | None = None
+        self.columns: tuple[str, ...] = ()
+        self.touched: dict[str, list[float]] = {}
+        self.lines: list[int] = []
+        self.missed: list[str] = []
+        self.points: dict[str, FloatArray] = {}
+        self._takers: dict[str, Callable[[list[str], int], None]] = {
+            LOG_HEAD: self._take_head,
+            "work": self._take_work,
+            "columns": self._take_columns,
+            "touch": self._take_touch,
+            "point": self._take_point,
+        }
+
+    def take(self, line: str, number: int) -> None:
+        """Add one line to the state."""
+        cells = [cell.strip() for cell in line.split(",")]
+        if cells[-1] != "end":
+            raise self._error(
+                f"this line is cut off ('…{line[-20:]}' does not end in ',end'): the program was "
+                "stopped, or the disk was full. Run the program again, or delete the line to use "
+                "the lines before it",
+                number,
+            )
+        kind, values = cells[0], cells[1:-1]
+        if self.planned is None and kind != LOG_HEAD:
+            raise self._error(
+                f"not the log of a program of pretravel: its first line must begin with {LOG_HEAD}",
+                number,
+            )
+        if kind in self._takers:
+            self._takers[kind](values, number)
+        elif kind == "done":
+            self.finished = True
+        elif kind != "point-columns":
+            raise self._error(f"'{kind}' is not a line of such a log", number)
+
+    def _take_head(self, values: list[str], number: int) -> None:
+        if self.planned is not None:
+            raise self._error(
+                "a second run begins here; keep each run in a file of its own", number
+            )
+        if values[:1] != ["1"] or len(values) != 3:
+            raise self._error(
+                f"a log of another version ('{','.join([LOG_HEAD, *values])[:40]}'); this "
+                "pretravel reads version 1",
+                number,
+            )
+        self.planned = int(self._numbers(values[-1:], number)[0])
+
+    def _take_work(self, values: list[str], number: int) -> None:
+        if len(values) != 2 or self.rotation is not None:
+            raise self._error("one line 'work' with offset and turn is needed", number)
+        self.rotation = self._numbers(values[1:], number)[0] * DEGREE
+
+    def _take_columns(self, values: list[str], number: int) -> None:
+        self.columns = tuple(values)
+        if self.columns not in (TOUCH_COLUMNS, SUBROUTINE_TOUCH_COLUMNS):
+            raise self._error(
+                f"columns {', '.join(values)} are not those of this version "
+                f"({', '.join(TOUCH_COLUMNS)})",
+                number,
+            )
+
+    def _take_touch(self, values: list[str], number: int) -> None:
+        self._check_values(values, TOUCH_COLUMNS, number)
+        label = values[0]
+        if label in self.touched or label in self.missed:
+            raise self._error(f"the touch {label} occurs twice", number)
+        row = self._numbers(values[1:], number)
+        if round(row[-1]) == 0:
+            self.missed.append(label)
+        else:
+            self.touched[label] = row
+            self.lines.append(number)
+
+    def _take_point(self, values: list[str], number: int) -> None:
+        self._check_values(values, SURFACE_POINT_COLUMNS, number)
+        self.points[values[0]] = MICROMETRE * np.array(self._numbers(values[1:4], number))
+
+    def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
+        if self.rotation is None or not self.columns:
+            raise self._error(
+                "the lines 'work' and 'columns' must come before the first touch: they state the "
+                "turn of the work coordinates and the units",
+                number,
+            )
+        if len(values) != len(columns):
+            raise self._error(f"{len(values)} values, {len(columns)} are needed", number)
+
+    def _numbers(self, values: list[str], number: int) -> list[float]:
+        return finite(values, self.path, number)
+
+    def _error(self, message: str, number: int | None = None) -> InputError:
+        return InputError(message, path=self.path, line=number)
+
+    def readings(self) -> FileReadings:
+        """All that the log contains."""
+        if not self.touched or self.rotation is None:
+            missed = f"; {len(self.missed)} were missed" if self.missed else ""
+            raise self._error(f"the log contains no touch{missed}")
+        scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in self.columns[1:]]
+        table = np.array(list(self.touched.values())) * np.array(scales)
+        try:
+            touches = Touches(
+                positions=table[:, 0:3],
+                normals=table[:, 3:6],
+                approaches=table[:, 6:9],
+                feeds=table[:, 9],
+                labels=tuple(self.touched),
+                nominal_points=table[:, 10:13],
+                source=Path(self.path).name,
+                lines=tuple(self.lines),
+            )
+        except PretravelError as error:
+            raise self._error(str(error)) from None
+        return FileReadings(
+            touches, tuple(self.missed), self.rotation, self._warnings(), self.points
+        )
+
+    def _warnings(self) -> tuple[str, ...]:
+        """Whether touches of the program are missing in its log."""
+        there = len(self.touched) + len(self.missed)
+        found = f"{there} of its {self.planned} touches are in the log"
+        if self.finished and there != self.planned:
+            return (f"lines have been lost: {found}, though the program ran to its end",)
+        # A program of the user's own states no number of touches, and no end.
+        if not self.finished and self.planned:
+            return (f"the program did not run to its end: {found}",)
+        return ()
