@@ -13,6 +13,11 @@ from pretravel.frames import Placement, probe_rotation
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 """Coordinate systems of LinuxCNC, in the order of their numbers 1 to 9."""
 
+_POSITIVE = (
+    "tip_diameter", "stem_diameter", "stylus_length", "body_diameter", "measuring_feed",
+    "positioning_feed", "start_distance", "overtravel", "clearance",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Machine:
@@ -75,42 +80,40 @@ class Machine:
     limits: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in (
-            "tip_diameter",
-            "stem_diameter",
-            "stylus_length",
-            "body_diameter",
-            "measuring_feed",
-            "positioning_feed",
-            "start_distance",
-            "overtravel",
-            "clearance",
-        ):
-            value = getattr(self, name)
-            if not 0.0 < value < 1e6:
-                raise PretravelError(
-                    f"{name.replace('_', ' ')} {value:g}: a positive number is needed"
-                )
+        for name in _POSITIVE:
+            if not 0.0 < getattr(self, name) < 1e6:
+                raise self._error(name, "a positive number is needed")
         if not -1e5 < self.safe_height < 1e5:
-            raise PretravelError(f"safe height {self.safe_height:g} mm: that is no height")
+            raise self._error("safe_height", "it must lie between -100000 and 100000 mm")
         if self.stem_diameter >= self.tip_diameter:
-            raise PretravelError(
-                f"stem diameter {self.stem_diameter:g} mm: it must be thinner than the tip "
-                f"({self.tip_diameter:g} mm), or the stem touches first"
+            raise self._error(
+                "stem_diameter",
+                f"it must be smaller than the tip's ({self.tip_diameter:g} mm), or the stem "
+                "touches first",
             )
         if self.clearance >= self.start_distance:
-            raise PretravelError(
-                f"clearance {self.clearance:g} mm: it must be less than the start distance "
-                f"({self.start_distance:g} mm), which the tip comes as close as"
+            raise self._error(
+                "clearance",
+                f"it must be less than the start distance ({self.start_distance:g} mm), because "
+                "the tip comes as close as that",
             )
         if self.tool < 0:
-            raise PretravelError(f"tool {self.tool}: a tool number is not negative")
+            raise self._error("tool", "a tool number is not negative")
         if self.work_offset not in WORK_OFFSETS:
             raise PretravelError(
-                f"work offset '{self.work_offset}': it is one of {', '.join(WORK_OFFSETS)}"
+                f"work offset '{self.work_offset}': it is one of {', '.join(WORK_OFFSETS)}",
+                inputs=("work_offset",),
             )
         if self.limits is not None and not np.all(self.limits[:, 0] < self.limits[:, 1]):
-            raise PretravelError("limits of an axis: the first number must be below the second")
+            raise PretravelError(
+                "limits of an axis: the first number must be below the second",
+                inputs=("limits",),
+            )
+
+    def _error(self, name: str, need: str) -> PretravelError:
+        return PretravelError(
+            f"{name.replace('_', ' ')} {getattr(self, name):g}: {need}", inputs=(name,)
+        )
 
     @property
     def tip_radius(self) -> float:

@@ -1,41 +1,102 @@
-"""The machine file: what a probing program needs to know of a machine, as TOML."""
+"""The machine file: the machine data that a probing program uses, as TOML."""
 
 from __future__ import annotations
 
-import re
-import tomllib
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.controls.machine import Machine, work_placement, work_turn
-from pretravel.errors import InputError, PretravelError
+from pretravel.errors import PretravelError
 from pretravel.frames import Placement
+from pretravel.toml_file import TomlDocument, TomlStructure, read_toml
 from pretravel.units import DEGREE
 
-_KEYS = {
-    "machine": ("name",),
-    "probe": (
-        "tool",
-        "tip_diameter_mm",
-        "stem_diameter_mm",
-        "stylus_length_mm",
-        "body_diameter_mm",
-    ),
-    "feeds": ("measuring_mm_min", "positioning_mm_min"),
-    "distances": ("safe_height_mm", "start_mm", "overtravel_mm", "clearance_mm"),
-    "work": ("offset", "x_mm", "y_mm", "z_mm", "rotation_deg"),
-    "limits": ("x_mm", "y_mm", "z_mm"),
-}
+_USUAL = Machine()
 
-_REQUIRED = {
-    "probe": ("tip_diameter_mm", "stem_diameter_mm", "stylus_length_mm", "body_diameter_mm"),
-    "feeds": ("measuring_mm_min", "positioning_mm_min"),
-    "distances": ("safe_height_mm",),
-    "work": ("offset",),
-}
-"""What moves are made and checked with: never assumed."""
+
+@dataclass(frozen=True)
+class _NameTable:
+    name: str = _USUAL.name
+
+
+@dataclass(frozen=True)
+class _ProbeTable:
+    tip_diameter: float
+    stem_diameter: float
+    stylus_length: float
+    body_diameter: float
+    tool: int = _USUAL.tool
+
+
+@dataclass(frozen=True)
+class _FeedsTable:
+    measuring_feed: float
+    positioning_feed: float
+
+
+@dataclass(frozen=True)
+class _DistancesTable:
+    safe_height: float
+    start_distance: float = _USUAL.start_distance
+    overtravel: float = _USUAL.overtravel
+    clearance: float = _USUAL.clearance
+
+
+@dataclass(frozen=True)
+class _WorkTable:
+    work_offset: str
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+    rotation: float | None = None
+
+
+@dataclass(frozen=True)
+class _LimitsTable:
+    x: tuple[float, float]
+    y: tuple[float, float]
+    z: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """All tables of the file. What moves are made and checked with is never assumed."""
+
+    probe: _ProbeTable
+    feeds: _FeedsTable
+    distances: _DistancesTable
+    work: _WorkTable
+    machine: _NameTable = field(default_factory=_NameTable)
+    limits: _LimitsTable | None = None
+
+
+_STRUCTURE = TomlStructure(
+    hint="moves depend on all of them; pretravel machine prints a whole file to edit"
+)
+_STRUCTURE.table(
+    _ProbeTable,
+    tip_diameter="tip_diameter_mm",
+    stem_diameter="stem_diameter_mm",
+    stylus_length="stylus_length_mm",
+    body_diameter="body_diameter_mm",
+)
+_STRUCTURE.table(
+    _FeedsTable, measuring_feed="measuring_mm_min", positioning_feed="positioning_mm_min"
+)
+_STRUCTURE.table(
+    _DistancesTable,
+    safe_height="safe_height_mm",
+    start_distance="start_mm",
+    overtravel="overtravel_mm",
+    clearance="clearance_mm",
+)
+_STRUCTURE.table(
+    _WorkTable, work_offset="offset", x="x_mm", y="y_mm", z="z_mm", rotation="rotation_deg"
+)
+_STRUCTURE.table(_LimitsTable, x="x_mm", y="y_mm", z="z_mm")
 
 _TEMPLATE = """\
 # A machine, for pretravel program: edit, then give it to every program for this machine.
@@ -113,7 +174,7 @@ def _work_lines(work: Placement) -> list[str]:
 
 
 def read_machine(path: str | Path) -> Machine:
-    r"""A machine from its file.
+    r"""Read a machine from its file.
 
     Parameters
     ----------
@@ -136,128 +197,51 @@ def read_machine(path: str | Path) -> Machine:
     >>> read_machine(file).measuring_feed
     30.0
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such machine file; pretravel machine > mill.toml writes one to edit",
-            path=path,
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError("not a text file, so not a machine file", path=path) from None
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not TOML: {error}", path=path) from None
-    for table, values in document.items():
-        if table not in _KEYS or not isinstance(values, dict):
-            raise InputError(
-                f"there is no table [{table}] in a machine file; there are {', '.join(_KEYS)}",
-                path=path,
-                line=_line(text, table),
-            )
-        for key in values:
-            if key not in _KEYS[table]:
-                raise InputError(
-                    f"[{table}] has no key '{key}'; it has {', '.join(_KEYS[table])}",
-                    path=path,
-                    line=_line(text, key, table),
-                )
-
-    def value(table: str, key: str, default: Any) -> Any:
-        found = document.get(table, {}).get(key, default)
-        good = isinstance(found, str) if isinstance(default, str) else _is_number(found)
-        if isinstance(default, int) and not isinstance(default, bool):
-            good = isinstance(found, int) and not isinstance(found, bool)
-        if not good:
-            kind = "text" if isinstance(default, str) else "a number"
-            raise InputError(
-                f"[{table}] {key} = {found!r}: {kind} is needed",
-                path=path,
-                line=_line(text, key, table),
-            )
-        return found
-
-    for table, keys in _REQUIRED.items():
-        for key in keys:
-            if key not in document.get(table, {}):
-                raise InputError(
-                    f"[{table}] {key} is missing: moves depend on it. pretravel machine prints a "
-                    "whole file to edit",
-                    path=path,
-                    line=_line(text, table),
-                )
-    usual = Machine()
-    given = document.get("work", {})
-    work = None
-    if any(key in given for key in _KEYS["work"][1:]):
-        missing = [key for key in ("x_mm", "y_mm", "z_mm") if key not in given]
-        if missing:
-            raise InputError(
-                f"[work] tells a place without {', '.join(missing)}; give x_mm, y_mm and z_mm, or "
-                "none of them",
-                path=path,
-                line=_line(text, "work"),
-            )
-        x, y, z = (float(value("work", f"{axis}_mm", 0.0)) for axis in "xyz")
-        work = work_placement(x, y, z, float(value("work", "rotation_deg", 0.0)) * DEGREE)
-    limits = None
-    if "limits" in document:
-        pairs = [document["limits"].get(f"{axis}_mm") for axis in "xyz"]
-        for axis, pair in zip("xyz", pairs, strict=True):
-            if pair is None:
-                raise InputError(
-                    f"[limits] has no {axis}_mm; all three axes are needed",
-                    path=path,
-                    line=_line(text, "limits"),
-                )
-            if not (isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))):
-                raise InputError(
-                    f"[limits] {axis}_mm = {pair}: two numbers are needed, [lowest, highest]",
-                    path=path,
-                    line=_line(text, f"{axis}_mm", "limits"),
-                )
-        limits = np.array(pairs, dtype=np.float64)
+    document = read_toml(path, "machine file", "pretravel machine > mill.toml writes one to edit")
+    tables = _STRUCTURE.make(document, _Tables)
     try:
         return Machine(
-            name=value("machine", "name", usual.name),
-            tool=value("probe", "tool", usual.tool),
-            tip_diameter=float(value("probe", "tip_diameter_mm", usual.tip_diameter)),
-            stem_diameter=float(value("probe", "stem_diameter_mm", usual.stem_diameter)),
-            stylus_length=float(value("probe", "stylus_length_mm", usual.stylus_length)),
-            body_diameter=float(value("probe", "body_diameter_mm", usual.body_diameter)),
-            measuring_feed=float(value("feeds", "measuring_mm_min", usual.measuring_feed)),
-            positioning_feed=float(value("feeds", "positioning_mm_min", usual.positioning_feed)),
-            safe_height=float(value("distances", "safe_height_mm", usual.safe_height)),
-            start_distance=float(value("distances", "start_mm", usual.start_distance)),
-            overtravel=float(value("distances", "overtravel_mm", usual.overtravel)),
-            clearance=float(value("distances", "clearance_mm", usual.clearance)),
-            work_offset=value("work", "offset", usual.work_offset),
-            work=work,
-            limits=limits,
+            **vars(tables.machine),
+            **vars(tables.probe),
+            **vars(tables.feeds),
+            **vars(tables.distances),
+            work_offset=tables.work.work_offset,
+            work=_work(tables.work, document),
+            limits=_limits(tables.limits),
         )
-    except InputError:
-        raise
     except PretravelError as error:
-        raise InputError(str(error), path=path) from None
+        raise document.error(str(error), *_place(error.inputs)) from None
 
 
-def _is_number(value: object) -> bool:
-    return (
-        isinstance(value, int | float)
-        and not isinstance(value, bool)
-        and bool(np.isfinite(float(value)))
-    )
+def _work(table: _WorkTable, document: TomlDocument) -> Placement | None:
+    """The place of the work coordinates, which the table may leave open."""
+    x, y, z = table.x, table.y, table.z
+    if x is None or y is None or z is None:
+        missing = [axis for axis in "xyz" if getattr(table, axis) is None]
+        if len(missing) < 3 or table.rotation is not None:
+            raise document.error(
+                f"[work] states a place without {', '.join(f'{axis}_mm' for axis in missing)}; "
+                "give x_mm, y_mm and z_mm, or none of them",
+                "work",
+            )
+        return None
+    return work_placement(x, y, z, table.rotation or 0.0)
 
 
-def _line(text: str, key: str, table: str | None = None) -> int | None:
-    """The line a key (of a table) or a table's head stands on."""
-    here = None
-    for number, line in enumerate(text.splitlines(), start=1):
-        if head := re.match(r"\s*\[+\s*([^\]]+?)\s*\]", line):
-            here = head[1]
-            if table is None and here == key:
-                return number
-        if table is not None and here == table and re.match(rf"\s*{re.escape(key)}\s*=", line):
-            return number
-    return None
+def _limits(table: _LimitsTable | None) -> FloatArray | None:
+    return None if table is None else np.array([table.x, table.y, table.z])
+
+
+def _place(inputs: tuple[str, ...]) -> tuple[str, ...]:
+    """The table and key of a parameter of `Machine`."""
+    for table, kind in (
+        ("probe", _ProbeTable),
+        ("feeds", _FeedsTable),
+        ("distances", _DistancesTable),
+        ("work", _WorkTable),
+    ):
+        keys = _STRUCTURE.keys(kind)
+        for name in inputs:
+            if name in keys:
+                return (table, keys[name])
+    return inputs
