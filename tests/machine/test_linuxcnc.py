@@ -17,13 +17,15 @@ from pretravel.controls.linuxcnc import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import exact_lookup, lookup_series, lookup_table
 from pretravel.controls.machine import Machine, work_placement
-from pretravel.controls.program import SphereObstacle, plan_program
+from pretravel.controls.program import plan_program
+from pretravel.controls.surroundings import SphereObstacle
 from pretravel.controls.tables import fanuc_macro, renishaw_variables
 from pretravel.directions import fibonacci_cap, ring_pattern
 from pretravel.errors import InputError
 from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
 from pretravel.formats.logs.joining import join
-from pretravel.formats.logs.linuxcnc import read_log_positions, read_own_log, read_probeopen
+from pretravel.formats.logs.linuxcnc import read_log_positions, read_probeopen
+from pretravel.formats.logs.pretravel_log import read_own_log
 from pretravel.frames import probe_rotation
 from pretravel.identification.kinds import qualify
 from pretravel.maps.pretravel_map import PretravelMap

@@ -114,7 +114,8 @@ def sphere(
     """
     import numpy as np
 
-    from pretravel.controls.program import SphereObstacle, plan_program
+    from pretravel.controls.program import plan_program
+    from pretravel.controls.surroundings import SphereObstacle
     from pretravel.directions import ring_pattern
     from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
@@ -182,7 +183,8 @@ def part(
     log: Log = None,
 ) -> None:
     """Touch the targets of a plan, with moves between them that are free of collisions."""
-    from pretravel.controls.program import PartObstacle, plan_program
+    from pretravel.controls.program import plan_program
+    from pretravel.controls.surroundings import PartObstacle
     from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.touches_csv import read_targets

@@ -1,193 +1,31 @@
-"""A probing program: where each touch starts and ends, and free ways between them.
-
-The probe axis is the machine's z. Between touches the tip goes straight where that is known to be
-free; else up to the safe height, across, and down again. Where the way down is not free it comes in
-from the side that the normal points to.
-"""
+"""A probing program: the start and end of each touch, and free ways between the touches."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.controls.machine import Machine
+from pretravel.controls.surroundings import Obstacle, Surroundings
+from pretravel.controls.ways import (
+    TouchMoves,
+    check_height,
+    check_limits,
+    touch_moves,
+    ways_between,
+    ways_down,
+)
 from pretravel.directions import describe
 from pretravel.errors import PretravelError
-from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad.part import Part
 
-_EDGES = 0.05
-"""Resolution of a face's edges when distances from it are worked out. [mm]"""
-_STEP = 0.25
-"""Between places of a move that are looked at. [mm]"""
-_BODY_HEIGHT = 200.0
-"""How far up the body of the probe, and the spindle behind it, are thought to reach. [mm]"""
-_SIDEWAYS = (0.0, 2.0, 5.0, 10.0, 20.0, 40.0)
-"""How far out along the normal's horizontal part a way down is looked for. [mm]"""
 _DOWNWARD = 0.02
-"""Normals with more than this part downwards are not touched from above."""
+"""Normals with a larger part downwards are not touched from above."""
 _OFF_THE_PART = 0.1
 """Targets further than this from the part's surface do not belong to it. [mm]"""
-_UP = np.array([0.0, 0.0, 1.0])
-
-
-class Obstacle(Protocol):
-    """Something around that moves must not run into, in work coordinates."""
-
-    @property
-    def top(self) -> float:
-        """Its highest point. [mm]"""
-        ...
-
-    def off(self, points: FloatArray) -> FloatArray:
-        """How far points that are meant to be on its surface are from it, (n,). [mm]"""
-        ...
-
-    def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Whether tip, stem or body meet it on straight moves (n, 3) to (n, 3), (n,)."""
-        ...
-
-    def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
-        """The same for moves that end with the tip on it: it may be met there, not before."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class SphereObstacle:
-    """A reference sphere, on a shank below it where that is told.
-
-    Attributes
-    ----------
-    center : (3,) float
-        [mm]
-    radius : float
-        [mm]
-    shank_diameter : float
-        Of a shank straight down; 0: not known. [mm]
-    """
-
-    center: FloatArray
-    radius: float
-    shank_diameter: float = 0.0
-
-    @property
-    def top(self) -> float:
-        """Its highest point. [mm]"""
-        return float(self.center[2] + self.radius)
-
-    def off(self, points: FloatArray) -> FloatArray:
-        """See `Obstacle`."""
-        return np.asarray(np.abs(np.linalg.norm(points - self.center, axis=1) - self.radius))
-
-    def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
-        """See `Obstacle`."""
-        return self._met(machine, start, end, touching=False)
-
-    def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
-        """See `Obstacle`."""
-        return self._met(machine, start, contact, touching=True)
-
-    def _met(
-        self, machine: Machine, start: FloatArray, end: FloatArray, *, touching: bool
-    ) -> BoolArray:
-        longest = float(np.max(np.linalg.norm(end - start, axis=1)))
-        share = np.linspace(0.0, 1.0, int(np.ceil(longest / _STEP)) + 2)
-        # The sphere's centre seen from the tip: along the axis, and across it.
-        tip = start + share[:, None, None] * (end - start)
-        seen = self.center - tip
-        up, across = seen[..., 2], np.hypot(seen[..., 0], seen[..., 1])
-        # A ball that comes straight to the sphere meets it where it should.
-        ball = np.where(touching, np.inf, np.linalg.norm(seen, axis=-1) - machine.tip_radius)
-        stem = np.hypot(across, _outside(up, 0.0, machine.stylus_length))
-        stem = stem - 0.5 * machine.stem_diameter
-        body = np.hypot(
-            np.maximum(across - 0.5 * machine.body_diameter, 0.0),
-            _outside(up, machine.stylus_length, machine.stylus_length + _BODY_HEIGHT),
-        )
-        margin = self.radius + (0.0 if touching else machine.clearance)
-        free = np.minimum(np.minimum(ball, stem), body) - margin
-        if self.shank_diameter > 0.0:
-            gap = across - 0.5 * self.shank_diameter - machine.tip_radius
-            gap = gap - (0.0 if touching else machine.clearance)
-            free = np.minimum(free, np.where(up > -machine.tip_radius, gap, np.inf))
-        return np.asarray((free < 0.0).any(axis=0))
-
-
-def _outside(value: FloatArray, low: float, high: float) -> FloatArray:
-    return np.asarray(np.maximum(np.maximum(low - value, value - high), 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class PartObstacle:
-    """A part, all its faces.
-
-    Attributes
-    ----------
-    part : Part
-        In work coordinates. [mm]
-    """
-
-    part: Part
-
-    @property
-    def top(self) -> float:
-        """Its highest point. [mm]"""
-        return float(self.part.box[1][2])
-
-    def off(self, points: FloatArray) -> FloatArray:
-        """See `Obstacle`."""
-        distances = [face.distance(points, _EDGES) for face in self.part.faces]
-        return np.asarray(np.min(distances, axis=0))
-
-    def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
-        """See `Obstacle`."""
-        nothing = np.full(len(start), -1)
-        return self._met(machine, start, end, nothing, machine.clearance)
-
-    def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
-        """See `Obstacle`."""
-        cloud = self.part.cloud_of_spacing(0.5 * machine.tip_radius)
-        way = contact - start
-        along = way / np.linalg.norm(way, axis=1, keepdims=True)
-        touched = cloud.face[cloud.tree.query(contact + machine.tip_radius * along)[1]]
-        return self._met(machine, start, contact, touched, 0.0)
-
-    def _met(
-        self,
-        machine: Machine,
-        start: FloatArray,
-        end: FloatArray,
-        touched: IntArray,
-        margin: float,
-    ) -> BoolArray:
-        met = np.zeros(len(start), dtype=bool)
-        length = np.linalg.norm(end - start, axis=1)
-        # Moves of like length go together; what is asked for is the whole of the longest.
-        for group in np.unique(np.ceil(length[length > 0.0])):
-            rows = np.flatnonzero(np.ceil(length) == group)
-            reach = float(length[rows].max())
-            direction = (end[rows] - start[rows]) / length[rows, None]
-            faces = first_obstacle(
-                self.part, end[rows], direction, touched[rows], machine.tip_radius + margin, reach
-            )
-            met[rows] |= faces >= 0
-            outline = StylusOutline(
-                _UP,
-                np.array(
-                    [
-                        [0.0, machine.stylus_length],
-                        [machine.stylus_length, machine.stylus_length + _BODY_HEIGHT],
-                    ]
-                ),
-                0.5 * np.array([machine.stem_diameter, machine.body_diameter]) + margin,
-            )
-            met[rows] |= stem_obstacle(self.part, end[rows], direction, outline, reach) >= 0
-        return met
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,203 +126,179 @@ def plan_program(
     >>> program.labels, program.starts[0].tolist(), program.ways[0].tolist()
     (('top.1', 'top.2'), [0.0, 0.0, 5.0], [[0.0, 0.0, 50.0]])
     """
-    if not 1 <= repeats <= 1000:
-        raise PretravelError(f"{repeats} repeats: it lies between 1 and 1000")
-    feeds = tuple(feeds) or (machine.measuring_feed,)
-    if len(set(feeds)) < len(feeds):
-        raise PretravelError("a feed is there twice; repeats are told by --repeats")
-    for feed in feeds:
-        if not 0.0 < feed <= 1e5:
-            raise PretravelError(f"feed {feed:g} mm/min: it must be positive")
-    approaches = np.asarray(targets.approaches)
-    downward = np.flatnonzero(targets.normals[:, 2] < -_DOWNWARD)
-    if len(downward) and not obstacles:
-        raise PretravelError(
-            f"{targets.name(int(downward[0]))}: its normal points down"
-            f"{f', as of {len(downward) - 1} more' if len(downward) > 1 else ''}, and the way to "
-            "it can only be found with the part's geometry: --surface part.step"
-        )
-    contacts = targets.points + machine.tip_radius * targets.normals
-    starts = contacts - machine.start_distance * approaches
-    ends = contacts + machine.overtravel * approaches
-    if obstacles:
-        off = np.min([obstacle.off(targets.points) for obstacle in obstacles], axis=0)
-        if off.max() > _OFF_THE_PART:
-            row = int(np.argmax(off))
-            raise PretravelError(
-                f"{targets.name(row)} is {off[row]:.3f} mm off the surface that was told "
-                f"({int(np.sum(off > _OFF_THE_PART))} targets are more than {_OFF_THE_PART:g} mm "
-                "off): are both in the same work coordinates, and in mm?"
-            )
-    _check_height(targets, starts, machine, obstacles)
-    down = _ways_down(targets, starts, machine, obstacles)
-    blocked = np.array([way is None for way in down])
-    met = np.zeros(len(starts), dtype=bool)
-    for obstacle in obstacles:
-        free = np.flatnonzero(~blocked)
-        if len(free):
-            met[free] |= obstacle.blocks_touch(machine, starts[free], contacts[free])
-    unreached = np.flatnonzero(blocked | met)
-    if len(unreached) and leave_out and len(unreached) < len(targets):
-        kept = np.setdiff1d(np.arange(len(targets)), unreached)
-        names = targets.labels or tuple(str(i + 1) for i in range(len(targets)))
+    feeds = tuple(feeds)
+    _check_numbers(feeds, repeats)
+    surroundings = Surroundings(machine, tuple(obstacles))
+    _check_targets(targets, surroundings)
+    touches = touch_moves(targets, machine)
+    check_height(touches, surroundings)
+    down = ways_down(touches, surroundings)
+    free = [way for way in down if way is not None]
+    blocked = _blocked_touches(touches, down, surroundings)
+    unreached = np.flatnonzero(blocked)
+    if leave_out and 0 < len(unreached) < len(targets):
+        kept = _selected(targets, np.flatnonzero(~blocked))
         rest = plan_program(
-            Targets(targets.points[kept], targets.normals[kept], approaches[kept],
-                    tuple(names[i] for i in kept)),
-            machine, title=title, feeds=feeds, repeats=repeats, obstacles=obstacles,
-        )  # fmt: skip
-        return replace(rest, left_out=tuple(names[i] for i in unreached))
+            kept, machine, title=title, feeds=feeds, repeats=repeats, obstacles=obstacles
+        )
+        return replace(rest, left_out=tuple(_names(targets)[i] for i in unreached))
     if len(unreached):
-        row = int(unreached[0])
-        why = (
-            "no free way from the safe height to where it starts"
-            if blocked[row]
-            else "it would run into something before the target is touched"
-        )
-        names_ = ", ".join(targets.name(int(i)) for i in unreached[1:10])
-        more = f"; the same for {names_}{'…' if len(unreached) > 10 else ''}" if names_ else ""
-        raise PretravelError(
-            f"{targets.name(row)} ({describe(targets.normals[row])}): tip, stem or body of the "
-            f"probe cannot get there: {why}{more}. Leave them out (--leave-out), or use a longer "
-            "or thinner stylus ([probe] in the machine file)"
-        )
-    free_ways = [way for way in down if way is not None]
-    checked, unchecked = _check_limits(free_ways, starts, ends, targets, machine)
-    ways = _ways_between(free_ways, starts, machine, obstacles)
-    if obstacles:
-        checked.append("moves against what was told to stand around")
-    else:
-        unchecked.append("moves against the part: its geometry was not told")
-    plain = len(feeds) == 1
-    labels, rows, every_feed, every_way = [], [], [], []
-    names = _checked_labels(targets)
-    for row, name in enumerate(names):
-        for number, feed in enumerate(feeds):
-            for repeat in range(repeats):
-                label = name if plain else f"{name}@{feed:g}"
-                labels.append(f"{label}.{repeat + 1}" if repeats > 1 else label)
-                rows.append(row)
-                every_feed.append(feed)
-                every_way.append(ways[row] if number == repeat == 0 else np.empty((0, 3)))
+        raise _unreached_error(targets, unreached, no_way=down[unreached[0]] is None)
+    reason = check_limits(touches, free, machine)
+    sequence = _sequence(_checked_labels(targets), feeds or (machine.measuring_feed,), repeats)
+    rows = [step.row for step in sequence]
+    ways = ways_between(touches, free, surroundings)
+    checked, unchecked = _checks(reason, surroundings)
     return ProbingProgram(
         title=title,
         machine=machine,
-        labels=tuple(labels),
+        labels=tuple(step.label for step in sequence),
         points=frozen(targets.points[rows]),
         normals=frozen(targets.normals[rows]),
-        approaches=frozen(approaches[rows]),
-        starts=frozen(starts[rows]),
-        ends=frozen(ends[rows]),
-        feeds=frozen(every_feed),
-        ways=tuple(every_way),
-        leave=frozen(free_ways[-1][::-1]),
-        checked=tuple(checked),
-        unchecked=tuple(unchecked),
+        approaches=frozen(touches.approaches[rows]),
+        starts=frozen(touches.starts[rows]),
+        ends=frozen(touches.ends[rows]),
+        feeds=frozen([step.feed for step in sequence]),
+        ways=tuple(ways[step.row] if step.first else np.empty((0, 3)) for step in sequence),
+        leave=frozen(free[-1][::-1]),
+        checked=checked,
+        unchecked=unchecked,
+    )
+
+
+def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
+    if not 1 <= repeats <= 1000:
+        raise PretravelError(
+            f"{repeats} repeats: it must lie between 1 and 1000", inputs=("repeats",)
+        )
+    if len(set(feeds)) < len(feeds):
+        raise PretravelError(
+            "a feed is there twice; give the number of repeats instead",
+            inputs=("feeds", "repeats"),
+        )
+    for feed in feeds:
+        if not 0.0 < feed <= 1e5:
+            raise PretravelError(
+                f"feed {feed:g} mm/min: it must be positive, and 100000 at most",
+                inputs=("feeds",),
+            )
+
+
+def _check_targets(targets: Targets, surroundings: Surroundings) -> None:
+    """Targets lie on what stands around; without it none faces down."""
+    if not surroundings.known:
+        downward = np.flatnonzero(targets.normals[:, 2] < -_DOWNWARD)
+        if len(downward):
+            more = f", as those of {len(downward) - 1} more" if len(downward) > 1 else ""
+            raise PretravelError(
+                f"{targets.name(int(downward[0]))}: its normal points down{more}. A way to it can "
+                "be found only with the geometry of the part (part.step)",
+                inputs=("surface",),
+            )
+        return
+    off = surroundings.off(targets.points)
+    if off.max() > _OFF_THE_PART:
+        row = int(np.argmax(off))
+        raise PretravelError(
+            f"{targets.name(row)} is {off[row]:.3f} mm off the surface "
+            f"({int(np.sum(off > _OFF_THE_PART))} targets are more than {_OFF_THE_PART:g} mm "
+            "off): are both in the same work coordinates, and in mm?"
+        )
+
+
+def _blocked_touches(
+    touches: TouchMoves, down: Sequence[FloatArray | None], surroundings: Surroundings
+) -> BoolArray:
+    """Targets without a way to the start of the touch, or from there to the contact, (n,)."""
+    blocked = np.array([way is None for way in down])
+    free = np.flatnonzero(~blocked)
+    blocked[free] = surroundings.block_touch(touches.starts[free], touches.contacts[free])
+    return blocked
+
+
+def _unreached_error(targets: Targets, unreached: IntArray, *, no_way: bool) -> PretravelError:
+    row = int(unreached[0])
+    reason = (
+        "there is no free way from the safe height to the start of the touch"
+        if no_way
+        else "it would run into something before the target is touched"
+    )
+    others = ", ".join(targets.name(int(i)) for i in unreached[1:10])
+    more = f"; the same for {others}{'…' if len(unreached) > 10 else ''}" if others else ""
+    return PretravelError(
+        f"{targets.name(row)} ({describe(targets.normals[row])}): tip, stem or body of the probe "
+        f"cannot get there: {reason}{more}. Leave these targets out, or use a longer or thinner "
+        "stylus ([probe] in the machine file)",
+        inputs=("leave_out",),
+    )
+
+
+def _names(targets: Targets) -> tuple[str, ...]:
+    return targets.labels or tuple(str(i + 1) for i in range(len(targets)))
+
+
+def _selected(targets: Targets, rows: IntArray) -> Targets:
+    """Some of the targets, with the names that they have among all."""
+    names = _names(targets)
+    return Targets(
+        targets.points[rows],
+        targets.normals[rows],
+        np.asarray(targets.approaches)[rows],
+        tuple(names[i] for i in rows),
     )
 
 
 def _checked_labels(targets: Targets) -> tuple[str, ...]:
-    """Labels that go through a G-code comment and a CSV cell as they are."""
-    names = targets.labels or tuple(str(i + 1) for i in range(len(targets)))
+    """Labels that a G-code comment and a CSV cell can contain as they are."""
+    names = _names(targets)
     for row, name in enumerate(names):
         if not name or len(name) > 40 or not all(c.isascii() and (c.isalnum() or c in "-_.:+/@")
                                                  for c in name):  # fmt: skip
             raise PretravelError(
-                f"target {row + 1}: its label '{name}' cannot stand in a program; letters, digits "
-                "and -_.:+/@ can, up to 40 of them"
+                f"target {row + 1}: its label '{name}' cannot stand in a program; a label has up "
+                "to 40 letters, digits and signs of -_.:+/@"
             )
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise PretravelError(
-            f"two targets are called '{twice}'; readings are told apart by their labels"
+            f"two targets are called '{twice}'; readings are assigned to targets by their labels"
         )
     return names
 
 
-def _check_height(
-    targets: Targets, starts: FloatArray, machine: Machine, obstacles: Sequence[Obstacle]
-) -> None:
-    highest = max(
-        float(starts[:, 2].max()),
-        float(targets.points[:, 2].max()) + machine.tip_radius + machine.clearance,
-        *(obstacle.top + machine.tip_radius + machine.clearance for obstacle in obstacles),
-    )
-    if machine.safe_height < highest:
-        raise PretravelError(
-            f"safe_height_mm = {machine.safe_height:g}: the tip's centre must be at "
-            f"{highest:.3f} mm at least to travel over what is there (work coordinates)"
-        )
+@dataclass(frozen=True)
+class _Step:
+    """One touch of the sequence: its target's row; whether it is the first of that target."""
+
+    row: int
+    label: str
+    feed: float
+    first: bool
 
 
-def _ways_down(
-    targets: Targets, starts: FloatArray, machine: Machine, obstacles: Sequence[Obstacle]
-) -> list[FloatArray | None]:
-    """The first of a few ways from the safe height that meets nothing: all but the start.
-
-    None where there is none.
-    """
-    sideways = np.array(targets.normals)
-    sideways[:, 2] = 0.0
-    length = np.linalg.norm(sideways, axis=1)
-    sideways = np.where((length > 1e-3)[:, None], sideways / np.maximum(length, 1e-12)[:, None], 0)
-    ways: list[FloatArray | None] = [None] * len(starts)
-    left = np.arange(len(starts))
-    for distance in _SIDEWAYS:
-        corner = starts[left] + distance * sideways[left]
-        top = corner.copy()
-        top[:, 2] = machine.safe_height
-        blocked = np.zeros(len(left), dtype=bool)
-        for obstacle in obstacles:
-            blocked |= obstacle.blocks(machine, top, corner)
-            if distance > 0.0:
-                blocked |= obstacle.blocks(machine, corner, starts[left])
-        for i in np.flatnonzero(~blocked):
-            ways[int(left[i])] = frozen([top[i]] if distance == 0.0 else [top[i], corner[i]])
-        left = left[blocked]
-        if not len(left):
-            break
-    return ways
+def _sequence(names: Sequence[str], feeds: Sequence[float], repeats: int) -> list[_Step]:
+    """Each target at every feed, each so many times."""
+    steps = []
+    for row, name in enumerate(names):
+        for number, feed in enumerate(feeds):
+            at_feed = name if len(feeds) == 1 else f"{name}@{feed:g}"
+            for repeat in range(repeats):
+                label = f"{at_feed}.{repeat + 1}" if repeats > 1 else at_feed
+                steps.append(_Step(row, label, feed, first=number == repeat == 0))
+    return steps
 
 
-def _ways_between(
-    down: Sequence[FloatArray],
-    starts: FloatArray,
-    machine: Machine,
-    obstacles: Sequence[Obstacle],
-) -> list[FloatArray]:
-    """From each start to the next: straight where that is known to be free."""
-    straight = np.full(max(len(starts) - 1, 0), bool(obstacles))
-    moves = np.linalg.norm(np.diff(starts, axis=0), axis=1) > 0.0
-    for obstacle in obstacles:
-        if len(straight):
-            free = ~obstacle.blocks(machine, starts[:-1], starts[1:])
-            straight &= free | ~moves
-    ways = [down[0]]
-    for row in range(1, len(starts)):
-        over = np.vstack([down[row - 1][::-1], down[row]])
-        ways.append(np.empty((0, 3)) if straight[row - 1] else frozen(over))
-    return ways
-
-
-def _check_limits(
-    down: Sequence[FloatArray],
-    starts: FloatArray,
-    ends: FloatArray,
-    targets: Targets,
-    machine: Machine,
-) -> tuple[list[str], list[str]]:
-    if machine.limits is None:
-        return [], ["the machine's limits: the machine file has no [limits]"]
-    if machine.work is None:
-        return [], ["the machine's limits: [work] does not tell where the work coordinates are"]
-    for row, way in enumerate(down):
-        places = machine.work.points(np.vstack([way, starts[row], ends[row]]))
-        outside = (places < machine.limits[:, 0]) | (places > machine.limits[:, 1])
-        if outside.any():
-            place, axis = np.argwhere(outside)[0]
-            raise PretravelError(
-                f"{targets.name(row)}: the tip would go to {'xyz'[axis]} = "
-                f"{places[place, axis]:.3f} mm in machine coordinates, beyond the limits "
-                f"{machine.limits[axis, 0]:g} to {machine.limits[axis, 1]:g} mm"
-            )
-    return ["the machine's limits"], []
+def _checks(
+    limits_unchecked: str, surroundings: Surroundings
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What was checked, and what was not."""
+    checked, unchecked = [], []
+    if limits_unchecked:
+        unchecked.append(f"the machine's limits: {limits_unchecked}")
+    else:
+        checked.append("the machine's limits")
+    if surroundings.known:
+        checked.append("moves against what was told to stand around")
+    else:
+        unchecked.append("moves against the part: its geometry was not told")
+    return tuple(checked), tuple(unchecked)

@@ -10,12 +10,8 @@ import pytest
 from pretravel.controls.linuxcnc import linuxcnc_program
 from pretravel.controls.log_format import TOUCH_COLUMNS
 from pretravel.controls.machine import Machine, work_placement
-from pretravel.controls.program import (
-    PartObstacle,
-    ProbingProgram,
-    SphereObstacle,
-    plan_program,
-)
+from pretravel.controls.program import ProbingProgram, plan_program
+from pretravel.controls.surroundings import PartObstacle, SphereObstacle
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
 from pretravel.probing.inspection import plan_inspection
@@ -174,7 +170,7 @@ class TestTargetsAndParts:
         program = plan_program(both, MACHINE, title="p", obstacles=[part], leave_out=True)
         assert program.labels == ("a",)
         assert program.left_out == ("b",)
-        with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*--leave-out"):
+        with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*Leave these"):
             plan_program(both, MACHINE, title="p", obstacles=[part])
 
     def test_a_feed_twice(self) -> None:
