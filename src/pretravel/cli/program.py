@@ -155,7 +155,8 @@ def sphere(
 
 
 @app.command(
-    epilog="Example: pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
+    cls=Command,
+    epilog="Example: pretravel program part mill.toml plan.csv --surface part.step -o part.ngc",
 )
 def part(
     machine: MachineFile,

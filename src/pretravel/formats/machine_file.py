@@ -73,9 +73,7 @@ class _Tables:
     limits: _LimitsTable | None = None
 
 
-_STRUCTURE = TomlStructure(
-    hint="moves depend on all of them; pretravel machine prints a whole file to edit"
-)
+_STRUCTURE = TomlStructure(hint="pretravel machine prints a whole file to edit")
 _STRUCTURE.table(
     _ProbeTable,
     tip_diameter="tip_diameter_mm",

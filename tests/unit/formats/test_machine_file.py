@@ -58,7 +58,14 @@ class TestMachineFile:
             ('"G54" -> "G53"', True, "it is one of G54"),
             ("# x_mm = 0 -> x_mm = 3", True, "without y_mm, z_mm"),
             ("# [limits] -> [limits]", True, r"\[limits\] needs x_mm"),
-            ("# [limits]\n# x_mm = [ -> [limits]\nx_mm = [1, ", True, "must be two numbers"),
+            (
+                (
+                    "# [limits]\n# x_mm = [-250, 250]\n# y_mm = [-200, 200]\n# z_mm -> "
+                    "[limits]\nx_mm = [1, -250, 250]\ny_mm = [-200, 200]\nz_mm"
+                ),
+                True,
+                "must be two numbers",
+            ),
             ("safe_height_mm -> # safe", True, r"\[distances\] needs safe_height_mm"),
             ('offset = "G54" ->  #', True, r"\[work\] needs offset"),
             ("[probe] -> [probe", True, "not valid TOML"),
