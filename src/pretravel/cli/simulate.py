@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,6 +19,15 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.probe.description import Probe
+    from pretravel.probing.targets import Targets
+    from pretravel.probing.tip import TipBehaviour
+    from pretravel.probing.touching import SurfaceTouches
+    from pretravel.surface.cad.part import Part
+    from pretravel.surface.local_geometry import Surface
 
 
 def simulate(
@@ -85,69 +94,79 @@ def simulate(
     Example: pretravel simulate omp40-2 --surface part.step#1 --targets plan.csv
     --noise 0.3 --seed 1 -o touches.csv
     """
-    from pretravel.errors import PretravelError
-    from pretravel.formats.map_file import read_map
     from pretravel.formats.touches_csv import read_targets, write_touches
-    from pretravel.probe.catalogue import load_probe
-    from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
-    from pretravel.probing.tip import mapped_tip
     from pretravel.probing.touching import describe_failures
     from pretravel.report.points_report import simulation_document
-    from pretravel.surface.cad.part import Part
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, targets, *source_file(surface)])
     placement = part_in_machine(place, frame)
-    measured = Path(probe).suffix.lower() in (".nc", ".csv")
-    if measured and (model != "analytic" or friction or stem or gravity is not None):
-        raise PretravelError(
-            f"{probe} is a map: it has no --model, and no forces for --friction, --gravity or "
-            "--stem; describe the probe instead (pretravel probes)"
-        )
-    known = read_map(Path(probe)) if measured else load_probe(probe)
+    forces = model != "analytic" or friction != 0.0 or stem or gravity is not None
+    known, name = _read_probe(probe, extrapolate=extrapolate, forces=forces)
     shape = parse_surface(surface)
     wanted = read_targets(targets, shape, approach=approach)
+    setup = simulation.PartSetup(
+        material=material(workpiece),
+        friction=friction,
+        clearance=clearance,
+        check_stylus=stem,
+        placement=placement,
+    )
+    latch = simulation.Latch(feed, delay * 1e-3, noise * MICROMETRE, seed)
     with working(f"touching {len(wanted)} targets"):
         simulated = simulation.simulate_some(
-            known if isinstance(known, Probe) else mapped_tip(known, extrapolate=extrapolate),
-            shape,
-            wanted,
-            model=model,
-            gravity=gravity,
-            setup=simulation.PartSetup(
-                material=material(workpiece),
-                friction=friction,
-                clearance=clearance,
-                check_stylus=stem,
-                placement=placement,
-            ),
-            latch=simulation.Latch(feed, delay * 1e-3, noise * MICROMETRE, seed),
+            known, shape, wanted, model=model, gravity=gravity, setup=setup, latch=latch
         )
-    failures = describe_failures(simulated.outcomes, wanted, shape)
-    if failures and not (leave_out and simulated.touches):
+    touches, failures = simulated.touches, describe_failures(simulated.outcomes, wanted, shape)
+    if touches is None or (failures and not leave_out):
         simulation.refuse_failures(simulated.outcomes, wanted, shape)
-    touches = simulated.touches
-    assert touches is not None  # none at all was refused above
+    assert touches is not None  # otherwise refused
     write_touches(output, moved(touches, placement) if frame == "machine" else touches)
-    unreadable = shape.unreadable if isinstance(shape, Part) else {}
-    name = known.name if hasattr(known, "name") else probe
     report = simulation_document(
         touches,
         simulation.travel_since_contact(touches, simulated.tip_radius),
         simulated.outcomes.slide,
         title=f"{name} on {surface}",
-        warnings=[
-            *(
-                f"face {number} cannot be used ({reason}): it is not in the way of anything"
-                for number, reason in unreadable.items()
-            ),
-            *(f"left out: {sentence}" for sentence in failures),
-            *simulation.target_warnings(wanted, simulated.outcomes),
-        ],
+        warnings=_warnings(shape, wanted, simulated.outcomes, failures),
     )
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _read_probe(probe: str, *, extrapolate: bool, forces: bool) -> tuple[Probe | TipBehaviour, str]:
+    """A description of a probe, or the tip that a map represents (without forces); its name."""
+    from pretravel.formats.map_file import read_map
+    from pretravel.probe.catalogue import load_probe
+    from pretravel.probing.tip import mapped_tip
+
+    if Path(probe).suffix.lower() in (".nc", ".csv"):
+        if forces:
+            raise PretravelError(
+                f"{probe} is a map: it contains no model of the probe and no forces for --model, "
+                "--friction, --gravity or --stem; use a description of the probe (pretravel probes)"
+            )
+        return mapped_tip(read_map(Path(probe)), extrapolate=extrapolate), probe
+    description = load_probe(probe)
+    return description, description.name
+
+
+def _warnings(
+    shape: Surface | Part, targets: Targets, outcomes: SurfaceTouches, failures: list[str]
+) -> list[str]:
+    """Warnings of faces that cannot be used, of targets that fail, and of doubtful targets."""
+    from pretravel.probing.simulation import target_warnings
+    from pretravel.surface.cad.part import Part
+
+    unreadable = shape.unreadable if isinstance(shape, Part) else {}
+    return [
+        *(
+            f"face {number} cannot be used ({reason}): it is neglected as an obstacle"
+            for number, reason in unreadable.items()
+        ),
+        *(f"left out: {sentence}" for sentence in failures),
+        *target_warnings(targets, outcomes),
+    ]

@@ -111,7 +111,7 @@ def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
     assert stop.value.code in (0, None)
     said = capsys.readouterr().err
     assert "face 1 cannot be used (cylinder: a cylinder like no other)" in said
-    assert "not in the way" in said
+    assert "neglected as an obstacle" in said
 
 
 def test_predicted_tables_say_that_they_are_tables(tmp_path: Path) -> None:
