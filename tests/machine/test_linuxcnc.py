@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from pretravel.compensation.compensation import apply
-from pretravel.controls.linuxcnc import linuxcnc_program
+from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import exact_lookup, lookup_series, lookup_table
 from pretravel.controls.machine import Machine, work_placement
+from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.controls.program import plan_program
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.controls.tables import fanuc_macro, renishaw_variables
 from pretravel.directions import fibonacci_cap, ring_pattern
 from pretravel.errors import InputError
 from pretravel.formats.linuxcnc_files import read_tool, read_work_offset

@@ -60,15 +60,12 @@ SHARED_NAMES = {
     "Value",
     "compensation",
     "fem",
-    "linuxcnc",
     "probe",
     "qualification",
-    "tables",
     "wozniak",
 }
 FLAGS_IN_MESSAGES = {
     "controls/lookup.py",
-    "controls/tables.py",
     "formats/logs/detection.py",
     "formats/logs/dmis.py",
     "formats/logs/grbl.py",

@@ -88,7 +88,7 @@ def export(
     Example: pretravel export map.nc --to linuxcnc -o subroutines
     """
     from pretravel.controls.exports import CONTROLS, ExportSettings, table_travel
-    from pretravel.controls.tables import heidenhain_template
+    from pretravel.controls.heidenhain import heidenhain_template
     from pretravel.formats.map_file import read_map
     from pretravel.units import DEGREE, MICROMETRE
 

@@ -219,7 +219,7 @@ def part(
 
 
 def _write(program: ProbingProgram, output: Path, log: str | None, *, compensated: bool) -> None:
-    from pretravel.controls.linuxcnc import linuxcnc_program
+    from pretravel.controls.linuxcnc_program import linuxcnc_program
     from pretravel.whole_file import whole_file
 
     name = log or f"{output.stem}.log"

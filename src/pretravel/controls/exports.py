@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from pretravel.controls import tables
+from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
 from pretravel.controls.lookup import LookupTable, describe_form, exact_lookup, lookup_table
+from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.units import MICROMETRE, delay_travel
@@ -164,7 +165,7 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
 
 
 def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
-    text = tables.renishaw_variables(
+    text = renishaw_variables(
         pretravel_map,
         base=_FIRST_COMMON if settings.base is None else settings.base,
         criterion=settings.criterion,
@@ -175,7 +176,7 @@ def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
 
 def _fanuc(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
     table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=_MOST_FANUC)
-    text = tables.fanuc_macro(
+    text = fanuc_macro(
         pretravel_map,
         table,
         base=_FIRST_COMMON if settings.base is None else settings.base,
@@ -185,7 +186,7 @@ def _fanuc(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFil
 
 
 def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
-    text = tables.heidenhain_table(
+    text = heidenhain_table(
         pretravel_map, settings.template, azimuth=settings.azimuth, travel=settings.travel
     )
     return _single_file(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc import TRIPPED_AT_START, check_line_lengths
+from pretravel.controls.linuxcnc_program import TRIPPED_AT_START, check_line_lengths
 from pretravel.controls.log_format import (
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,

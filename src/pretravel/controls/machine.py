@@ -1,4 +1,4 @@
-"""A machine as a probing program needs to know it: probe, feeds, distances, work offset."""
+"""The machine data that a probing program uses: probe, feeds, distances, work offset."""
 
 from __future__ import annotations
 
@@ -21,43 +21,43 @@ _POSITIVE = (
 
 @dataclass(frozen=True)
 class Machine:
-    """What a probing program needs to know of a machine. The probe axis is its z.
+    """The machine data that a probing program uses. The probe axis is the machine's z.
 
     Attributes
     ----------
     name : str
     tool : int
-        Number of the probe in the tool table; 0 when it is in the spindle already, its
-        length active.
+        Number of the probe in the tool table; 0 when the probe is in the spindle already and
+        its length is active.
     tip_diameter, stem_diameter : float
-        Of the ball, and of the stylus above it. [mm]
+        Diameters of the ball, and of the stylus above it. [mm]
     stylus_length : float
-        From the ball's centre up to the body of the probe. [mm]
+        Length from the ball's centre up to the body of the probe. [mm]
     body_diameter : float
-        Of the probe above the stylus. [mm]
+        Diameter of the probe above the stylus. [mm]
     measuring_feed, positioning_feed : float
-        While a touch is expected; to where touches start, and back. [mm/min]
+        Feeds while a touch is expected, and to the starts of touches and back. [mm/min]
     safe_height : float
-        Height of the tip's centre, work coordinates, at which it may travel anywhere. [mm]
+        Height of the tip's centre at which the tip may travel anywhere, work coordinates. [mm]
     start_distance : float
-        From the ball to the surface where a touch starts. [mm]
+        Distance from the ball to the surface at the start of a touch. [mm]
     overtravel : float
-        Beyond the nominal surface before a touch counts as missed. [mm]
+        Travel beyond the nominal surface before a touch counts as missed. [mm]
     clearance : float
-        Kept from what stands around on the way to where touches start: more than work
-        offset and drawing may be off. [mm]
+        Distance from obstacles on the way to the starts of touches. It must be larger than the
+        errors of the work offset and of the drawing. [mm]
     work_offset : str
-        G54 to G59.3.
+        The active work offset, G54 to G59.3.
     work : Placement or None
-        Of the work coordinates in the machine's, where it is known. [mm]
+        Place of the work coordinates in the machine, where it is known. [mm]
     limits : (3, 2) float or None
-        Lowest and highest position of each axis with the tool's length taken off:
-        of the tip, in machine coordinates. [mm]
+        Lowest and highest position of the tip along each axis, in machine coordinates with the
+        tool's length subtracted. [mm]
 
     Raises
     ------
     PretravelError
-        Sizes, feeds or distances that are not positive, an unknown work offset.
+        A size, feed or distance is not positive; the work offset is unknown.
 
     >>> Machine().measuring_feed
     50.0
@@ -122,19 +122,19 @@ class Machine:
 
     @property
     def retreat(self) -> float:
-        """From the nominal surface to the ball's centre where a touch starts. [mm]"""
+        """Distance from the nominal surface to the ball's centre at the start of a touch. [mm]"""
         return self.tip_radius + self.start_distance
 
 
 def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Placement:
-    """Work coordinates in the machine: an offset, and a turn about z.
+    """The place of work coordinates in the machine: an offset, and a turn about z.
 
     Parameters
     ----------
     x, y, z : float
-        Of the work origin in machine coordinates. [mm]
+        Work origin in machine coordinates. [mm]
     rotation : float
-        Counter-clockwise about z (G10 L2 R). [rad]
+        Turn about z, counter-clockwise (G10 L2 R). [rad]
 
     Returns
     -------

@@ -30,7 +30,7 @@ _OFF_THE_PART = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ProbingProgram:
-    """Touches in order, with the way to each, in work coordinates.
+    """Touches in order, with the way to each touch, in work coordinates.
 
     Attributes
     ----------
@@ -40,18 +40,18 @@ class ProbingProgram:
     points, normals, approaches : (n, 3) float
         Nominal surface points, outward normals, directions of travel. [mm]
     starts, ends : (n, 3) float
-        Of the tip's centre: where a touch starts, and where it counts as missed. [mm]
+        Places of the tip's centre where a touch starts, and where it counts as missed. [mm]
     feeds : (n,) float
         [mm/min]
     ways : tuple of (k, 3) float
-        Places to pass between the start of the touch before and that of each; none where it
-        goes straight. The first comes from the safe height. [mm]
+        Places to pass between the start of the previous touch and that of each touch; none
+        where the tip moves straight. The first way comes from the safe height. [mm]
     leave : (k, 3) float
-        Up from the last start to the safe height. [mm]
+        The way up from the last start to the safe height. [mm]
     checked, unchecked : tuple of str
-        What was and what could not be looked at, for people.
+        What was checked and what could not be checked, as texts for users.
     left_out : tuple of str
-        Targets that the probe cannot get to.
+        Labels of the targets that the probe cannot reach.
     """
 
     title: str
@@ -74,7 +74,7 @@ class ProbingProgram:
 
     @property
     def duration(self) -> float:
-        """About how long it takes, without the machine's accelerations. [s]"""
+        """Approximate duration, without the machine's accelerations. [s]"""
         measuring = float(np.sum(self.machine.start_distance / self.feeds))
         length = len(self) * self.machine.start_distance
         for row, way in enumerate(self.ways):
@@ -94,7 +94,7 @@ def plan_program(
     obstacles: Sequence[Obstacle] = (),
     leave_out: bool = False,
 ) -> ProbingProgram:
-    """Free ways to touch targets, each at every feed, each so many times.
+    """Plan free ways to touch targets, each target at every feed and with repeats.
 
     Parameters
     ----------
@@ -103,12 +103,13 @@ def plan_program(
     machine : Machine
     title : str
     feeds : sequence of float
-        None: the machine's measuring feed. [mm/min]
+        Measuring feeds; an empty sequence means the machine's measuring feed. [mm/min]
     repeats : int
+        Number of touches of each target at each feed.
     obstacles : sequence of Obstacle
-        All that is known to stand around.
+        All objects that are known to stand around.
     leave_out : bool
-        Targets that the probe cannot get to, instead of refusing.
+        Leave out targets that the probe cannot get to, instead of refusing them.
 
     Returns
     -------
@@ -117,9 +118,9 @@ def plan_program(
     Raises
     ------
     PretravelError
-        A safe height that is not safe; touches that tip, stem or body cannot come to; targets
-        off the surfaces told, or facing down without any; moves beyond the machine's limits;
-        feeds or repeats that are not positive.
+        The safe height is too low; tip, stem or body cannot reach a touch; targets do not lie
+        on the obstacles, or face down without any obstacles; moves go beyond the machine's
+        limits; feeds or repeats are not positive.
 
     >>> up = Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], labels=("top",))
     >>> program = plan_program(up, Machine(), title="one", repeats=2)
@@ -185,7 +186,7 @@ def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
 
 
 def _check_targets(targets: Targets, surroundings: Surroundings) -> None:
-    """Targets lie on what stands around; without it none faces down."""
+    """Targets must lie on the obstacles; without obstacles none may face down."""
     if not surroundings.known:
         downward = np.flatnonzero(targets.normals[:, 2] < -_DOWNWARD)
         if len(downward):

@@ -26,7 +26,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class Obstacle(Protocol):
-    """Something around that moves must not run into, in work coordinates."""
+    """An object that moves must not run into, in work coordinates."""
 
     @property
     def top(self) -> float:
@@ -34,21 +34,21 @@ class Obstacle(Protocol):
         ...
 
     def off(self, points: FloatArray) -> FloatArray:
-        """How far points that are meant to be on its surface are from it, (n,). [mm]"""
+        """Distance of points from its surface, (n,). [mm]"""
         ...
 
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Whether tip, stem or body meet it on straight moves (n, 3) to (n, 3), (n,)."""
+        """Whether tip, stem or body meet it on straight moves from (n, 3) to (n, 3), (n,)."""
         ...
 
     def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
-        """The same for moves that end with the tip on it: it may be met there, not before."""
+        """The same for moves that end with the tip on it: they may meet it there, not before."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class SphereObstacle:
-    """A reference sphere, on a shank below it where that is told.
+    """A reference sphere, with or without a shank below it.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class SphereObstacle:
     radius : float
         [mm]
     shank_diameter : float
-        Of a shank straight down; 0: not known. [mm]
+        Diameter of a shank straight down; 0 where it is unknown. [mm]
     """
 
     center: FloatArray
@@ -86,11 +86,11 @@ class SphereObstacle:
     ) -> BoolArray:
         longest = float(np.max(np.linalg.norm(end - start, axis=1)))
         share = np.linspace(0.0, 1.0, int(np.ceil(longest / _STEP)) + 2)
-        # The sphere's centre seen from the tip: along the axis, and across it.
+        # The sphere's centre relative to the tip: along the axis, and across it.
         tip = start + share[:, None, None] * (end - start)
         seen = self.center - tip
         up, across = seen[..., 2], np.hypot(seen[..., 0], seen[..., 1])
-        # A ball that comes straight to the sphere meets it where it should.
+        # A ball that moves straight to the sphere meets it at the target.
         ball = np.where(touching, np.inf, np.linalg.norm(seen, axis=-1) - machine.tip_radius)
         stem = np.hypot(across, _outside(up, 0.0, machine.stylus_length))
         stem = stem - 0.5 * machine.stem_diameter
@@ -113,7 +113,7 @@ def _outside(value: FloatArray, low: float, high: float) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class PartObstacle:
-    """A part, all its faces.
+    """A part with all its faces.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class PartObstacle:
     ) -> BoolArray:
         met = np.zeros(len(start), dtype=bool)
         length = np.linalg.norm(end - start, axis=1)
-        # Moves of like length go together; what is asked for is the whole of the longest.
+        # Moves of similar length are checked together, each over the length of the longest.
         for group in np.unique(np.ceil(length[length > 0.0])):
             rows = np.flatnonzero(np.ceil(length) == group)
             reach = float(length[rows].max())

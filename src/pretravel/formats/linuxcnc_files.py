@@ -1,4 +1,4 @@
-"""Files that LinuxCNC keeps: parameters (.var) with work offsets, and the tool table."""
+"""Files of LinuxCNC: the parameter file (.var) with work offsets, and the tool table."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ _ACTIVE = 5220
 def read_work_offset(path: str | Path, offset: str | None = None, units: str = "mm") -> tuple[
     str, Placement
 ]:  # fmt: skip
-    r"""A work offset from a parameter file.
+    r"""Read a work offset from a parameter file.
 
     Parameters
     ----------
     path : str or Path
-        The file that PARAMETER_FILE in the INI names.
+        The file that PARAMETER_FILE in the INI file states.
     offset : str, optional
-        G54 to G59.3; that which was active last when not given.
+        G54 to G59.3; the last active one when not given.
     units : str
-        Of the machine (LINEAR_UNITS): mm or inch.
+        Units of the machine (LINEAR_UNITS): mm or inch.
 
     Returns
     -------
     str, Placement
-        Its name; of the work coordinates in the machine's. G92 is in it where it is on.
+        Its name, and the place of the work coordinates in the machine; this includes G92 where
+        G92 is active.
 
     Raises
     ------
     InputError
-        Lines that are not a number and a value, an unknown offset: with the line.
+        A line that is not a number and a value, with its line; an unknown offset.
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "linuxcnc.var"
@@ -55,7 +56,7 @@ def read_work_offset(path: str | Path, offset: str | None = None, units: str = "
             continue
         if len(cells) != 2 or not cells[0].isdigit():
             raise InputError(
-                f"'{line.strip()[:40]}': a parameter's number and its value are needed",
+                f"'{line.strip()[:40]}': the number of a parameter and its value are needed",
                 path=path,
                 line=number,
             )
@@ -63,20 +64,25 @@ def read_work_offset(path: str | Path, offset: str | None = None, units: str = "
     if offset is None:
         index = int(values.get(_ACTIVE, 1.0)) - 1
         if not 0 <= index < len(WORK_OFFSETS):
-            raise InputError(f"parameter {_ACTIVE} names no work offset", path=path)
+            raise InputError(
+                f"parameter {_ACTIVE} = {values[_ACTIVE]:g} is not the number of a work offset",
+                path=path,
+            )
         offset = WORK_OFFSETS[index]
     if offset.upper() not in WORK_OFFSETS:
         raise InputError(
-            f"work offset '{offset}': it is one of {', '.join(WORK_OFFSETS)}", path=path
+            f"work offset '{offset}': it must be one of {', '.join(WORK_OFFSETS)}",
+            path=path,
+            inputs=("offset",),
         )
     base = _FIRST + _APART * WORK_OFFSETS.index(offset.upper())
     if any(base + i not in values for i in range(3)):
-        raise InputError(f"it has no parameters {base} to {base + 2} ({offset})", path=path)
+        raise InputError(f"the file has no parameters {base} to {base + 2} ({offset})", path=path)
     scale = UNITS[units]
     x, y, z = (scale * values[base + i] for i in range(3))
     placement = work_placement(x, y, z, values.get(base + _TURN, 0.0) * DEGREE)
     if values.get(_G92_ON, 0.0):
-        # Inside the turned coordinates.
+        # G92 is an offset in the turned coordinates.
         more = [scale * values.get(_G92 + i, 0.0) for i in range(3)]
         placement = Placement(placement.rotation, placement.shift + placement.rotation @ more)
     return offset.upper(), placement
@@ -92,14 +98,14 @@ class Tool:
 
 
 def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
-    r"""One tool of a tool table.
+    r"""Read one tool of a tool table.
 
     Parameters
     ----------
     path : str or Path
     number : int
     units : str
-        Of the machine: mm or inch.
+        Units of the machine: mm or inch.
 
     Returns
     -------
@@ -108,7 +114,7 @@ def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
     Raises
     ------
     InputError
-        No such tool; lines that are not words of a letter and a number.
+        There is no such tool; a line does not consist of letters with numbers.
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "tool.tbl"
@@ -125,7 +131,7 @@ def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
         words = re.findall(r"([A-Za-z])\s*([-+]?\d*\.?\d+)", text)
         if not words or re.sub(r"[A-Za-z]\s*[-+]?\d*\.?\d+", "", text).strip():
             raise InputError(
-                f"'{text[:40]}' is no line of a tool table: T1 P1 D6.0 Z100.0",
+                f"'{text[:40]}' is not a line of a tool table such as T1 P1 D6.0 Z100.0",
                 path=path,
                 line=line_number,
             )
@@ -134,5 +140,7 @@ def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
         if known[-1] == number:
             return Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
     raise InputError(
-        f"there is no tool {number}; there are {', '.join(f'T{n}' for n in known)}", path=path
+        f"there is no tool {number}; there are {', '.join(f'T{n}' for n in known)}",
+        path=path,
+        inputs=("tool",),
     )

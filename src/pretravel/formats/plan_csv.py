@@ -14,7 +14,7 @@ from pretravel.surface.cad.part import Part
 
 
 def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:
-    """Targets as `read_targets` reads them, with the face and parameters of each.
+    """The targets of a plan as `read_targets` reads them, with the face and parameters of each.
 
     Returns
     -------
@@ -28,14 +28,14 @@ def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:
 
 
 def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
-    """Every face of a part: what it is, where, and how strongly it is curved.
+    """All faces of a part: kind, place and smallest radius of curvature.
 
     Returns
     -------
     mapping of str to values
-        face, name, type, x_mm, y_mm, z_mm (a point in its middle), nx, ny, nz (its normal
-        there), size_mm (diagonal of the box around it), u_from, u_to, v_from, v_to,
-        smallest_radius_mm (empty where flat), problem (of faces that cannot be used).
+        face, name, type, x_mm, y_mm, z_mm (a point in its middle), nx, ny, nz (the normal at
+        that point), size_mm (diagonal of the box around the face), u_from, u_to, v_from, v_to,
+        smallest_radius_mm (empty for flat faces), problem (why a face cannot be used).
     """
     rows: list[dict[str, Any]] = []
     for face in part.faces:
@@ -80,20 +80,20 @@ def pattern_table(
     turn: float = 0.0,
     repeats: int = 1,
 ) -> dict[str, npt.ArrayLike]:
-    """Targets on a sphere as `read_targets` reads them, with where each touch starts.
+    """Targets on a sphere as `read_targets` reads them, with the start of each touch.
 
     Parameters
     ----------
     directions : (n, 3) float
-        Probe frame.
+        In the probe frame.
     center : (3,) float
         [mm]
     radius, retreat : float
-        Of the sphere; from it to the tip centre at the start. [mm]
+        Radius of the sphere; distance from the sphere to the tip's centre at the start. [mm]
     axis : (3,) float
-        Probe axis in the machine.
+        Axis of the probe in the machine.
     turn : float
-        About it. [rad]
+        Turn about the axis. [rad]
     repeats : int
 
     Returns

@@ -15,12 +15,12 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.verification import Verification
 from pretravel.units import DEGREE, MICROMETRE
 
-_APPLICATION = 0x70726574  # "pret": says whose file it is
+_APPLICATION = 0x70726574  # "pret": identifies our files
 _VERSION = 1
 _SAME_TIP = 0.05
-"""Tips of one probe, qualified again, differ by less. [mm]"""
-_PATIENCE = 30.0
-"""How long a writer waits for another one. [s]"""
+"""The tip diameters of one probe in repeated qualifications differ by less. [mm]"""
+_WAIT_FOR_WRITER = 30.0
+"""Time that a writer waits for another writer. [s]"""
 _COLUMNS = (
     "time", "map", "map_id", "tip_diameter_mm", "touches_file", "touches", "directions",
     "false_alarm_rate", "changed", "p_form", "p_map", "p_repeatability", "size_um", "u_size_um",
@@ -31,7 +31,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Entry:
-    """One verification, as kept: units are in the names of `columns`.
+    """One stored verification; the units are in the names of the columns.
 
     Attributes
     ----------
@@ -56,20 +56,21 @@ def add_verification(
     decision: str,
     time: datetime | None = None,
 ) -> int:
-    """Add a verification to a probe's history, which is made where there is none.
+    """Add a verification to the history of a probe; make the history where there is none.
 
     Parameters
     ----------
     path : str or Path
-        One file for each probe. Several programs may write to it at once; each waits its turn.
+        One file for each probe. Several programs may write to it at once; each waits for the
+        others.
     result : Verification
     pretravel_map : PretravelMap
-        That it was held against.
+        The map that was verified.
     map_name, touches_name : str
     decision : str
-        kept, or accepted NEW_MAP.
+        "kept", or "accepted NEW_MAP".
     time : datetime, optional
-        Now, when not given.
+        The present time when not given.
 
     Returns
     -------
@@ -79,8 +80,8 @@ def add_verification(
     Raises
     ------
     InputError
-        Another kind of file, or that of a probe with another tip; a file that cannot be written
-        to, or stays locked.
+        The file is of another kind, or of a probe with another tip; it cannot be written, or
+        stays locked.
     """
     moment = (time or datetime.now(UTC)).astimezone(UTC).isoformat(timespec="seconds")
     row: tuple[float | int | str, ...] = (
@@ -112,12 +113,12 @@ def add_verification(
         ).fetchone()
         if last is not None and abs(last[0] - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
             raise InputError(
-                f"this history is of a probe with a tip of {last[0]:g} mm; the map's has "
-                f"{2.0 * pretravel_map.tip_radius:g} mm. Keep a history for each probe",
+                f"this history is of a probe with a tip of {last[0]:g} mm; that of the map has "
+                f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",
                 path=path,
             )
         marks = ", ".join("?" * len(_COLUMNS))
-        # nan has no place in SQLite: it becomes NULL.
+        # SQLite cannot store nan: it becomes NULL.
         cursor = connection.execute(
             f"INSERT INTO verification ({', '.join(_COLUMNS)}) VALUES ({marks})",
             [None if value != value else value for value in row],
@@ -126,13 +127,13 @@ def add_verification(
 
 
 def map_id(pretravel_map: PretravelMap) -> str:
-    """Twelve digits that tell a map from others."""
+    """Twelve digits that identify a map."""
     content = pretravel_map.coefficients.tobytes() + pretravel_map.rotation.tobytes()
     return hashlib.sha256(content).hexdigest()[:12]
 
 
 def read_history(path: str | Path) -> list[Entry]:
-    """Every verification of a probe, oldest first.
+    """All verifications of a probe, oldest first.
 
     Parameters
     ----------
@@ -145,18 +146,18 @@ def read_history(path: str | Path) -> list[Entry]:
     Raises
     ------
     InputError
-        No such file, another kind of file, nothing in it.
+        There is no such file, it is of another kind, or it is empty.
     """
     if not Path(path).is_file():
         raise InputError(
-            "there is no such history; pretravel verify … --history makes it", path=path
+            "there is no such history; verify the probe with a history to make it", path=path
         )
     with _history(path, create=False) as connection:
         rows = connection.execute(
             f"SELECT number, {', '.join(_COLUMNS)} FROM verification ORDER BY time, number"
         ).fetchall()
     if not rows:
-        raise InputError("nothing was verified yet", path=path)
+        raise InputError("the history contains no verification yet", path=path)
     return [Entry(int(row[0]), dict(zip(_COLUMNS, row[1:], strict=True))) for row in rows]
 
 
@@ -164,19 +165,21 @@ def read_history(path: str | Path) -> list[Entry]:
 def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
     place = Path(path)
     if create and not place.parent.is_dir():
-        raise InputError(f"cannot be made: the folder {place.parent} does not exist", path=path)
+        raise InputError(
+            f"the history cannot be made: the folder {place.parent} does not exist", path=path
+        )
     try:
-        connection = sqlite3.connect(place, timeout=_PATIENCE, isolation_level=None)
+        connection = sqlite3.connect(place, timeout=_WAIT_FOR_WRITER, isolation_level=None)
     except sqlite3.Error as error:
-        raise InputError(f"cannot be opened: {error}", path=path) from None
+        raise InputError(f"the history cannot be opened: {error}", path=path) from None
     try:
-        # One writer at a time, from its first look to its last word.
+        # One writer at a time, from its first reading to its last writing.
         connection.execute("BEGIN IMMEDIATE" if create else "BEGIN")
         _prepare(connection, path, create=create)
         yield connection
         connection.execute("COMMIT")
     except sqlite3.OperationalError as error:
-        raise InputError(f"cannot be used: {error}", path=path) from None
+        raise InputError(f"the history cannot be used: {error}", path=path) from None
     except sqlite3.DatabaseError as error:
         raise InputError(f"this is not the history of a probe ({error})", path=path) from None
     finally:
@@ -204,5 +207,6 @@ def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) 
         raise InputError("this is a database, but not the history of a probe", path=path)
     if version != _VERSION:
         raise InputError(
-            f"its format has version {version}; this pretravel knows {_VERSION}", path=path
+            f"the history's format has version {version}; this pretravel reads {_VERSION}",
+            path=path,
         )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.controls.linuxcnc import linuxcnc_program
+from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.log_format import TOUCH_COLUMNS
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import ProbingProgram, plan_program

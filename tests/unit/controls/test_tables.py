@@ -7,10 +7,11 @@ import re
 import numpy as np
 import pytest
 
+from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup import (
     lookup_table,
 )
-from pretravel.controls.tables import fanuc_macro, heidenhain_table
+from pretravel.controls.macro_b import fanuc_macro
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from tests.support.example_maps import lobes

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from pretravel.controls.tables import renishaw_variables
+from pretravel.controls.macro_b import renishaw_variables
 from pretravel.directions import from_angles
 from pretravel.frames import probe_rotation
 from pretravel.maps.bases import SECTOR_NAMES

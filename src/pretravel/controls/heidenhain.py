@@ -1,0 +1,144 @@
+"""Tables of deviation over the polar angle for Heidenhain controls, from an editable template."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from string import Formatter
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.controls.lookup import supported_band
+from pretravel.directions import from_angles
+from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import DEGREE, MICROMETRE
+
+_ROW_NAMES = {"angle_deg", "deviation_mm", "number"}
+_AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
+"""Azimuths of the mean, and of the largest residual. [rad]"""
+
+
+def heidenhain_template() -> str:
+    """The default template of `heidenhain_table`, to be edited."""
+    template = files("pretravel.controls").joinpath("templates/heidenhain.3DTC")
+    return template.read_text("utf-8")
+
+
+def heidenhain_table(
+    pretravel_map: PretravelMap,
+    template: str | None = None,
+    *,
+    azimuth: float | None = None,
+    step_deg: float = 5.0,
+    travel: float = 0.0,
+) -> str:
+    """A table of deviation over the polar angle, in the layout of a template.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    template : str, optional
+        Lines with ``{angle_deg}`` or ``{deviation_mm}`` stand for the rows (``{number}`` counts
+        them); other lines may contain ``{title}``, ``{where}`` and ``{residual_um}``.
+    azimuth : float, optional
+        Azimuth of all touches, of a probe that the spindle turns; the mean over the azimuth when
+        not given. [rad]
+    step_deg : float
+        Step of the polar angle. [degrees]
+    travel : float
+        Travel of the machine during the signal delay, for a map of the probe at rest. [mm]
+
+    Returns
+    -------
+    str
+        The columns of such tables are not published; the table states that it is unverified.
+
+    Raises
+    ------
+    PretravelError
+        A template with other names, or without rows.
+    """
+    if not step_deg > 0.0:
+        raise PretravelError(f"a step of {step_deg:g}° of the polar angle: it must be positive")
+    text = heidenhain_template() if template is None else template
+    profile = _profile(pretravel_map, azimuth, step_deg)
+    lines, has_rows = [], False
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            filled = _filled(line, profile, travel)
+        except (KeyError, ValueError, IndexError) as error:
+            raise PretravelError(
+                f"template, line {number}: {error}; a template may contain number, angle_deg, "
+                "deviation_mm (in rows), title, where and residual_um"
+            ) from None
+        lines += filled
+        has_rows |= bool(_names(line) & _ROW_NAMES)
+    if not has_rows:
+        raise PretravelError("the template has no line with {angle_deg} and {deviation_mm}")
+    return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class _Profile:
+    """Pretravel over the polar angle, and the part of it that depends on the azimuth.
+
+    Attributes
+    ----------
+    angles_deg, pretravel : (n,) float
+        [degrees], [mm]
+    residual : float
+        Largest difference at any azimuth. [mm]
+    where : str
+        The azimuths for which it holds.
+    """
+
+    angles_deg: FloatArray
+    pretravel: FloatArray
+    residual: float
+    where: str
+
+
+def _profile(pretravel_map: PretravelMap, azimuth: float | None, step_deg: float) -> _Profile:
+    band = supported_band(pretravel_map)
+    low, high = band.lowest / DEGREE, band.highest / DEGREE
+    angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
+    everywhere = _pretravel(pretravel_map, angles, _AROUND)
+    if azimuth is None:
+        values = everywhere.mean(axis=1)
+        where = "the mean over the azimuth"
+    else:
+        values = _pretravel(pretravel_map, angles, np.array([azimuth]))[:, 0]
+        where = f"the probe touched at azimuth {azimuth / DEGREE:g} degrees"
+    residual = float(np.max(np.abs(everywhere - values[:, None])))
+    return _Profile(angles, values, residual, where)
+
+
+def _pretravel(
+    pretravel_map: PretravelMap, angles_deg: FloatArray, azimuths: FloatArray
+) -> FloatArray:
+    """(polar, azimuth) in the probe frame. [mm]"""
+    rows = [
+        pretravel_map.pretravel(
+            from_angles(angle * DEGREE, azimuths) @ pretravel_map.rotation.T, extrapolate=True
+        )
+        for angle in angles_deg
+    ]
+    return np.array(rows)
+
+
+def _filled(line: str, profile: _Profile, travel: float) -> list[str]:
+    """The lines for a line of a template: one for each angle, or one alone."""
+    if _names(line) & _ROW_NAMES:
+        rows = zip(profile.angles_deg, profile.pretravel, strict=True)
+        return [
+            line.format(number=i, angle_deg=angle, deviation_mm=-value - travel)
+            for i, (angle, value) in enumerate(rows)
+        ]
+    residual = profile.residual / MICROMETRE
+    return [line.format(title="pretravel", residual_um=residual, where=profile.where)]
+
+
+def _names(line: str) -> set[str]:
+    return {name for _, name, _, _ in Formatter().parse(line) if name is not None}
