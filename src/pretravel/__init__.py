@@ -85,7 +85,9 @@ _PUBLIC = {
     "Machine": "controls.machine",
     "plan_program": "controls.program",
     "read_machine": "formats.machine_file",
-    "read_readings": "formats.logs.detection",
+    "read_readings": "formats.readings",
+    "FileReadings": "formats.file_format",
+    "ReadingOptions": "formats.file_format",
     # files
     "read_touches": "formats.touches_csv",
     "write_touches": "formats.touches_csv",
@@ -108,10 +110,11 @@ if TYPE_CHECKING:
         InputError,
         PretravelError,
     )
-    from pretravel.formats.logs.detection import read_readings
+    from pretravel.formats.file_format import FileReadings, ReadingOptions
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
+    from pretravel.formats.readings import read_readings
     from pretravel.formats.rig_csv import read_rig_trace
     from pretravel.formats.separation_csv import read_multi_step_readings
     from pretravel.formats.touches_csv import read_touches, write_touches

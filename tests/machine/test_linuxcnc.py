@@ -24,8 +24,9 @@ from pretravel.directions import fibonacci_cap, ring_pattern
 from pretravel.errors import InputError
 from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
 from pretravel.formats.logs.joining import join
-from pretravel.formats.logs.linuxcnc import read_log_positions, read_probeopen
+from pretravel.formats.logs.log_lines import read_log_positions
 from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.formats.logs.probeopen import read_probeopen
 from pretravel.frames import probe_rotation
 from pretravel.identification.kinds import qualify
 from pretravel.maps.pretravel_map import PretravelMap
@@ -417,7 +418,7 @@ class TestLogs:
         assert any("air" in note and "miss" in note for note in join(mm, plan, 3.0).notes())
         inch = join(read_probeopen(tmp_path / "inch.txt", "inch"), plan, 3.0)
         assert inch.touches.positions[0] == pytest.approx(found.touches.positions[1], abs=3e-5)
-        with pytest.raises(InputError, match=r"no target.*--units"):
+        with pytest.raises(InputError, match=r"no target.*units"):
             join(read_probeopen(tmp_path / "inch.txt", "mm"), plan, 3.0)
         lines = join(read_log_positions(tmp_path / "lines.txt"), plan, 3.0)
         assert lines.touches.positions[0] == pytest.approx(inch.touches.positions[0], abs=3e-5)

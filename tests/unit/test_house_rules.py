@@ -23,11 +23,6 @@ LONG_FUNCTIONS = {
     "cli/rig.py:rig",
     "cli/simulate.py:simulate",
     "cli/verify.py:verify",
-    "formats/logs/dmis.py:read_dmis",
-    "formats/logs/fusion.py:read_fusion",
-    "formats/logs/grbl.py:read_grbl_log",
-    "formats/logs/joining.py:join",
-    "formats/logs/qif.py:_point_set",
     "formats/map_file.py:map_dataset",
     "identification/probe.py:identify",
     "laboratory/rig_calibration.py:calibrate_rig",
@@ -41,7 +36,6 @@ LONG_FUNCTIONS = {
 }
 MANY_PARAMETERS = {
     "compensation/point_errors.py:sphere_by_trials",
-    "formats/logs/detection.py:read_readings",
     "laboratory/standards.py:check_iso10360_5",
     "probing/inspection.py:plan_inspection",
     "qualification/qualification.py:qualify",
@@ -66,13 +60,8 @@ SHARED_NAMES = {
 }
 FLAGS_IN_MESSAGES = {
     "controls/lookup.py",
-    "formats/logs/detection.py",
-    "formats/logs/dmis.py",
-    "formats/logs/grbl.py",
-    "formats/logs/joining.py",
     "formats/map_file.py",
     "formats/probe_history.py",
-    "formats/touches_csv.py",
     "identification/kinds.py",
     "laboratory/standards.py",
     "maps/pretravel_map.py",

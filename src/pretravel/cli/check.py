@@ -83,8 +83,8 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
-    from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import read_map
+    from pretravel.formats.readings import read_readings
     from pretravel.laboratory.standards import CHECKS, CalibratedSphere
     from pretravel.report.laboratory_pictures import plot_check
     from pretravel.report.laboratory_words import standard_report
@@ -95,7 +95,7 @@ def check(
     _refuse_other_options(standard, limits, u_diameter)
     if "size" in limits and tip_diameter is None and map_file is None:
         raise PretravelError("--size-limit needs a size error: give --tip-diameter or --map")
-    measured = read_touches_of(touches, machine_axes=True).touches
+    measured = read_readings(touches).in_machine_axes().touches
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     result = CHECKS[standard](
         measured,

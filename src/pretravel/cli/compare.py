@@ -33,20 +33,15 @@ def compare(
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
     from pretravel.compensation.comparison import compare_corrections
-    from pretravel.formats.logs.detection import format_of, read_touches_of
     from pretravel.formats.map_file import map_or_prediction
+    from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
-    from pretravel.formats.touches_csv import read_normals
     from pretravel.report.controls_words import comparison_report, comparison_table, plot_comparison
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [map_file, part])
     with working("comparing"):
         pretravel_map = map_or_prediction(map_file)
-        normals = None
-        if part is not None and format_of(part) in ("csv", "parquet"):
-            normals = read_normals(part)
-        elif part is not None:
-            normals = read_touches_of(part, machine_axes=True).touches.normals
+        normals = None if part is None else read_directions(part)
         result = compare_corrections(pretravel_map, normals)
     report = comparison_report(result)
     if output is not None and output.suffix.lower() in (".csv", ".json"):

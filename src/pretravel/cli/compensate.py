@@ -62,10 +62,9 @@ def compensate(
     --plot points.png
     """
     from pretravel.compensation.compensation import apply, compensation_warnings, placed
-    from pretravel.formats.logs.detection import read_touches_of
-    from pretravel.formats.logs.fusion import write_fusion_points
     from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
+    from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
     from pretravel.surface.specification import parse_surface, source_file
@@ -74,7 +73,7 @@ def compensate(
     files = [] if nominal is None else source_file(nominal)
     check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
     placement = part_in_machine(place, frame)
-    readings = read_touches_of(touches, machine_axes=False)
+    readings = read_readings(touches)
     measured = with_feed(readings.touches, feed)
     if place is None:  # a log tells how its work coordinates are turned
         placement = readings.placement
@@ -98,14 +97,14 @@ def compensate(
     )
     if output.suffix.lower() == ".html":
         write_page(output, report)
-    elif output.suffix.lower() == ".msr":
-        write_fusion_points(output, points, measured.nominal_points, pretravel_map.tip_radius)
     else:
         write_points(
             output,
             points,
             f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; "
             f"{pretravel_map.provenance.get('source', 'unknown')})",
+            nominal_points=measured.nominal_points,
+            tip_radius=pretravel_map.tip_radius,
         )
     save_picture(report, plot)
     show(report, verbose=verbose)

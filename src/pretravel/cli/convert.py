@@ -10,9 +10,9 @@ from pretravel.cli.files import check_files
 from pretravel.cli.options import Units
 
 if TYPE_CHECKING:
-    from pretravel.formats.logs.joining import FileReadings
-
-_OUTPUTS = (".csv", ".parquet", ".qif", ".msr", ".txt")
+    from pretravel.controls.machine import Machine
+    from pretravel.formats.file_format import FeatureResult, FileReadings
+    from pretravel.touches import Touches
 
 
 def _formats() -> list[str]:
@@ -86,52 +86,56 @@ def convert(
 
     Example: pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv
     """
-    from pretravel.controls.machine import work_turn
     from pretravel.errors import PretravelError
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.logs.detection import format_of, read_readings
-    from pretravel.formats.logs.print_file import read_print_file
+    from pretravel.formats.file_format import ReadingOptions
+    from pretravel.formats.logs.detection import format_named, format_of
     from pretravel.formats.machine_file import read_machine
+    from pretravel.formats.readings import read_readings, touch_endings
+    from pretravel.formats.source_file import opened
     from pretravel.formats.touches_csv import read_plan
 
     inputs = [readings, *([plan] if plan else []), *([machine] if machine else [])]
-    check_files([(output, _OUTPUTS)], inputs)
-    known = None if machine is None else read_machine(machine)
-    if tip_diameter is None and known is not None:
-        tip_diameter = known.tip_diameter
-    kind = file_format or format_of(readings)
-    if kind == "print":
-        if output.suffix.lower() != ".csv":
-            raise PretravelError("a print-out becomes a table of features: -o features.csv")
-        features = read_print_file(readings, units)
-        write_csv_table(
-            output,
-            {
-                "component": [f.component for f in features],
-                "feature": [f.feature for f in features],
-                "quantity": [f.quantity for f in features],
-                "nominal": [f.nominal for f in features],
-                "actual": [f.actual for f in features],
-                "deviation": [f.deviation for f in features],
-            },
-        )
-        typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
-        return
-    found = read_readings(
-        readings,
-        kind,
+    check_files([(output, touch_endings())], inputs)
+    known_machine = None if machine is None else read_machine(machine)
+    if tip_diameter is None and known_machine is not None:
+        tip_diameter = known_machine.tip_diameter
+    options = ReadingOptions(
         plan=None if plan is None else read_plan(plan),
         units=units,
         tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
-        overtravel=None if known is None else known.overtravel,
+        overtravel=None if known_machine is None else known_machine.overtravel,
         offset=offset,
-        taken_off=radius_taken_off,
-        rotation=None if known is None or known.work is None else work_turn(known.work),
+        radius_taken_off=radius_taken_off,
+        rotation=_work_rotation(known_machine),
     )
+    file = opened(readings)
+    known = format_of(file) if file_format is None else format_named(file_format)
+    if known.parse_features is not None:
+        if output.suffix.lower() != ".csv":
+            raise PretravelError("a print-out becomes a table of features: -o features.csv")
+        features = known.parse_features(file, options)
+        _write_features(features, output)
+        typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
+        return
+    found = read_readings(file, options, file_format=known.name)
     _write(found, output, frame, feed, tip_diameter)
-    typer.echo(f"{len(found.touches)} touches ({kind})")
+    typer.echo(f"{len(found.touches)} touches ({known.name})")
     for note in found.notes():
         typer.echo(f"Warning: {note}", err=True)
+
+
+def _work_rotation(machine: Machine | None) -> float | None:
+    """Rotation of the work coordinates that a machine file states. [rad]"""
+    from pretravel.controls.machine import work_turn
+
+    return None if machine is None or machine.work is None else work_turn(machine.work)
+
+
+def _write_features(features: list[FeatureResult], output: Path) -> None:
+    from pretravel.formats.csv_table import write_csv_table
+
+    names = ("component", "feature", "quantity", "nominal", "actual", "deviation")
+    write_csv_table(output, {name: [getattr(f, name) for f in features] for name in names})
 
 
 def _write(
@@ -141,33 +145,36 @@ def _write(
     feed: float | None,
     tip_diameter: float | None,
 ) -> None:
+    from pretravel.formats.readings import write_readings, written_format
+    from pretravel.touches import with_feed
+
+    touches = with_feed(_in_frame(found, frame), feed)
+    if not written_format(output).keeps_approaches_and_feeds:
+        _warn_of_losses(touches, output)
+    radius = found.tip_radius if tip_diameter is None else 0.5 * tip_diameter
+    write_readings(output, touches, radius)
+
+
+def _in_frame(found: FileReadings, frame: str | None) -> Touches:
+    """The touches in the machine's axes or in work coordinates, as asked for."""
     import math
 
+    from pretravel.errors import PretravelError
+
+    if abs(found.rotation) > 1e-9 and frame is None:
+        turn = math.degrees(found.rotation)
+        raise PretravelError(
+            f"the work coordinates were turned by {turn:g}°, and a table cannot say so: "
+            "--frame machine turns the touches into the machine's axes (to qualify), --frame "
+            f"work leaves them (then: pretravel compensate --place 0,0,0,0,0,{turn:g})"
+        )
+    return found.in_machine_axes().touches if frame == "machine" else found.touches
+
+
+def _warn_of_losses(touches: Touches, output: Path) -> None:
+    """Warn where the format of the output cannot contain what the touches have."""
     import numpy as np
 
-    from pretravel.errors import PretravelError
-    from pretravel.formats.logs.fusion import write_fusion
-    from pretravel.formats.logs.qif import write_qif
-    from pretravel.formats.touches_csv import write_touches
-    from pretravel.touches import moved, with_feed
-
-    touches = found.touches
-    if abs(found.rotation) > 1e-9:
-        turn = math.degrees(found.rotation)
-        if frame is None:
-            raise PretravelError(
-                f"the work coordinates were turned by {turn:g}°, and a table cannot say so: "
-                "--frame machine turns the touches into the machine's axes (to qualify), --frame "
-                f"work leaves them (then: pretravel compensate --place 0,0,0,0,0,{turn:g})"
-            )
-        if frame == "machine":
-            touches = moved(touches, found.placement)
-    touches = with_feed(touches, feed)
-    labels = touches.labels or tuple(str(i + 1) for i in range(len(touches)))
-    ending = output.suffix.lower()
-    if ending in (".csv", ".parquet"):
-        write_touches(output, touches)
-        return
     lost = []
     if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
         lost.append("approaches that are not along the normal")
@@ -175,20 +182,10 @@ def _write(
         lost.append("feeds")
     if lost:
         typer.echo(
-            f"Warning: {ending} has no place for {' and '.join(lost)}; they are not in it", err=True
+            f"Warning: {output.suffix.lower()} has no place for {' and '.join(lost)}; they are not "
+            "in it",
+            err=True,
         )
-    radius = found.tip_radius if tip_diameter is None else 0.5 * tip_diameter
-    if ending == ".qif":
-        write_qif(
-            output, touches.positions, touches.normals, labels, compensated=False, tip_radius=radius
-        )
-        return
-    if radius is None:
-        raise PretravelError("a Fusion results file tells the tip's radius: give --tip-diameter")
-    write_fusion(
-        output, touches.positions, touches.normals, touches.nominal_points, labels, radius,
-        name=output.stem,
-    )  # fmt: skip
 
 
 def formats() -> None:
@@ -202,13 +199,13 @@ def formats() -> None:
 
     for entry in FORMATS:
         typer.echo(f"{entry.name:11s}{entry.what}")
-        told = [
+        properties = [
             ("read as", entry.reads),
             ("written from", entry.writes),
-            ("must be told", entry.needs),
+            ("needs", entry.needs),
             ("verified against", entry.verified),
         ]
-        for name, text in told:
+        for name, text in properties:
             if text:
                 lines = textwrap.wrap(f"{name}: {text}", 85)
                 typer.echo("\n".join(f"{'':11s}{line}" for line in lines))

@@ -190,7 +190,6 @@ def part(
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.touches_csv import read_targets
     from pretravel.surface.cad.part import Part
-    from pretravel.surface.shapes import Plane
     from pretravel.surface.specification import parse_surface, source_file
 
     files = [] if surface is None else source_file(surface)
@@ -201,10 +200,7 @@ def part(
         raise PretravelError(
             f"--surface {surface}: moves are checked against a STEP file (part.step)"
         )
-    # A surface is asked for points only where the file has none.
-    plan = read_targets(
-        targets, Plane([0, 0, 0], [0, 0, 1]) if shape is None else shape, approach=approach
-    )
+    plan = read_targets(targets, approach=approach)
     with working(f"planning {len(plan)} touches"):
         program = plan_program(
             plan,

@@ -81,8 +81,8 @@ def qualify(
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
     from pretravel.errors import PretravelError
-    from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import write_map
+    from pretravel.formats.readings import read_readings
     from pretravel.identification.kinds import choose, physical_warnings
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
@@ -93,7 +93,7 @@ def qualify(
         raise PretravelError("--lobe-azimuth and --transducer go with --kind wozniak")
     if lobe_azimuth is not None and transducer == "piezo":
         raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
-    readings = read_touches_of(touches, machine_axes=True)
+    readings = read_readings(touches).in_machine_axes()
     measured = readings.touches
     with working(f"qualifying on {len(measured)} touches"):
         choice = choose(

@@ -49,9 +49,9 @@ def verify(
     import json
 
     from pretravel.errors import PretravelError
-    from pretravel.formats.logs.detection import read_touches_of
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.probe_history import add_verification, read_history
+    from pretravel.formats.readings import read_readings
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.report.controls_words import (
         plot_verification,
@@ -71,7 +71,7 @@ def verify(
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
         raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
     pretravel_map = read_map(map_file)
-    readings = read_touches_of(touches, machine_axes=True)
+    readings = read_readings(touches).in_machine_axes()
     result = verify_probe(
         readings.touches, pretravel_map, diameter, ring=ring, false_alarm_rate=0.01 * false_alarms
     )

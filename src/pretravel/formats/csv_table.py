@@ -1,4 +1,4 @@
-"""CSV with a header line and # comments: reading that knows its lines, and writing."""
+"""CSV with a header line and # comments: reading that keeps the line numbers, and writing."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.whole_file import whole_file
 
 SIGNIFICANT_DIGITS = 12
-"""Of numbers written; the contract asks for at least nine."""
+"""Of the numbers that are written; the files' description asks for at least nine."""
 
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells as text, by column, with the line of the file that each row stands on.
+    """Cells as text, by column, and the line of the file of each row.
 
     Attributes
     ----------
@@ -42,15 +43,16 @@ class CsvTable:
         return len(self.lines)
 
     def has(self, *names: str) -> bool:
-        """Whether all these columns are there."""
+        """Whether the table has all these columns."""
         return all(name in self.columns for name in names)
 
     def require(self, *names: str, what: str) -> None:
-        """Columns that must be there, or an error that lists what is there.
+        """Check that the table has these columns.
 
         Raises
         ------
         InputError
+            A column is missing; the message lists the columns of the file.
         """
         missing = [name for name in names if name not in self.columns]
         if not missing:
@@ -76,7 +78,7 @@ class CsvTable:
         Raises
         ------
         InputError
-            A cell that is empty, not a number or not finite, with its line.
+            A cell is empty or is not a finite number; the message contains the line.
         """
         result = np.empty((len(self), len(names)))
         for index, name in enumerate(names):
@@ -84,35 +86,31 @@ class CsvTable:
             try:
                 result[:, index] = np.array(cells, dtype=np.float64)
             except ValueError:
-                self._complain(name)
+                self._refuse_cells(name)
             if not np.all(np.isfinite(result[:, index])):
-                self._complain(name)
+                self._refuse_cells(name)
         return result
 
-    def _complain(self, name: str) -> None:
+    def _refuse_cells(self, name: str) -> None:
+        """Raise an error for the first cell of a column that is not a finite number."""
         for cell, line in zip(self.columns[name], self.lines, strict=True):
-            try:
-                good = bool(np.isfinite(float(cell)))
-            except ValueError:
-                good = False
-            if not good:
-                what = "is empty" if not cell else f"is '{cell}', which is not a finite number"
-                decimal = (
-                    "; use a point as decimal sign" if "," in cell or cell.count(".") > 1 else ""
-                )
-                raise InputError(f"{name} {what}{decimal}", path=self.path, line=line)
+            if _is_number(cell) and math.isfinite(float(cell)):
+                continue
+            what = "is empty" if not cell else f"is '{cell}', which is not a finite number"
+            decimal = "; use a point as decimal sign" if "," in cell or cell.count(".") > 1 else ""
+            raise InputError(f"{name} {what}{decimal}", path=self.path, line=line)
 
     def number(self, row: int, name: str) -> float:
         """One cell as a number."""
         return float(self.columns[name][row])
 
 
-def read_csv_table(path: str | Path) -> CsvTable:
-    r"""Read a CSV file: comma-separated, a header line, # comments, blank lines skipped.
+def read_csv_table(source: Source) -> CsvTable:
+    r"""Read a CSV file: commas, a header line, # comments; blank lines are skipped.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -121,100 +119,89 @@ def read_csv_table(path: str | Path) -> CsvTable:
     Raises
     ------
     InputError
-        No such file, not text, empty, no header, rows of another length, other
-        separators.
+        The file does not exist, is not UTF-8 text, is empty, has no header, has rows of another
+        length or other separators.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "a.csv"
-    >>> _ = file.write_text("# note\nx_mm,y_mm\n1,2\n")
+    >>> file = SourceFile("a.csv", b"# note\nx_mm,y_mm\n1,2\n")
     >>> read_csv_table(file).numbers("x_mm", "y_mm").tolist()
     [[1.0, 2.0]]
     """
-    place = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("there is no such file", path=place) from None
-    except UnicodeDecodeError as error:
-        if error.object[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            hint = "this file is UTF-16 text; save it as CSV UTF-8"
-        elif b"\0" in error.object:
-            hint = "this is not a text file; a CSV file is needed"
-        else:
-            hint = "this file is not UTF-8 text (Latin-1, perhaps); save it as CSV UTF-8"
-        raise InputError(hint, path=place) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path=place) from error
-    if "\0" in text:
-        raise InputError("this is not a text file; a CSV file is needed", path=place)
-
+    file = opened(source)
     header: list[str] | None = None
     header_line = 0
     rows: list[list[str]] = []
     lines: list[int] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        stripped = line.strip()
-        if not stripped or stripped.startswith("#"):
+    for number, line in enumerate(_text(file).splitlines(), start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
             continue
         cells = [cell.strip() for cell in next(csv.reader([line]))]
         if header is None:
+            _check_header(file, cells, line.strip(), number)
             header, header_line = cells, number
-            _check_header(header, stripped, place, number)
             continue
         if len(cells) != len(header):
-            decimal = len(cells) > len(header) and ("." not in line)
-            raise InputError(
+            decimal = len(cells) > len(header) and "." not in line
+            raise file.error(
                 f"{len(cells)} values, but the header names {len(header)} columns"
                 + ("; are there decimal commas? Use points" if decimal else ""),
-                path=place,
-                line=number,
+                number,
             )
         rows.append(cells)
         lines.append(number)
     if header is None:
-        raise InputError(
-            "the file is empty; a header line with column names and rows are needed", path=place
-        )
+        raise file.error("the file is empty; a header line with column names and rows are needed")
     if not rows:
-        raise InputError("there is a header but no rows", path=place, line=header_line)
-    return CsvTable(
-        path=place,
-        columns=dict(zip(header, zip(*rows, strict=True), strict=True)),
-        lines=tuple(lines),
-        header_line=header_line,
-    )
+        raise file.error("the file has a header but no rows", header_line)
+    columns = dict(zip(header, zip(*rows, strict=True), strict=True))
+    return CsvTable(file.path, columns, tuple(lines), header_line)
 
 
-def _check_header(header: list[str], line: str, place: str, number: int) -> None:
+def _text(file: SourceFile) -> str:
+    """The text of a CSV file. Another encoding than UTF-8 is refused, because labels need it."""
+    try:
+        text = file.content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if file.content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            hint = "this file is UTF-16 text; save it as CSV UTF-8"
+        elif b"\0" in file.content:
+            hint = "this is not a text file; a CSV file is needed"
+        else:
+            hint = "this file is not UTF-8 text (Latin-1, perhaps); save it as CSV UTF-8"
+        raise file.error(hint) from None
+    if "\0" in text:
+        raise file.error("this is not a text file; a CSV file is needed")
+    return text
+
+
+def _check_header(file: SourceFile, header: list[str], line: str, number: int) -> None:
     if len(header) == 1 and (";" in line or "\t" in line):
         separator = "semicolons" if ";" in line else "tabs"
-        raise InputError(
+        raise file.error(
             f"the columns are separated by {separator}; save the file with commas, and points as "
             "decimal signs",
-            path=place,
-            line=number,
+            number,
         )
-    numeric = 0
-    for cell in header:
-        try:
-            float(cell)
-            numeric += 1
-        except ValueError:
-            pass
-    if numeric == len(header):
-        raise InputError(
+    if all(_is_number(cell) for cell in header):
+        raise file.error(
             "the first line holds numbers; a header with the column names is needed "
             "(x_mm,y_mm,z_mm,nx,ny,nz for touches)",
-            path=place,
-            line=number,
+            number,
         )
     repeated = sorted({name for name in header if header.count(name) > 1})
     if repeated:
-        raise InputError(f"the column {repeated[0]} is there twice", path=place, line=number)
+        raise file.error(f"the column {repeated[0]} is there twice", number)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def format_number(value: float) -> str:
-    """A number for a CSV cell, with twelve significant digits; nothing for what is not a number.
+    """A number as a CSV cell, with twelve significant digits; an empty cell for NaN.
 
     >>> format_number(1.0 / 3.0), format_number(25.0), format_number(math.nan)
     ('0.333333333333', '25', '')
@@ -225,7 +212,7 @@ def format_number(value: float) -> str:
 
 
 def exact_number(value: float) -> str:
-    """Every digit, without an exponent: reads back the same.
+    """A number with every digit and without an exponent: reading it gives the same number.
 
     >>> exact_number(0.1), exact_number(-0.0), exact_number(1e-7)
     ('0.1', '0', '0.0000001')
@@ -234,9 +221,9 @@ def exact_number(value: float) -> str:
 
 
 def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
-    """Write columns of equal length as CSV, whole or not at all.
+    """Write columns of equal length as CSV. An error leaves no partial file.
 
-    No comment lines are written: spreadsheets and most readers stumble over them.
+    No comment lines are written: spreadsheets and many other readers do not skip them.
 
     Parameters
     ----------

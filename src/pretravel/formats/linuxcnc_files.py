@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 from pretravel.controls.machine import WORK_OFFSETS, work_placement
-from pretravel.errors import InputError
-from pretravel.formats.logs.joining import UNITS, file_lines, finite
+from pretravel.formats.source_file import UNITS, Source, opened
 from pretravel.frames import Placement
 from pretravel.units import DEGREE
 
@@ -17,14 +15,14 @@ _G92_ON, _G92 = 5210, 5211
 _ACTIVE = 5220
 
 
-def read_work_offset(path: str | Path, offset: str | None = None, units: str = "mm") -> tuple[
+def read_work_offset(source: Source, offset: str | None = None, units: str = "mm") -> tuple[
     str, Placement
 ]:  # fmt: skip
     r"""Read a work offset from a parameter file.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
         The file that PARAMETER_FILE in the INI file states.
     offset : str, optional
         G54 to G59.3; the last active one when not given.
@@ -42,42 +40,39 @@ def read_work_offset(path: str | Path, offset: str | None = None, units: str = "
     InputError
         A line that is not a number and a value, with its line; an unknown offset.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "linuxcnc.var"
-    >>> _ = file.write_text("5220\t1\n5221\t10\n5222\t20\n5223\t-30\n5230\t90\n")
+    >>> from pretravel.formats.source_file import SourceFile
+    >>> text = b"5220\t1\n5221\t10\n5222\t20\n5223\t-30\n5230\t90\n"
+    >>> file = SourceFile("linuxcnc.var", text)
     >>> name, work = read_work_offset(file)
     >>> name, work.shift.tolist()
     ('G54', [10.0, 20.0, -30.0])
     """
+    file = opened(source)
     values: dict[int, float] = {}
-    for number, line in enumerate(file_lines(path, "a parameter file"), start=1):
+    for number, line in enumerate(file.lines("a parameter file"), start=1):
         cells = line.split()
         if not cells:
             continue
         if len(cells) != 2 or not cells[0].isdigit():
-            raise InputError(
-                f"'{line.strip()[:40]}': the number of a parameter and its value are needed",
-                path=path,
-                line=number,
+            raise file.error(
+                f"'{line.strip()[:40]}': the number of a parameter and its value are needed", number
             )
-        values[int(cells[0])] = finite(cells[1:], path, number)[0]
+        values[int(cells[0])] = file.numbers(cells[1:], number)[0]
     if offset is None:
         index = int(values.get(_ACTIVE, 1.0)) - 1
         if not 0 <= index < len(WORK_OFFSETS):
-            raise InputError(
-                f"parameter {_ACTIVE} = {values[_ACTIVE]:g} is not the number of a work offset",
-                path=path,
+            raise file.error(
+                f"parameter {_ACTIVE} = {values[_ACTIVE]:g} is not the number of a work offset"
             )
         offset = WORK_OFFSETS[index]
     if offset.upper() not in WORK_OFFSETS:
-        raise InputError(
+        raise file.error(
             f"work offset '{offset}': it must be one of {', '.join(WORK_OFFSETS)}",
-            path=path,
             inputs=("offset",),
         )
     base = _FIRST + _APART * WORK_OFFSETS.index(offset.upper())
     if any(base + i not in values for i in range(3)):
-        raise InputError(f"the file has no parameters {base} to {base + 2} ({offset})", path=path)
+        raise file.error(f"the file has no parameters {base} to {base + 2} ({offset})")
     scale = UNITS[units]
     x, y, z = (scale * values[base + i] for i in range(3))
     placement = work_placement(x, y, z, values.get(base + _TURN, 0.0) * DEGREE)
@@ -97,12 +92,12 @@ class Tool:
     diameter: float
 
 
-def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
+def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
     r"""Read one tool of a tool table.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
     number : int
     units : str
         Units of the machine: mm or inch.
@@ -116,31 +111,29 @@ def read_tool(path: str | Path, number: int, units: str = "mm") -> Tool:
     InputError
         There is no such tool; a line does not consist of letters with numbers.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "tool.tbl"
-    >>> _ = file.write_text("T99 P3 D6.0 Z101.5 ;probe\n")
+    >>> from pretravel.formats.source_file import SourceFile
+    >>> file = SourceFile("tool.tbl", b"T99 P3 D6.0 Z101.5 ;probe\n")
     >>> read_tool(file, 99)
     Tool(number=99, length=101.5, diameter=6.0)
     """
+    file = opened(source)
     scale = UNITS[units]
     known = []
-    for line_number, line in enumerate(file_lines(path, "a tool table"), start=1):
+    for line_number, line in enumerate(file.lines("a tool table"), start=1):
         text = line.partition(";")[0].strip()
         if not text:
             continue
         words = re.findall(r"([A-Za-z])\s*([-+]?\d*\.?\d+)", text)
         if not words or re.sub(r"[A-Za-z]\s*[-+]?\d*\.?\d+", "", text).strip():
-            raise InputError(
+            raise file.error(
                 f"'{text[:40]}' is not a line of a tool table such as T1 P1 D6.0 Z100.0",
-                path=path,
-                line=line_number,
+                line_number,
             )
         values = {letter.upper(): float(value) for letter, value in words}
         known.append(int(values.get("T", -1)))
         if known[-1] == number:
             return Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
-    raise InputError(
+    raise file.error(
         f"there is no tool {number}; there are {', '.join(f'T{n}' for n in known)}",
-        path=path,
         inputs=("tool",),
     )

@@ -1,4 +1,4 @@
-"""Tables as Parquet: the same columns as CSV, every digit, for data tools."""
+"""Tables as Parquet: the same columns as CSV with every digit, for data tools."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import CsvTable
+from pretravel.formats.source_file import Source, opened
 from pretravel.whole_file import whole_file
 
 _MISSING = "Parquet files need the package pyarrow: pip install pyarrow"
 
 
-def read_parquet_table(path: str | Path) -> CsvTable:
-    """A Parquet file as a table of cells; its rows stand for lines.
+def read_parquet_table(source: Source) -> CsvTable:
+    """A Parquet file as a table of cells. In messages, the number of a row is its line.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -29,33 +30,32 @@ def read_parquet_table(path: str | Path) -> CsvTable:
     Raises
     ------
     InputError
-        No such file, not Parquet, no rows.
+        The file does not exist, is not Parquet or has no rows.
     PretravelError
         pyarrow is not installed.
     """
     try:
-        from pyarrow import ArrowException, parquet
+        from pyarrow import ArrowException, BufferReader, parquet
     except ModuleNotFoundError:
         raise PretravelError(_MISSING) from None
-    if not Path(path).is_file():
-        raise InputError("there is no such file", path=path)
+    file = opened(source)
     try:
-        table = parquet.read_table(str(path))
+        table = parquet.read_table(BufferReader(file.content))
     except (ArrowException, OSError) as error:
-        raise InputError(f"not a Parquet file: {error}", path=path) from None
+        raise file.error(f"not a Parquet file: {error}") from None
     if table.num_rows == 0:
-        raise InputError("there are columns but no rows", path=path)
+        raise file.error("the file has columns but no rows")
     columns = {
         name: tuple("" if value is None else str(value) for value in table[name].to_pylist())
         for name in table.column_names
     }
-    return CsvTable(str(path), columns, tuple(range(1, table.num_rows + 1)), 0)
+    return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
 
 
 def write_parquet_table(
     path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]
 ) -> None:
-    """Columns of equal length as a Parquet file, whole or not at all.
+    """Write columns of equal length as a Parquet file. An error leaves no partial file.
 
     Parameters
     ----------

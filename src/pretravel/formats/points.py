@@ -1,105 +1,52 @@
-"""Compensated points as CSV, Parquet, NetCDF, JSON or QIF."""
+"""Compensated points in the format of the file's ending."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
+from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import Points
 from pretravel.errors import PretravelError
-from pretravel.formats.logs.qif import write_qif
-from pretravel.formats.netcdf import write_dataset
-from pretravel.formats.tables import write_table
-from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    import xarray as xr
+from pretravel.formats.file_format import PointsOrigin
+from pretravel.formats.logs.detection import FORMATS
 
 
-def points_table(points: Points) -> dict[str, npt.ArrayLike]:
-    """The columns of the contract, one row per touch.
-
-    Returns
-    -------
-    mapping of str to (n,) values
-        label, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um, and deviation_um
-        where there is a nominal.
-    """
-    columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
-    columns |= {f"{axis}_mm": points.positions[:, i] for i, axis in enumerate("xyz")}
-    columns |= {f"n{axis}": points.normals[:, i] for i, axis in enumerate("xyz")}
-    columns["pretravel_um"] = points.pretravel / MICROMETRE
-    columns["u_um"] = points.standard_uncertainty / MICROMETRE
-    if points.deviation is not None:
-        columns["deviation_um"] = points.deviation / MICROMETRE
-    return columns
-
-
-def points_dataset(points: Points) -> xr.Dataset:
-    """Points as a labelled dataset, with the 3 x 3 covariance of each.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions point, axis, other_axis; units in the attributes.
-    """
-    import xarray as xr
-
-    data = {
-        "position": (("point", "axis"), points.positions, {"units": "mm"}),
-        "normal": (("point", "axis"), points.normals, {"units": "1"}),
-        "pretravel": ("point", points.pretravel, {"units": "mm"}),
-        "covariance": (("point", "axis", "other_axis"), points.covariance, {"units": "mm2"}),
-        "standard_uncertainty": ("point", points.standard_uncertainty, {"units": "mm"}),
-    }
-    if points.deviation is not None:
-        data["deviation"] = ("point", points.deviation, {"units": "mm"})
-    return xr.Dataset(
-        data,
-        coords={
-            "label": ("point", np.array(points.labels, dtype=str)),
-            "axis": list("xyz"),
-            "other_axis": list("xyz"),
-        },
-        attrs={"title": "surface points, compensated by pretravel"},
-    )
-
-
-def write_points(path: str | Path, points: Points, note: str = "") -> None:
-    """Write points in the format of the path's ending: .csv, .parquet, .nc, .json or .qif.
+def write_points(
+    path: str | Path,
+    points: Points,
+    note: str = "",
+    *,
+    nominal_points: FloatArray | None = None,
+    tip_radius: float | None = None,
+) -> None:
+    """Write points in the format of the path's ending, for example .csv, .nc or .qif.
 
     Parameters
     ----------
     path : str or Path
     points : Points
     note : str
-        How they came about, for the attributes of a NetCDF file.
+        How the points were made, for the attributes of a NetCDF file.
+    nominal_points : (n, 3) float, optional
+        The targets of the touches on the nominal surface, for Fusion results. [mm]
+    tip_radius : float, optional
+        Of the map, for Fusion results. [mm]
 
     Raises
     ------
     PretravelError
-        Another ending.
+        No format of points has this ending; the format needs what was not given.
     """
     ending = Path(path).suffix.lower()
-    if ending in (".csv", ".parquet", ".json"):
-        write_table(path, points_table(points))
-    elif ending == ".nc":
-        write_dataset(path, points_dataset(points).assign_attrs(note=note))
-    elif ending == ".qif":
-        write_qif(
-            path,
-            points.positions,
-            points.normals,
-            points.labels,
-            compensated=True,
-            tip_radius=None,
-            deviations=points.deviation,
-        )
-    else:
-        raise PretravelError(
-            f"points cannot be written to '{path}': the ending must be .csv, .parquet, .nc, .json "
-            "or .qif"
-        )
+    for known in FORMATS:
+        if known.write_points is not None and ending in known.endings:
+            known.write_points(Path(path), points, PointsOrigin(note, nominal_points, tip_radius))
+            return
+    raise PretravelError(
+        f"points cannot be written to '{path}': the ending must be {', '.join(point_endings())}"
+    )
+
+
+def point_endings() -> tuple[str, ...]:
+    """Endings of the files to which points can be written."""
+    return tuple(e for known in FORMATS if known.write_points for e in known.endings)

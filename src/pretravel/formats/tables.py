@@ -1,4 +1,4 @@
-"""Tables by the ending of their file: CSV, Parquet, JSON."""
+"""Tables in the format of their file's ending: CSV, Parquet, JSON."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ import numpy.typing as npt
 
 from pretravel.formats.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.formats.parquet import read_parquet_table, write_parquet_table
+from pretravel.formats.source_file import Source, opened
 from pretravel.whole_file import whole_file
 
 
-def read_table(path: str | Path) -> CsvTable:
-    """A table of cells from a Parquet file (.parquet) or a CSV file (all others).
+def read_table(source: Source) -> CsvTable:
+    """A table of cells from a Parquet file (.parquet) or a CSV file (any other ending).
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -28,17 +29,16 @@ def read_table(path: str | Path) -> CsvTable:
     Raises
     ------
     InputError
-        As `read_csv_table` and `read_parquet_table`.
+        See `read_csv_table` and `read_parquet_table`.
     """
-    if Path(path).suffix.lower() == ".parquet":
-        return read_parquet_table(path)
-    return read_csv_table(path)
+    file = opened(source)
+    return read_parquet_table(file) if file.ending == ".parquet" else read_csv_table(file)
 
 
 def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
-    """Columns of equal length, by the ending of the path, whole or not at all.
+    """Write columns of equal length as CSV, Parquet (.parquet) or JSON (.json, a list of rows).
 
-    JSON is a list of rows.
+    An error leaves no partial file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Touches and targets as CSV: the columns of the contract."""
+"""Touches and targets as tables, CSV or Parquet."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import UNIT_TOLERANCE
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable
+from pretravel.formats.source_file import Source, opened
 from pretravel.formats.tables import read_table, write_table
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
-from pretravel.surface.shapes import Plane, Sphere
+from pretravel.surface.shapes import Sphere
 from pretravel.touches import Touches, glancing_rows
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
@@ -24,17 +25,16 @@ _APPROACH = ("ax", "ay", "az")
 _NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
 
 
-def read_touches(path: str | Path) -> Touches:
-    r"""Touches from a CSV file.
+def read_touches(source: Source) -> Touches:
+    r"""Touches from a CSV or Parquet file.
 
-    Columns ``x_mm, y_mm, z_mm, nx, ny, nz``; optional ``ax, ay, az``,
-    ``feed_mm_min``, ``label``, ``nominal_x_mm, nominal_y_mm, nominal_z_mm``. Other
-    columns are left alone.
+    Columns ``x_mm, y_mm, z_mm, nx, ny, nz``; optional ``ax, ay, az``, ``feed_mm_min``, ``label``,
+    ``nominal_x_mm, nominal_y_mm, nominal_z_mm``. Other columns are ignored.
 
     Parameters
     ----------
-    path : str or Path
-        CSV, or Parquet by its ending.
+    source : str, Path or SourceFile
+        CSV; Parquet where its ending is .parquet.
 
     Returns
     -------
@@ -43,49 +43,44 @@ def read_touches(path: str | Path) -> Touches:
     Raises
     ------
     InputError
-        Missing columns, cells that are no finite numbers, normals that are zero or
-        not of unit length: with the line.
+        A column is missing; a cell is not a finite number; a normal is zero or not of unit length.
+        The message contains the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "touches.csv"
-    >>> _ = file.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
-    >>> len(read_touches(file))
+    >>> from pretravel.formats.source_file import SourceFile
+    >>> len(read_touches(SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")))
     1
     """
-    table = read_table(path)
+    file = opened(source)
+    table = read_table(file)
     table.require(*_POSITION, *_NORMAL, what="touches")
-    approaches = _optional_vectors(table, _APPROACH, "approach", unit=True)
-    try:
+    with file.named_in_errors():
         return Touches(
             positions=table.numbers(*_POSITION),
             normals=_unit_vectors(table, _NORMAL, "normal"),
-            approaches=approaches,
+            approaches=_optional_vectors(table, _APPROACH, "approach", unit=True),
             feeds=table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None,
-            labels=table.columns["label"] if table.has("label") else None,
+            labels=_labels(table),
             nominal_points=_optional_vectors(table, _NOMINAL, "nominal point", unit=False),
-            source=Path(path).name,
+            source=file.name,
             lines=table.lines,
         )
-    except InputError:
-        raise
-    except PretravelError as error:
-        raise InputError(str(error), path=path) from None
 
 
-def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "normal") -> Targets:
-    """Targets of a simulation from a CSV file.
+def read_targets(
+    source: Source, surface: Surface | Part | None = None, *, approach: str = "normal"
+) -> Targets:
+    """Targets of touches from a CSV or Parquet file.
 
-    A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``)
-    with its outward normal ``nx, ny, nz``. The tip comes along the approach through
-    the place above the point, so a file of touches serves as targets too: it leads
-    along the same lines. Without points the normals must be those of a surface that
-    has every normal once: of a sphere.
+    A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``) with its
+    outward normal ``nx, ny, nz``. The tip approaches along the line through the point, so that a
+    file of touches is also a file of targets: its touches lie on the same lines. Normals alone
+    are targets on a sphere, because a sphere has each normal at one point.
 
     Parameters
     ----------
-    path : str or Path
-    surface : Surface or Part
-        Gives points where the file has none.
+    source : str, Path or SourceFile
+    surface : Surface or Part, optional
+        A sphere, for files without points.
     approach : str
         ``normal``: along -n; ``file``: the columns ax, ay, az.
 
@@ -96,65 +91,17 @@ def read_targets(path: str | Path, surface: Surface | Part, *, approach: str = "
     Raises
     ------
     InputError
-        As `read_touches`.
+        As `read_touches`; an approach moves away from the surface.
     """
-    table = read_table(path)
-    table.require(*_NORMAL, what="targets")
-    normals = _unit_vectors(table, _NORMAL, "normal")
-    approaches = None
-    if approach == "file":
-        table.require(*_APPROACH, what="targets with --approach file")
-        approaches = _unit_vectors(table, _APPROACH, "approach")
-    elif approach != "normal":
-        raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
-    if table.has(*_NOMINAL):
-        points = table.numbers(*_NOMINAL)
-    elif table.has(*_POSITION):
-        points = table.numbers(*_POSITION)
-    elif isinstance(surface, Sphere):
-        points = np.asarray(surface.center) + surface.radius * normals
-    else:
-        table.require(*_POSITION, what="targets")
-        raise AssertionError("require() raises")
-    glancing = glancing_rows(-normals if approaches is None else approaches, normals)
-    if len(glancing):
-        raise InputError(
-            "the approach moves away from the surface or along it; it must point against the "
-            "normal",
-            path=path,
-            line=table.lines[int(glancing[0])],
-        )
-    return Targets(
-        points=points,
-        normals=normals,
-        approaches=approaches,
-        labels=table.columns["label"] if table.has("label") else None,
-    )
+    return _targets(read_table(source), surface, approach)
 
 
-def read_normals(path: str | Path) -> FloatArray:
-    """The columns nx, ny, nz of touches or targets, (n, 3).
+def read_plan(source: Source) -> Targets:
+    """Targets that were run, with points, and along the approaches that the file has.
 
     Parameters
     ----------
-    path : str or Path
-
-    Raises
-    ------
-    InputError
-        As `read_touches`.
-    """
-    table = read_table(path)
-    table.require(*_NORMAL, what="directions")
-    return _unit_vectors(table, _NORMAL, "normal")
-
-
-def read_plan(path: str | Path) -> Targets:
-    """Targets that were run, all told by the file: points, normals, approaches where it has them.
-
-    Parameters
-    ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -163,19 +110,32 @@ def read_plan(path: str | Path) -> Targets:
     Raises
     ------
     InputError
-        As `read_targets`; a file without points.
+        As `read_targets`; the file has no points.
     """
-    table = read_table(path)
+    table = read_table(source)
     table.require(*(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
-    # A plane is not asked for points: they are there.
-    return read_targets(
-        path, Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-        approach="file" if table.has(*_APPROACH) else "normal",
-    )  # fmt: skip
+    return _targets(table, None, "file" if table.has(*_APPROACH) else "normal")
+
+
+def read_normals(source: Source) -> FloatArray:
+    """The columns nx, ny, nz of touches or targets, (n, 3).
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Raises
+    ------
+    InputError
+        As `read_touches`.
+    """
+    table = read_table(source)
+    table.require(*_NORMAL, what="directions")
+    return _unit_vectors(table, _NORMAL, "normal")
 
 
 def write_touches(path: str | Path, touches: Touches) -> None:
-    """Write touches as CSV or Parquet, by the ending, with all the columns they have.
+    """Write touches as CSV, or as Parquet by the ending, with all the columns they have.
 
     Parameters
     ----------
@@ -197,6 +157,37 @@ def write_touches(path: str | Path, touches: Touches) -> None:
     if touches.nominal_points is not None:
         columns |= {name: touches.nominal_points[:, i] for i, name in enumerate(_NOMINAL)}
     write_table(path, columns)
+
+
+def _targets(table: CsvTable, surface: Surface | Part | None, approach: str) -> Targets:
+    table.require(*_NORMAL, what="targets")
+    normals = _unit_vectors(table, _NORMAL, "normal")
+    approaches = None
+    if approach == "file":
+        table.require(*_APPROACH, what="targets with approaches of their own")
+        approaches = _unit_vectors(table, _APPROACH, "approach")
+    elif approach != "normal":
+        raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
+    if table.has(*_NOMINAL):
+        points = table.numbers(*_NOMINAL)
+    elif isinstance(surface, Sphere) and not table.has(*_POSITION):
+        points = np.asarray(surface.center) + surface.radius * normals
+    else:
+        table.require(*_POSITION, what="targets")
+        points = table.numbers(*_POSITION)
+    glancing = glancing_rows(-normals if approaches is None else approaches, normals)
+    if len(glancing):
+        raise InputError(
+            "the approach moves away from the surface or along it; it must point against the "
+            "normal",
+            path=table.path,
+            line=table.lines[int(glancing[0])],
+        )
+    return Targets(points, normals, approaches, _labels(table))
+
+
+def _labels(table: CsvTable) -> tuple[str, ...] | None:
+    return table.columns["label"] if table.has("label") else None
 
 
 def _unit_vectors(table: CsvTable, names: tuple[str, ...], what: str) -> FloatArray:

@@ -8,9 +8,11 @@ import pytest
 
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.errors import InputError
-from pretravel.formats.logs.detection import FORMATS, format_of, read_readings
-from pretravel.formats.logs.linuxcnc import read_log_positions
+from pretravel.formats.file_format import ReadingOptions
+from pretravel.formats.logs.detection import FORMATS, format_of
+from pretravel.formats.logs.log_lines import read_log_positions
 from pretravel.formats.machine_file import machine_text
+from pretravel.formats.readings import read_readings
 from tests.support.commands import run
 from tests.support.control_logs import (
     DMIS_OUTPUT,
@@ -42,7 +44,7 @@ class TestCatalogue:
         ],
     )
     def test_formats_are_recognised(self, tmp_path: Path, text: str, name: str) -> None:
-        assert format_of(written(tmp_path, text)) == name
+        assert format_of(written(tmp_path, text)).name == name
         assert name in {entry.name for entry in FORMATS}
 
     def test_every_format_is_in_the_documents(self) -> None:
@@ -54,7 +56,7 @@ class TestCatalogue:
 
     def test_labels_like_coordinates_are_no_positions(self, tmp_path: Path) -> None:
         text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"
-        assert format_of(written(tmp_path, text)) == "csv"
+        assert format_of(written(tmp_path, text)).name == "csv"
 
     def test_files_that_need_more_are_sent_to_convert(self, tmp_path: Path) -> None:
         path = written(tmp_path, FUSION_HAAS)
@@ -65,10 +67,11 @@ class TestCatalogue:
     def test_positions_want_the_plan_that_was_run(self, tmp_path: Path) -> None:
         path = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
         with pytest.raises(InputError, match="give the plan that was run"):
-            read_readings(path)
-        with pytest.raises(InputError, match="--tip-diameter"):
-            read_readings(path, plan=PLAN)
-        assert read_readings(path, plan=PLAN, tip_radius=3.0).touches.labels == ("a",)
+            read_readings(path, ReadingOptions())
+        with pytest.raises(InputError, match="the tip's diameter is needed"):
+            read_readings(path, ReadingOptions(plan=PLAN))
+        found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
+        assert found.touches.labels == ("a",)
 
     def test_turn_of_positions_comes_from_the_machine_file(self, tmp_path: Path) -> None:
         log = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
@@ -78,13 +81,13 @@ class TestCatalogue:
         given = ["--plan", tmp_path / "plan.csv", "--machine", mill, "-o", tmp_path / "t.csv"]
         assert "turned by 28.6479°" in run("convert", log, *given, code=2)
         run("convert", log, *given, "--frame", "machine")
-        found = read_readings(log, plan=PLAN, tip_radius=3.0, overtravel=2.0)
-        assert "taken as not turned" in found.notes()[-1]
+        found = read_readings(log, ReadingOptions(plan=PLAN, tip_radius=3.0, overtravel=2.0))
+        assert "taken as not rotated" in found.notes()[-1]
 
     def test_decimal_commas(self, tmp_path: Path) -> None:
         path = written(tmp_path, PROBEOPEN_ROW.format(x=0.0).replace(".", ","))
         with pytest.raises(InputError, match="use a point as decimal sign"):
-            read_readings(path, units="mm", plan=PLAN, tip_radius=3.0)
+            read_readings(path, ReadingOptions(units="mm", plan=PLAN, tip_radius=3.0))
 
     @pytest.mark.parametrize(
         ("text", "words"),

@@ -27,14 +27,14 @@ class TestDmis:
     @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [
-            (DMIS_OUTPUT, None, "--radius-taken-off"),
+            (DMIS_OUTPUT, None, "give the radius taken off"),
             (DMIS_OUTPUT, -1.0, "a radius in mm, or 0"),
             (DMIS_OUTPUT.replace("UNITS/MM, ANGDEC\n", ""), 0.0, "no UNITS"),
             (DMIS_OUTPUT.replace("UNITS/MM", "UNITS/FEET"), 0.0, "MM and INCH are read"),
             (DMIS_OUTPUT.replace("0.01, 0,0,1", "0.01, 0,0,0"), 0.0, "zeros, or angles"),
             (DMIS_OUTPUT.replace("0.01, 0,0,1", "0.01, 90,90,0"), 0.0, "zeros, or angles"),
             (DMIS_OUTPUT.replace("Feat/Point, CART", "FEAT/POINT,POL"), 0.0, "CART is read"),
-            (DMIS_OUTPUT + "FA(P1)=FEAT/POINT,CART,0,0,0,0,0,1\n", 0.0, "there twice"),
+            (DMIS_OUTPUT + "FA(P1)=FEAT/POINT,CART,0,0,0,0,0,1\n", 0.0, "occurs twice"),
             ("PNT1 =FEAT/POINT,CARTESIAN\n", 0.0, "PC-DMIS"),
         ],
     )

@@ -44,8 +44,8 @@ class TestGrbl:
         ("text", "words"),
         [
             (GRBL_LOG.replace("$13=0", ""), "does not show whether reports are in inches"),
-            (GRBL_LOG.replace("WCO", "MPX").replace("[G54", "[X"), "give --offset"),
-            ("[G54:-100.0,50,-20]\n" + GRBL_LOG.replace("WCO", "MPX"), "not which is active"),
+            (GRBL_LOG.replace("WCO", "MPX").replace("[G54", "[X"), "give the offset"),
+            ("[G54:-100.0,50,-20]\n" + GRBL_LOG.replace("WCO", "MPX"), "neither the active one"),
             (GRBL_LOG + "<Idle|WCO:0.000,0.000,0.000>\n", "split the log there"),
             (
                 GRBL_LOG.replace("<Idle", "[PRB:1,2,3:1]\n<Idle", 1).replace("[G54", "[X"),
@@ -56,7 +56,7 @@ class TestGrbl:
             (GRBL_LOG.replace("WCO:-100.000,50.000,-20.000", "WCO:1.0,2.0"), "WCO has 2 values"),
             (GRBL_LOG + "[PRB:1.0,2.0\n", "cut off"),
             (GRBL_LOG + "[PRB:1.0,2.0:1]\n", "a report of 2 axes"),
-            (GRBL_LOG + "$13=1\n", "before it was mm"),
+            (GRBL_LOG + "$13=1\n", "before they were mm"),
         ],
     )
     def test_refused(self, tmp_path: Path, text: str, words: str) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError
-from pretravel.formats.logs.joining import Rows, join
+from pretravel.formats.file_format import FilePositions
+from pretravel.formats.logs.joining import join
 from pretravel.probing.targets import Targets
 from tests.support.control_logs import (
     PLAN,
@@ -16,12 +17,12 @@ from tests.support.control_logs import (
 class TestJoin:
     def test_by_the_lines_whatever_the_order(self) -> None:
         seen = np.array([[23.01, 0, -5], [10, 0, 2.98], [0, 0, 2.99], [10, 0, 1.01]])
-        found = join(Rows("log", seen, (1, 2, 3, 4)), PLAN, 3.0, overtravel=2.0)
+        found = join(FilePositions("log", seen, (1, 2, 3, 4)), PLAN, 3.0, overtravel=2.0)
         # Ten micrometres before the end of its move: where a control stops that met nothing.
         assert found.missed == ("b.2",)
         seen, end = seen[:3], seen[3:] + np.array([0, 0, 0.03])
-        assert join(Rows("log", end, (1,)), PLAN, 3.0, overtravel=2.0).missed == ()
-        found = join(Rows("log", seen, (1, 2, 3)), PLAN, 3.0, overtravel=2.0)
+        assert join(FilePositions("log", end, (1,)), PLAN, 3.0, overtravel=2.0).missed == ()
+        found = join(FilePositions("log", seen, (1, 2, 3)), PLAN, 3.0, overtravel=2.0)
         assert found.touches.labels == ("wall", "b.1", "a")
         assert found.touches.normals[0].tolist() == [1.0, 0.0, 0.0]
         assert found.touches.lines == (1, 2, 3)
@@ -39,14 +40,16 @@ class TestJoin:
     def test_refused_with_its_line(self, seen: list[list[float]], words: str) -> None:
         lines = tuple(range(1, len(seen) + 1))
         with pytest.raises(InputError, match=words) as caught:
-            join(Rows("log", np.array(seen), lines), PLAN, 3.0)
+            join(FilePositions("log", np.array(seen), lines), PLAN, 3.0)
         assert f"line {len(seen)}:" in str(caught.value)
 
     def test_crossing_lines_are_told_apart_or_refused(self) -> None:
         cross = Targets([[0.0, 0, 0], [-3.0, 0, 3.0]], [[0.0, 0, 1], [-1.0, 0, 0]])
         # Both lines pass (0, 0, 3): the first target's contact is there, the second's 6 mm away.
-        found = join(Rows("log", np.array([[0.0, 0, 2.99]]), (1,)), cross, 3.0)
+        found = join(FilePositions("log", np.array([[0.0, 0, 2.99]]), (1,)), cross, 3.0)
         assert found.touches.labels == ("1",)
         twins = Targets([[0.0, 0, 0], [-1.0, 0, 3.0]], [[0.0, 0, 1], [-1.0, 0, 0]])
-        with pytest.raises(InputError, match="could be of several targets"):
-            join(Rows("log", np.array([[-2.0, 0, 3.0], [0.0, 0, 3.0]]), (1, 2)), twins, 1.5)
+        with pytest.raises(InputError, match="can belong to several targets"):
+            join(
+                FilePositions("log", np.array([[-2.0, 0, 3.0], [0.0, 0, 3.0]]), (1, 2)), twins, 1.5
+            )

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError
-from pretravel.formats.logs.detection import read_touches_of
-from pretravel.formats.logs.linuxcnc import read_probeopen
 from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.formats.logs.probeopen import read_probeopen
+from pretravel.formats.readings import read_readings
 from tests.support.commands import run
 from tests.support.control_logs import (
     OWN_LOG,
@@ -103,7 +103,7 @@ class TestOwnLog:
         run("convert", log, "-o", tmp_path / "m.csv", "--frame", "machine")
         run("convert", log, "-o", tmp_path / "w.csv", "--frame", "work")
         side = OWN_LOG.replace(",0,0,1,0,0,-1,", ",1,0,0,-1,0,0,")
-        found = read_touches_of(written(tmp_path, side, "side.log"), machine_axes=True)
+        found = read_readings(written(tmp_path, side, "side.log")).in_machine_axes()
         # Counter-clockwise: the work's x axis points 30° towards the machine's y.
         assert found.touches.normals[0] == pytest.approx([np.cos(np.pi / 6), 0.5, 0.0])
 
@@ -111,7 +111,7 @@ class TestOwnLog:
 class TestProbeOpen:
     def test_units_must_be_told(self, tmp_path: Path) -> None:
         path = written(tmp_path, PROBEOPEN_ROW.format(x=0.0))
-        with pytest.raises(InputError, match="give --units mm or --units inch"):
+        with pytest.raises(InputError, match="give the units, mm or inch"):
             read_probeopen(path)
         assert read_probeopen(path, "inch").positions[0, 2] == pytest.approx(2.99 * 25.4)
 

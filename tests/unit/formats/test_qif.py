@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError
-from pretravel.formats.logs.joining import FileReadings, Rows
+from pretravel.formats.file_format import FilePositions, FileReadings
 from pretravel.formats.logs.qif import read_point_sets, read_qif, write_qif
 from pretravel.formats.touches_csv import read_touches
 from pretravel.touches import Touches
@@ -58,7 +58,7 @@ class TestQif:
         deviation = float((found.points[0] - nominal) @ normal) - found.radii[0]
         assert deviation == pytest.approx(-0.086196035032941, abs=1e-9)
         rows_ = read_qif(tmp_path / "a.qif")
-        assert isinstance(rows_, Rows)
+        assert isinstance(rows_, FilePositions)
 
     @pytest.mark.parametrize(
         ("old", "new", "words"),
@@ -66,8 +66,8 @@ class TestQif:
             ("/qif3", "/qif2", "QIF 3 is read"),
             ('count="2"', 'count="3"', "its count asks for 9"),
             ("0 0 3 10", "0 0 NaN 10", "'NaN' is not a finite"),
-            ("<Compensated>false", "<Compensated>true", "taken off already"),
-            ("<Compensated>false</Compensated>", "", "does not say whether"),
+            ("<Compensated>false", "<Compensated>true", "already taken off"),
+            ("<Compensated>false</Compensated>", "", "does not state whether"),
             ("<Normals>0 0 1", "<Normals>0 0 2", "normal 1 has length 2"),
             ("<Points>0 0 3 10 0 3</Points>", "<BinaryPoints/>", "binary forms are not"),
             ("<Points>", "<CoordinateSystemId>3</CoordinateSystemId><Points>", "of its own"),

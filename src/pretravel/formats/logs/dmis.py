@@ -3,151 +3,179 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import InputError, PretravelError
-from pretravel.formats.logs.joining import UNITS, FileReadings, file_lines, finite, scale_of
+from pretravel.formats.file_format import FileFormat, FileReadings
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 
 _POINT = re.compile(r"^(FA?)\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*POINT\s*,\s*(.*)$", re.I)
+_MEASURED = re.compile(r"FA?\s*\(.*\)\s*=\s*FEAT\s*/", re.I)
+_PC_DMIS = re.compile(r"^\w+\s*=\s*FEAT/POINT", re.I)
 _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
-_NAMES = {"MM": "mm", "INCH": "inch"}
+_UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
 _ROUNDED = 5e-3
+"""Normals are printed with few decimals; they are scaled to length one."""
 
 
 def read_dmis(
-    path: str | Path, taken_off: float | None = None, units: str | None = None
+    source: Source, radius_taken_off: float | None = None, units: str | None = None
 ) -> FileReadings:
     r"""Touches from the measured points of a DMIS output file.
 
     Parameters
     ----------
-    path : str or Path
-    taken_off : float
-        Radius that the points have had taken off along their normals: 0 for tip centres, the tip's
-        (qualified) radius for surface points. The file does not tell. [mm]
+    source : str, Path or SourceFile
+    radius_taken_off : float
+        Radius that was subtracted from the points along their normals: 0 for tip centres, the
+        tip's (qualified) radius for surface points. The file does not state it. [mm]
     units : str, optional
         mm or inch, where the file has no UNITS.
 
     Returns
     -------
     FileReadings
-        Tip centres, with nominal points where ``F(label)`` gives them.
+        Tip centres, with nominal points where every point has its ``F(label)``.
 
     Raises
     ------
     InputError
-        What was taken off, or the units, not told; points that are not cartesian, normals that are
-        not unit vectors, labels twice: with the line.
+        The radius or the units are missing; a point is not cartesian; a normal is not a unit
+        vector; a label occurs twice. The message contains the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "out.dmo"
-    >>> _ = file.write_text("UNITS/MM, ANGDEC\nFA(P1)=FEAT/POINT,CART,0,0,$\n0.01,0,0,1\nENDFIL\n")
-    >>> read_dmis(file, 3.0).touches.positions.tolist()
+    >>> text = b"UNITS/MM, ANGDEC\nFA(P1)=FEAT/POINT,CART,0,0,$\n0.01,0,0,1\n"
+    >>> read_dmis(SourceFile("out.dmo", text), 3.0).touches.positions.tolist()
     [[0.0, 0.0, 3.01]]
     """
-    lines = file_lines(path, "a DMIS file")
-    if taken_off is None:
-        raise InputError(
-            "a DMIS file does not tell whether its points had the tip's radius taken off; give "
-            "--radius-taken-off 0 for tip centres, or the radius in mm",
-            path=path,
+    file = opened(source)
+    lines = file.lines("a DMIS file")
+    if radius_taken_off is None:
+        raise file.error(
+            "a DMIS file does not state whether the tip's radius was taken off its points; give "
+            "the radius taken off: 0 for tip centres, or the radius in mm",
+            inputs=("radius_taken_off",),
         )
-    if not 0.0 <= taken_off < 1000.0:
-        raise InputError(
-            f"--radius-taken-off {taken_off:g}: a radius in mm, or 0, is needed", path=path
+    if not 0.0 <= radius_taken_off < 1000.0:
+        raise file.error(
+            f"the radius taken off is {radius_taken_off:g}; a radius in mm, or 0, is needed",
+            inputs=("radius_taken_off",),
         )
-    nominal: dict[str, FloatArray] = {}
-    actual: dict[str, tuple[list[float], int]] = {}
-    for number, line in _joined(lines):
-        if re.match(r"^\w+\s*=\s*FEAT/POINT", line, re.I):
-            raise InputError(
-                "this is PC-DMIS's own report, not DMIS (FA(label)=FEAT/POINT,…)",
-                path=path,
-                line=number,
+    output = _Output(file, units)
+    for number, statement in _statements(lines):
+        output.read_statement(statement, number)
+    if not output.actual:
+        raise file.error("the file contains no measured point, FA(label)=FEAT/POINT,CART,…")
+    scale = file.scale(output.units, "the file has no UNITS")
+    missed = tuple(label for label in output.nominal if label not in output.actual)
+    return FileReadings(_touches(output, scale, radius_taken_off), missed=missed)
+
+
+@dataclass
+class _Output:
+    """What was read of an output file so far: points x, y, z, i, j, k by label, and lines."""
+
+    file: SourceFile
+    units: str | None
+    nominal: dict[str, list[float]] = field(default_factory=dict)
+    actual: dict[str, list[float]] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def read_statement(self, statement: str, number: int) -> None:
+        """One statement: units, a point, or another one."""
+        if _PC_DMIS.match(statement):
+            raise self.file.error(
+                "this is a report of PC-DMIS, not DMIS (FA(label)=FEAT/POINT,…)", number
             )
-        if found := _UNITS.match(line):
-            own = _NAMES.get(found[1].upper())
-            if own is None:
-                raise InputError(f"units {found[1]}: MM and INCH are read", path=path, line=number)
-            if units is not None and units != own:
-                raise InputError(
-                    f"the file says {own}, --units says {units}", path=path, line=number
-                )
-            units = own
-        if not (found := _POINT.match(line)):
-            continue
-        kind, label, rest = found[1].upper(), found[2], found[3].split(",")
-        if rest[0].strip().upper() != "CART":
-            raise InputError(
-                f"point {label} is given in {rest[0].strip()}; CART is read",
-                path=path,
-                line=number,
+        if found := _UNITS.match(statement):
+            self._read_units(found[1], number)
+        elif found := _POINT.match(statement):
+            self._read_point(found[1].upper(), found[2], found[3].split(","), number)
+
+    def _read_units(self, name: str, number: int) -> None:
+        own = _UNIT_NAMES.get(name.upper())
+        if own is None:
+            raise self.file.error(f"the units are {name}; MM and INCH are read", number)
+        if self.units not in (None, own):
+            raise self.file.error(
+                f"the file's units are {own}, the given ones {self.units}",
+                number,
+                inputs=("units",),
             )
-        values = finite([cell.strip() for cell in rest[1:]], path, number)
+        self.units = own
+
+    def _read_point(self, kind: str, label: str, cells: list[str], number: int) -> None:
+        system = cells[0].strip()
+        if system.upper() != "CART":
+            raise self.file.error(f"the point {label} is given in {system}; CART is read", number)
+        values = self.file.numbers([cell.strip() for cell in cells[1:]], number)
         if len(values) != 6:
-            raise InputError(
-                f"point {label} has {len(values)} numbers; x, y, z, i, j, k are needed",
-                path=path,
-                line=number,
+            raise self.file.error(
+                f"the point {label} has {len(values)} numbers; x, y, z, i, j, k are needed", number
             )
         if kind == "F":
-            nominal[label] = np.array(values[:3])
-        elif label in actual:
-            raise InputError(f"the point {label} is there twice", path=path, line=number)
-        else:
-            actual[label] = (values, number)
-    if not actual:
-        raise InputError("no measured point, FA(label)=FEAT/POINT,CART,…, in it", path=path)
-    scale_of(units, path, "the file has no UNITS")
-    scale = UNITS[str(units)]
-    for label, (values, number) in actual.items():
-        length = float(np.linalg.norm(values[3:]))
+            self.nominal[label] = values
+            return
+        if label in self.actual:
+            raise self.file.error(f"the point {label} occurs twice", number)
+        self.actual[label] = values
+        self.lines[label] = number
+
+
+def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
+    file, labels = output.file, tuple(output.actual)
+    table = np.array(list(output.actual.values()))
+    lengths = np.linalg.norm(table[:, 3:], axis=1)
+    for label, length in zip(labels, lengths.tolist(), strict=True):
         if abs(length - 1.0) > _ROUNDED:
-            raise InputError(
+            raise file.error(
                 f"point {label}: i, j, k has length {length:.4g}; the unit normal is needed (some "
                 "systems write zeros, or angles, there)",
-                path=path,
-                line=number,
+                output.lines[label],
             )
-    table = np.array([values for values, _ in actual.values()])
-    normals = table[:, 3:] / np.linalg.norm(table[:, 3:], axis=1)[:, None]
-    known = all(label in nominal for label in actual)
-    try:
-        touches = Touches(
-            positions=scale * table[:, :3] + taken_off * normals,
+    normals = table[:, 3:] / lengths[:, None]
+    nominal_points: FloatArray | None = None
+    if all(label in output.nominal for label in labels):
+        nominal_points = scale * np.array([output.nominal[label][:3] for label in labels])
+    with file.named_in_errors():
+        return Touches(
+            positions=scale * table[:, :3] + radius_taken_off * normals,
             normals=normals,
-            labels=tuple(actual),
-            nominal_points=scale * np.array([nominal[label] for label in actual])
-            if known
-            else None,
-            source=Path(path).name,
-            lines=tuple(number for _, number in actual.values()),
+            labels=labels,
+            nominal_points=nominal_points,
+            source=file.name,
+            lines=tuple(output.lines.values()),
         )
-    except PretravelError as error:
-        raise InputError(str(error), path=path) from None
-    missed = tuple(label for label in nominal if label not in actual)
-    return FileReadings(touches, missed=missed)
 
 
-def _joined(lines: list[str]) -> list[tuple[int, str]]:
-    """Statements without comments, lines that end in $ joined with the next; with line numbers."""
+def _statements(lines: list[str]) -> list[tuple[int, str]]:
+    """Line numbers and statements, without comments; a line that ends in $ continues."""
     statements: list[tuple[int, str]] = []
     begun: tuple[int, str] | None = None
     for number, text in enumerate(lines, start=1):
         line = text.strip()
         if line.startswith("$$"):
             continue
-        where, before = begun or (number, "")
+        first, before = begun or (number, "")
         whole = before + line
         begun = None
         if whole.endswith("$"):
-            begun = (where, whole[:-1].rstrip())
+            begun = (first, whole[:-1].rstrip())
         elif whole:
-            statements.append((where, whole))
+            statements.append((first, whole))
     if begun is not None:
         statements.append(begun)
     return statements
+
+
+DMIS = FileFormat(
+    name="dmis",
+    what="DMIS: FA(…)=FEAT/POINT,CART,… (.dmo)",
+    reads="touches",
+    needs="radius taken off",
+    verified="public files of two systems: their form",
+    recognises=lambda lines: any(_MEASURED.match(line) for line in lines),
+    parse=lambda file, options: read_dmis(file, options.radius_taken_off, options.units),
+)

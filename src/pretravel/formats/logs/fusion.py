@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import Points
-from pretravel.errors import InputError, PretravelError
+from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import exact_number
-from pretravel.formats.logs.joining import FileReadings, file_lines, scale_of
+from pretravel.formats.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.frames import turned_about_axes
 from pretravel.touches import Touches
 from pretravel.units import DEGREE
@@ -20,164 +22,220 @@ from pretravel.whole_file import whole_file
 
 _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
 _ROUNDED = 5e-3
-"""Normals are printed with four decimals, or fewer; they are scaled to length one."""
+"""Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
 
 
-def read_fusion(path: str | Path, units: str | None = None) -> FileReadings:
+def read_fusion(source: Source, units: str | None = None) -> FileReadings:
     r"""Touches from a results file of Fusion's inspection programs.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
     units : str
-        mm or inch; the file does not tell.
+        mm or inch; the file does not state it.
 
     Returns
     -------
     FileReadings
-        Tip centres, nominal points and normals in the work coordinates (turned back by G330);
-        a G800 without its G801 is a miss. The control has taken off eccentricity, but no radius.
-        G802 is left alone: its sign differs between posts.
+        Tip centres, nominal points and normals in work coordinates (the rotation of G330 is
+        applied). A G800 without its G801 is a miss. The control has removed the eccentricity, but
+        no radius. G802 is not read: its sign differs between posts.
 
     Raises
     ------
     InputError
-        Units not told; letters twice or missing, numbers that are none, a G801 of another N,
-        points after END, no point at all: with the line.
+        The units are missing; a letter occurs twice or is missing; a number cannot be read; a
+        G801 belongs to another N; a point follows END; there is no point. The message contains
+        the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "results.txt"
-    >>> _ = file.write_text("START\nG800 N1 X0 Y0 Z0 I0 J0 K1\nG801 N1 X0 Y0 Z2.99 R3\nEND\n")
-    >>> read_fusion(file, "mm").touches.positions.tolist()
+    >>> text = b"START\nG800 N1 X0 Y0 Z0 I0 J0 K1\nG801 N1 X0 Y0 Z2.99 R3\nEND\n"
+    >>> read_fusion(SourceFile("results.txt", text), "mm").touches.positions.tolist()
     [[0.0, 0.0, 2.99]]
     """
-    lines = file_lines(path, "a results file of Fusion")
-    scale = scale_of(units, path, "a results file does not tell its units")
-    turn = np.eye(3)
-    toolpath = ""
-    name: str | None = None
-    waiting: dict[str, float] | None = None
-    waiting_label, waiting_line = "", 0
-    found: list[tuple[str, FloatArray, FloatArray, FloatArray, float, int]] = []
-    missed: list[str] = []
-    ended, seen_end = True, False
-
-    def close() -> None:
-        if waiting is not None:
-            missed.append(waiting_label)
-
+    file = opened(source)
+    lines = file.lines("a results file of Fusion")
+    results = _Results(file, file.scale(units, "a results file does not state its units"))
     for number, text in enumerate(lines, start=1):
-        line = text.replace("*", " ").strip()
-        if line.upper().startswith("TOOLPATHID"):
-            toolpath = line[10:].strip()
-        if line.startswith(_LABEL):
-            name = line[len(_LABEL) :].strip()
-        if line.upper() == "START":
-            ended, turn = False, np.eye(3)
-        elif line.upper() == "END":
-            ended = seen_end = True
-        code = line[:4].upper()
-        if code not in ("G330", "G800", "G801"):
-            continue
-        if ended and seen_end:
-            raise InputError("a point after END", path=path, line=number)
-        words = _words(line[4:], path, number)
-        if code == "G330":
-            turn = turned_about_axes(*(words.get(letter, 0.0) * DEGREE for letter in "ABC"))
-        elif code == "G800":
-            close()
-            _need(words, "NXYZIJK", "G800", path, number)
-            waiting, waiting_line = words, number
-            plain = f"{toolpath}-{words['N']:g}" if toolpath else f"{words['N']:g}"
-            waiting_label, name = name or plain, None
-        else:
-            _need(words, "NXYZ", "G801", path, number)
-            if waiting is None:
-                raise InputError("a G801 without a G800 before it", path=path, line=number)
-            if words["N"] != waiting["N"]:
-                raise InputError(
-                    f"G801 is of point {words['N']:g}, the G800 before it (line {waiting_line}) of "
-                    f"{waiting['N']:g}",
-                    path=path,
-                    line=number,
-                )
-            normal = np.array([waiting[letter] for letter in "IJK"])
-            length = float(np.linalg.norm(normal))
-            if abs(length - 1.0) > _ROUNDED:
-                raise InputError(
-                    f"the normal I J K has length {length:.4g}; it must be a unit vector",
-                    path=path,
-                    line=waiting_line,
-                )
-            nominal = scale * np.array([waiting[letter] for letter in "XYZ"])
-            center = scale * np.array([words[letter] for letter in "XYZ"])
-            found.append(
-                (
-                    waiting_label,
-                    turn @ center,
-                    turn @ (normal / length),
-                    turn @ nominal,
-                    scale * words.get("R", np.nan),
-                    number,
-                )
-            )
-            waiting = None
-    close()
-    if not found:
-        raise InputError("no measured point (G800 with its G801) in it", path=path)
-    labels = [entry[0] for entry in found]
-    if len(set(labels)) < len(labels):
-        twice = next(i for i, label in enumerate(labels) if label in labels[:i])
-        raise InputError(
-            f"the point {labels[twice]} is there twice: two runs? Keep them in files of their own",
-            path=path,
-            line=found[twice][5],
-        )
-    radii = {round(entry[4], 6) for entry in found if np.isfinite(entry[4])}
-    warnings = [] if ended else ["there is no END: the program did not run to its end"]
-    if len(radii) > 1:
-        warnings.append(
-            f"points have different tip radii R ({', '.join(f'{r:g}' for r in sorted(radii))} mm)"
-        )
-    try:
-        touches = Touches(
-            positions=np.array([entry[1] for entry in found]),
-            normals=np.array([entry[2] for entry in found]),
-            labels=tuple(labels),
-            nominal_points=np.array([entry[3] for entry in found]),
-            source=Path(path).name,
-            lines=tuple(entry[5] for entry in found),
-        )
-    except PretravelError as error:
-        raise InputError(str(error), path=path) from None
+        results.read_line(text.replace("*", " ").strip(), number)
+    results.close_point()
+    _check_labels(file, results.points)
     return FileReadings(
-        touches,
-        missed=tuple(missed),
-        warnings=tuple(warnings),
-        tip_radius=radii.pop() if len(radii) == 1 else None,
+        _touches(file, results.points),
+        missed=tuple(results.missed),
+        warnings=_warnings(results),
+        tip_radius=results.radii.pop() if len(results.radii) == 1 else None,
     )
 
 
-def _words(text: str, path: str | Path, line: int) -> dict[str, float]:
+@dataclass(frozen=True, eq=False)
+class _Nominal:
+    """A G800: the target of a point."""
+
+    label: str
+    line: int
+    words: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """A G801 with its G800, in work coordinates and mm."""
+
+    label: str
+    line: int
+    center: FloatArray
+    normal: FloatArray
+    nominal: FloatArray
+    tip_radius: float
+
+
+@dataclass
+class _Results:
+    """What was read of a results file so far."""
+
+    file: SourceFile
+    scale: float
+    points: list[_Measured] = field(default_factory=list)
+    missed: list[str] = field(default_factory=list)
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    toolpath: str = ""
+    next_label: str = ""
+    nominal: _Nominal | None = None
+    complete: bool = True
+    after_end: bool = False
+
+    @property
+    def radii(self) -> set[float]:
+        """The tip radii that the points state. [mm]"""
+        return {round(p.tip_radius, 6) for p in self.points if np.isfinite(p.tip_radius)}
+
+    def read_line(self, line: str, number: int) -> None:
+        """One line: a frame of the file, a label, a rotation, a nominal or a measured point."""
+        if line.upper().startswith("TOOLPATHID"):
+            self.toolpath = line[10:].strip()
+        elif line.startswith(_LABEL):
+            self.next_label = line[len(_LABEL) :].strip()
+        elif line.upper() == "START":
+            self.complete, self.after_end, self.rotation = False, False, np.eye(3)
+        elif line.upper() == "END":
+            self.complete = self.after_end = True
+        code = line[:4].upper()
+        if code not in ("G330", "G800", "G801"):
+            return
+        if self.after_end:
+            raise self.file.error("a point after END", number)
+        words = _words(self.file, line[4:], number)
+        if code == "G330":
+            angles = (words.get(letter, 0.0) * DEGREE for letter in "ABC")
+            self.rotation = turned_about_axes(*angles)
+        elif code == "G800":
+            self.open_point(words, number)
+        else:
+            self.measure_point(words, number)
+
+    def open_point(self, words: dict[str, float], number: int) -> None:
+        """A G800."""
+        self.close_point()
+        _need(self.file, words, "NXYZIJK", "G800", number)
+        numbered = f"{self.toolpath}-{words['N']:g}" if self.toolpath else f"{words['N']:g}"
+        self.nominal = _Nominal(self.next_label or numbered, number, words)
+        self.next_label = ""
+
+    def close_point(self) -> None:
+        """Before the next G800 and at the end: a G800 without its G801 is a miss."""
+        if self.nominal is not None:
+            self.missed.append(self.nominal.label)
+        self.nominal = None
+
+    def measure_point(self, words: dict[str, float], number: int) -> None:
+        """A G801."""
+        _need(self.file, words, "NXYZ", "G801", number)
+        target = self.nominal
+        if target is None:
+            raise self.file.error("a G801 without a G800 before it", number)
+        if words["N"] != target.words["N"]:
+            raise self.file.error(
+                f"G801 is of point {words['N']:g}, the G800 before it (line {target.line}) of "
+                f"{target.words['N']:g}",
+                number,
+            )
+        normal = np.array([target.words[letter] for letter in "IJK"])
+        length = float(np.linalg.norm(normal))
+        if abs(length - 1.0) > _ROUNDED:
+            raise self.file.error(
+                f"the normal I J K has length {length:.4g}; it must be a unit vector", target.line
+            )
+        nominal = self.scale * np.array([target.words[letter] for letter in "XYZ"])
+        center = self.scale * np.array([words[letter] for letter in "XYZ"])
+        self.points.append(
+            _Measured(
+                target.label,
+                number,
+                self.rotation @ center,
+                self.rotation @ (normal / length),
+                self.rotation @ nominal,
+                self.scale * words.get("R", np.nan),
+            )
+        )
+        self.nominal = None
+
+
+def _check_labels(file: SourceFile, points: list[_Measured]) -> None:
+    if not points:
+        raise file.error("the file contains no measured point (G800 with its G801)")
+    seen = set()
+    for point in points:
+        if point.label in seen:
+            raise file.error(
+                f"the point {point.label} occurs twice: are these two runs? Keep them in separate "
+                "files",
+                point.line,
+            )
+        seen.add(point.label)
+
+
+def _touches(file: SourceFile, points: list[_Measured]) -> Touches:
+    with file.named_in_errors():
+        return Touches(
+            positions=np.array([point.center for point in points]),
+            normals=np.array([point.normal for point in points]),
+            labels=tuple(point.label for point in points),
+            nominal_points=np.array([point.nominal for point in points]),
+            source=file.name,
+            lines=tuple(point.line for point in points),
+        )
+
+
+def _warnings(results: _Results) -> tuple[str, ...]:
+    warnings = []
+    if not results.complete:
+        warnings.append("the file has no END: the program did not run to its end")
+    if len(results.radii) > 1:
+        radii = ", ".join(f"{radius:g}" for radius in sorted(results.radii))
+        warnings.append(f"the points have different tip radii R ({radii} mm)")
+    return tuple(warnings)
+
+
+def _words(file: SourceFile, text: str, number: int) -> dict[str, float]:
+    """The words of a line by letter; spaces can stand between a letter and its number."""
     squeezed = re.sub(r"\s+", "", text).upper()
     pairs = _WORD.findall(squeezed)
     if "".join(letter + value for letter, value in pairs) != squeezed:
-        left = _WORD.sub("", squeezed)
-        raise InputError(
-            f"'{left[:20]}' is neither a letter nor a number of such a line", path=path, line=line
+        remainder = _WORD.sub("", squeezed)
+        raise file.error(
+            f"'{remainder[:20]}' is neither a letter nor a number of such a line", number
         )
     letters = [letter for letter, _ in pairs]
     if len(set(letters)) < len(letters):
         twice = next(letter for letter in letters if letters.count(letter) > 1)
-        raise InputError(f"the letter {twice} is there twice", path=path, line=line)
+        raise file.error(f"the letter {twice} occurs twice", number)
     return {letter: float(value) for letter, value in pairs}
 
 
-def _need(words: dict[str, float], letters: str, code: str, path: str | Path, line: int) -> None:
+def _need(file: SourceFile, words: dict[str, float], letters: str, code: str, number: int) -> None:
     missing = [letter for letter in letters if letter not in words]
     if missing:
-        raise InputError(f"{code} has no {', '.join(missing)}", path=path, line=line)
+        raise file.error(f"{code} has no {', '.join(missing)}", number)
 
 
 def write_fusion(
@@ -187,34 +245,31 @@ def write_fusion(
     nominal_points: npt.ArrayLike | None,
     labels: tuple[str, ...],
     tip_radius: float,
-    *,
-    name: str = "pretravel",
 ) -> None:
-    """Tip centres as a results file, in mm: what Fusion takes R·IJK off to have the surface.
+    """Write tip centres as a results file, in mm. Fusion subtracts R·IJK to get the surface.
 
     Parameters
     ----------
     path : str or Path
+        The name of the file without its ending is the name of the results.
     centers, normals, nominal_points : (n, 3) float
         [mm]
     labels : tuple of str
-        In comments: points are numbered.
+        Written as comments: the format numbers its points.
     tip_radius : float
         [mm]
-    name : str
-        Of the results.
 
     Raises
     ------
     PretravelError
-        No nominal points.
+        There are no nominal points.
     """
     if nominal_points is None:
         raise PretravelError(
             "a Fusion results file needs the nominal points: columns nominal_x_mm, nominal_y_mm, "
             "nominal_z_mm"
         )
-    lines = ["START", f"RESULTSFILE {name}"]
+    lines = ["START", f"RESULTSFILE {Path(path).stem}"]
     rows = zip(
         labels,
         np.asarray(centers, dtype=np.float64),
@@ -231,38 +286,43 @@ def write_fusion(
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def write_fusion_points(
-    path: str | Path, points: Points, nominal_points: FloatArray | None, tip_radius: float
-) -> None:
-    """Compensated points as a results file: the tip as it would stand if nothing gave.
+def _text(letters: str, values: FloatArray) -> str:
+    return " ".join(f"{a}{exact_number(v)}" for a, v in zip(letters, values, strict=True))
 
-    Parameters
-    ----------
-    path : str or Path
-    points : Points
-    nominal_points : (n, 3) float or None
-        Those of the touches; without them the feet on the nominal surface, where deviations are
-        known. [mm]
-    tip_radius : float
-        [mm]
 
-    Raises
-    ------
-    PretravelError
-        Neither nominal points nor deviations.
-    """
-    if nominal_points is None and points.deviation is not None:
-        nominal_points = points.positions - points.deviation[:, None] * points.normals
+def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> None:
+    if tip_radius is None:
+        raise PretravelError(
+            "a Fusion results file states the tip's radius: give the tip's diameter",
+            inputs=("tip_diameter",),
+        )
+    labels = labels_or_numbers(touches.labels, len(touches))
     write_fusion(
-        path,
-        points.positions + tip_radius * points.normals,
-        points.normals,
-        nominal_points,
-        points.labels,
-        tip_radius,
-        name=Path(path).stem,
+        path, touches.positions, touches.normals, touches.nominal_points, labels, tip_radius
     )
 
 
-def _text(letters: str, values: FloatArray) -> str:
-    return " ".join(f"{a}{exact_number(v)}" for a, v in zip(letters, values, strict=True))
+def _write_points(path: Path, points: Points, origin: PointsOrigin) -> None:
+    """Compensated points as the tip centres of a probe without pretravel."""
+    if origin.tip_radius is None:
+        raise PretravelError("a Fusion results file states the tip's radius: give it")
+    nominal_points = origin.nominal_points
+    if nominal_points is None and points.deviation is not None:
+        nominal_points = points.positions - points.deviation[:, None] * points.normals
+    centers = points.positions + origin.tip_radius * points.normals
+    write_fusion(path, centers, points.normals, nominal_points, points.labels, origin.tip_radius)
+
+
+FUSION = FileFormat(
+    name="fusion",
+    what="Fusion inspection results: G800, G801 (.msr, .txt)",
+    reads="touches",
+    writes="touches, points",
+    needs="units",
+    verified="public files of a Haas post and of Autodesk's reader: their form, and three points",
+    endings=(".msr", ".txt"),
+    recognises=lambda lines: any(re.match(r"G80[01]\s*N", line, re.I) for line in lines),
+    parse=lambda file, options: read_fusion(file, options.units),
+    write_touches=_write_touches,
+    write_points=_write_points,
+)

@@ -1,181 +1,217 @@
-"""Logs of grbl, grblHAL and FluidNC: the reports ``[PRB:x,y,z:1]``, wherever senders put them."""
+"""Logs of grbl, grblHAL and FluidNC: reports ``[PRB:x,y,z:1]``, as senders log them; reading."""
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import InputError
-from pretravel.formats.logs.joining import Rows, file_lines, finite, scale_of
+from pretravel.formats.file_format import FileFormat, FilePositions
+from pretravel.formats.source_file import Source, SourceFile, opened
 
 _PROBE = re.compile(r"\[PRB:([^\]:]*):?([^\]]*)\]")
 _OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\]]*)\]")
-_MOVED = 2e-3  # of other axes: degrees or mm, two digits of a report
 _STATUS_LINE = re.compile(r"<\w+\|[^>]*>")
-_STATUS = re.compile(r"WCO:([-\d.,]+)")
+_STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
-_MODE = re.compile(r"\[(?:GC:)?[^\]]*\b(G5[4-9](?:\.[123])?)\b[^\]]*\]")
-_OF_PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
+_ACTIVE_OFFSET = re.compile(r"\[(?:GC:)?[^\]]*\b(G5[4-9](?:\.[123])?)\b[^\]]*\]")
+_PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
+"""Parameters after which ``$#`` repeats the last report."""
+_MOVED = 2e-3
+"""Other axes that differ by more than this have moved. [deg or mm, reports have two digits]"""
 
 
 def read_grbl_log(
-    path: str | Path,
+    source: Source,
     units: str | None = None,
     offset: tuple[float, float, float] | None = None,
-) -> Rows:
+) -> FilePositions:
     r"""Probe reports from the log of a sender, in work coordinates.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
     units : str, optional
-        mm or inch, those of the reports; needed where the log does not show ``$13``.
+        mm or inch: the units of the reports, where the log does not contain ``$13``.
     offset : (3,) float, optional
-        Of the work coordinates in the machine's; needed where the log shows no ``WCO:`` and no
-        ``$#``. [mm]
+        Origin of the work coordinates in the machine's, where the log contains neither ``WCO:``
+        nor ``$#`` with ``$G``. [mm]
 
     Returns
     -------
-    Rows
-        With what each report says of contact.
+    FilePositions
+        Each report marks whether it is a contact.
 
     Raises
     ------
     InputError
-        Units or offset that neither the log nor the user tells; offsets that change; reports
-        that are cut off: with the line.
+        The units or the offset are neither in the log nor given; offsets change among the touches;
+        a report is cut off. The message contains the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "grbl.log"
-    >>> _ = file.write_text("$13=0\n<Idle|MPos:0,0,0|WCO:1,2,3>\n[PRB:1.000,2.000,5.500:1]\n")
+    >>> file = SourceFile("grbl.log", b"$13=0\n<Idle|WCO:1,2,3>\n[PRB:1.000,2.000,5.500:1]\n")
     >>> read_grbl_log(file).positions.tolist()
     [[0.0, 0.0, 2.5]]
     """
-    lines = file_lines(path, "a grbl log")
-    rows: list[list[float]] = []
-    contact: list[bool] = []
-    numbers: list[int] = []
-    told: dict[str, tuple[list[float], int]] = {}
-    offset_known: dict[str, tuple[list[float], int]] = {}
+    file = opened(source)
+    log = _GrblLog(file, units)
+    previous = ""
+    for number, text in enumerate(file.lines("a grbl log"), start=1):
+        log.read_units(text, number)
+        log.read_offsets(text, number)
+        repeated = any(parameter in previous for parameter in _PARAMETERS)
+        log.read_reports(text, number, repeated=repeated)
+        # Senders ask for the status at any time, also among the lines of $#.
+        if text.strip() and not _STATUS_LINE.search(text):
+            previous = text
+    if not log.positions:
+        raise file.error("the file contains no report [PRB:…]")
+    scale = file.scale(
+        log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
+    )
+    origin = scale * log.work_offset() if offset is None else np.asarray(offset, dtype=np.float64)
+    return FilePositions(
+        file.path,
+        scale * np.array(log.positions) - origin,
+        tuple(log.lines),
+        tuple(log.contact),
+    )
+
+
+@dataclass
+class _GrblLog:
+    """What was read of a log so far.
+
+    Attributes
+    ----------
+    positions, contact, lines
+        Of the reports, in machine coordinates and the log's units.
+    offsets : mapping of str to values and line
+        WCO, G54 …, G92 and TLO, as last stated.
+    first_offsets
+        The same when the first report came.
+    active : str or None
+        The work offset that is active.
+    other_axes
+        Values of the first report beyond x, y and z.
+    """
+
+    file: SourceFile
+    units: str | None
+    positions: list[list[float]] = field(default_factory=list)
+    contact: list[bool] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
+    first_offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
     active: str | None = None
-    more: list[FloatArray] = []
-    before = ""
-    for number, text in enumerate(lines, start=1):
-        if found := _INCHES.search(text):
-            own = "inch" if found[1] == "1" else "mm"
-            if units is not None and units != own:
-                raise InputError(
-                    f"the log says {own} ($13={found[1]}), before it was {units}",
-                    path=path,
-                    line=number,
+    other_axes: list[float] | None = None
+
+    def read_units(self, text: str, number: int) -> None:
+        """The setting $13: whether reports are in inches."""
+        if not (found := _INCHES.search(text)):
+            return
+        own = "inch" if found[1] == "1" else "mm"
+        if self.units not in (None, own):
+            raise self.file.error(
+                f"the log's units are {own} here ($13={found[1]}), before they were {self.units}",
+                number,
+                inputs=("units",),
+            )
+        self.units = own
+
+    def read_offsets(self, text: str, number: int) -> None:
+        """Work offsets, tool length and the active work offset."""
+        if found := _STATUS_OFFSET.search(text):
+            self._keep_offset("WCO", found[1], number)
+        for name, values in _OFFSET.findall(text):
+            self._keep_offset(name, values, number)
+        if "[GC:" in text and (found := _ACTIVE_OFFSET.search(text)):
+            if self.positions and self.active != found[1]:
+                raise self.file.error(
+                    f"{found[1]} became active among the touches; split the log there", number
                 )
-            units = own
-        if found := _STATUS.search(text):
-            _keep(told, "WCO", found[1], bool(rows), path, number)
-        for name, value in _OFFSET.findall(text):
-            _keep(told, name, value, bool(rows), path, number)
-        if "[GC:" in text and (found := _MODE.search(text)):
-            if rows and active != found[1]:
-                raise InputError(
-                    f"{found[1]} became active among the touches; split the log there",
-                    path=path,
-                    line=number,
-                )
-            active = found[1]
+            self.active = found[1]
+
+    def _keep_offset(self, name: str, text: str, number: int) -> None:
+        values = self.file.numbers([cell for cell in text.split(",") if cell], number)
+        if name != "TLO" and len(values) < 3:
+            raise self.file.error(f"{name} has {len(values)} values; x, y and z are needed", number)
+        if self.positions and name in self.offsets and self.offsets[name][0] != values:
+            before, line = self.offsets[name]
+            raise self.file.error(
+                f"{name} was {before} (line {line}) and is {values} here, among the touches; split "
+                "the log there",
+                number,
+            )
+        self.offsets[name] = (values, number)
+
+    def read_reports(self, text: str, number: int, *, repeated: bool) -> None:
+        """Probe reports of a line; those that $# repeats are checked and left out."""
         reports = _PROBE.findall(text)
         if text.count("[PRB:") != len(reports):
-            raise InputError(
-                "this report is cut off; [PRB:x,y,z:1] is needed", path=path, line=number
-            )
+            raise self.file.error("this report is cut off; [PRB:x,y,z:1] is needed", number)
         for cells, flag in reports:
             if flag not in ("0", "1"):
-                raise InputError(
-                    "this report does not end in :1 or :0; [PRB:x,y,z:1] is needed",
-                    path=path,
-                    line=number,
+                raise self.file.error(
+                    "this report does not end in :1 or :0; [PRB:x,y,z:1] is needed", number
                 )
-            values = finite(cells.split(","), path, number)
+            values = self.file.numbers(cells.split(","), number)
             if len(values) < 3:
-                raise InputError(
-                    f"a report of {len(values)} axes; x, y and z are needed",
-                    path=path,
-                    line=number,
+                raise self.file.error(
+                    f"a report of {len(values)} axes; x, y and z are needed", number
                 )
-            if any(key in before for key in _OF_PARAMETERS):
-                continue  # $# repeats the last report among its parameters
-            others = np.array(values[3:])
-            if more and (len(others) != len(more[0]) or np.any(np.abs(others - more[0]) > _MOVED)):
-                raise InputError(
-                    "a fourth axis has moved since the first report", path=path, line=number
-                )
-            more.append(others)
-            if not rows:
-                offset_known = dict(told)
-            rows.append(values[:3])
-            contact.append(flag == "1")
-            numbers.append(number)
-        # Status lines come at any time, between the lines of $# too.
-        if text.strip() and not _STATUS_LINE.search(text):
-            before = text
-    if not rows:
-        raise InputError("no report [PRB:…] in it", path=path)
-    scale = scale_of(units, path, "the log does not show whether reports are in inches ($13=0)")
-    if offset is not None:
-        shift = np.asarray(offset, dtype=np.float64)
-    else:
-        shift = scale * np.array(_work_offset(offset_known, active, path))
-    return Rows(str(path), scale * np.array(rows) - shift, tuple(numbers), tuple(contact))
+            if repeated:
+                continue
+            self._check_other_axes(values[3:], number)
+            if not self.positions:
+                self.first_offsets = dict(self.offsets)
+            self.positions.append(values[:3])
+            self.contact.append(flag == "1")
+            self.lines.append(number)
+
+    def _check_other_axes(self, values: list[float], number: int) -> None:
+        if self.other_axes is None:
+            self.other_axes = values
+        if len(values) != len(self.other_axes) or np.any(
+            np.abs(np.subtract(values, self.other_axes)) > _MOVED
+        ):
+            raise self.file.error("a fourth axis has moved since the first report", number)
+
+    def work_offset(self) -> npt.NDArray[np.float64]:
+        """Origin of the work coordinates in the machine's, in the log's units, (3,)."""
+        known = {name: np.array(values) for name, (values, _) in self.first_offsets.items()}
+        if "WCO" in known:
+            return known["WCO"][:3]
+        if self.active is None and "G54" in known:
+            raise self.file.error(
+                "the log contains offsets ($#), but neither the active one ($G) nor WCO; give the "
+                "offset x,y,z of the work coordinates in the machine's, in mm",
+                inputs=("offset",),
+            )
+        if self.active is None or self.active not in known:
+            raise self.file.error(
+                "reports are in machine coordinates, and the log does not show before the first "
+                "report where the work coordinates are (WCO: in a status line, or $# and $G); give "
+                "the offset x,y,z of the work coordinates in the machine's, in mm",
+                inputs=("offset",),
+            )
+        origin = known[self.active][:3]
+        if "G92" in known:
+            origin = origin + known["G92"][:3]
+        if "TLO" in known:
+            length = known["TLO"]
+            # grbl states the length along z; grblHAL states a value for each axis.
+            origin = origin + (np.array([0.0, 0.0, length[0]]) if len(length) == 1 else length[:3])
+        return origin
 
 
-def _keep(
-    told: dict[str, tuple[list[float], int]],
-    name: str,
-    text: str,
-    probed: bool,
-    path: str | Path,
-    line: int,
-) -> None:
-    values = finite([cell for cell in text.split(",") if cell], path, line)
-    if name != "TLO" and len(values) < 3:
-        raise InputError(
-            f"{name} has {len(values)} values; x, y and z are needed", path=path, line=line
-        )
-    if probed and name in told and told[name][0] != values:
-        raise InputError(
-            f"{name} was {told[name][0]} (line {told[name][1]}) and is {values} now, among the "
-            "touches; split the log there",
-            path=path,
-            line=line,
-        )
-    told[name] = (values, line)
-
-
-def _work_offset(
-    told: dict[str, tuple[list[float], int]], active: str | None, path: str | Path
-) -> list[float]:
-    if "WCO" in told:
-        return told["WCO"][0][:3]
-    if active is None and "G54" in told:
-        raise InputError(
-            "the log shows offsets ($#) but not which is active ($G) and no WCO; give --offset "
-            "x,y,z of the work coordinates in the machine's, mm",
-            path=path,
-        )
-    if active is None or active not in told:
-        raise InputError(
-            "reports are in machine coordinates, and before the first the log does not show "
-            "where the work coordinates are (WCO: in a status line, or $# and $G); give --offset "
-            "x,y,z, mm",
-            path=path,
-        )
-    shift = np.array(told[active][0][:3])
-    if "G92" in told:
-        shift = shift + np.array(told["G92"][0][:3])
-    if "TLO" in told:
-        length = told["TLO"][0]
-        # One value: along z (grbl); one for each axis: grblHAL.
-        shift = shift + (np.array([0.0, 0.0, length[0]]) if len(length) == 1 else length[:3])
-    return [float(value) for value in shift]
+GRBL = FileFormat(
+    name="grbl",
+    what="log of a sender for grbl, grblHAL, FluidNC: [PRB:…]",
+    reads="positions",
+    needs="plan; units without $13; offset without WCO",
+    verified="public logs of five senders: their form",
+    recognises=lambda lines: any("[PRB:" in line for line in lines),
+    parse=lambda file, options: read_grbl_log(file, options.units, options.offset),
+)

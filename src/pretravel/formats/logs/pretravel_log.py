@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from pretravel.controls.log_format import (
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
 )
-from pretravel.errors import InputError, PretravelError
-from pretravel.formats.logs.joining import FileReadings, file_lines, finite
+from pretravel.formats.file_format import FileFormat, FileReadings
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -23,12 +22,12 @@ _SCALES = {"um": MICROMETRE, "millionths": 1e-6}
 """Factor to the unit inside, by the ending of a column."""
 
 
-def read_own_log(path: str | Path) -> FileReadings:
+def read_own_log(source: Source) -> FileReadings:
     r"""Read the log of a program written by pretravel.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -42,16 +41,15 @@ def read_own_log(path: str | Path) -> FileReadings:
         Lines that are cut off, a second run in the same file, a label that occurs twice, text in
         place of numbers: with the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "one.log"
-    >>> _ = file.write_text(
+    >>> text = (
     ...     "pretravel-log,1,one,1,end\nwork,G54,0.0,end\ncolumns," + ",".join(TOUCH_COLUMNS)
     ...     + ",end\ntouch,top,0,0,2990.0,0,0,1,0,0,-1,50,0,0,0,1.0,end\ndone,1,end\n")
-    >>> read_own_log(file).touches.positions.tolist()
+    >>> read_own_log(SourceFile("one.log", text.encode())).touches.positions.tolist()
     [[0.0, 0.0, 2.99]]
     """
-    log = _Log(path)
-    for number, text in enumerate(file_lines(path, "a log of a probing program"), start=1):
+    file = opened(source)
+    log = _Log(file)
+    for number, text in enumerate(file.lines("a log of a probing program"), start=1):
         if line := text.strip():
             log.take(line, number)
     return log.readings()
@@ -60,8 +58,8 @@ def read_own_log(path: str | Path) -> FileReadings:
 class _Log:
     """What the lines of a log have stated so far."""
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = path
+    def __init__(self, file: SourceFile) -> None:
+        self.file = file
         self.planned: int | None = None
         """Touches of the program; None before the first line, 0 where no line states them."""
         self.finished = False
@@ -83,7 +81,7 @@ class _Log:
         """Add one line to the state."""
         cells = [cell.strip() for cell in line.split(",")]
         if cells[-1] != "end":
-            raise self._error(
+            raise self.file.error(
                 f"this line is cut off ('…{line[-20:]}' does not end in ',end'): the program was "
                 "stopped, or the disk was full. Run the program again, or delete the line to use "
                 "the lines before it",
@@ -91,7 +89,7 @@ class _Log:
             )
         kind, values = cells[0], cells[1:-1]
         if self.planned is None and kind != LOG_HEAD:
-            raise self._error(
+            raise self.file.error(
                 f"not the log of a program of pretravel: its first line must begin with {LOG_HEAD}",
                 number,
             )
@@ -100,30 +98,30 @@ class _Log:
         elif kind == "done":
             self.finished = True
         elif kind != "point-columns":
-            raise self._error(f"'{kind}' is not a line of such a log", number)
+            raise self.file.error(f"'{kind}' is not a line of such a log", number)
 
     def _take_head(self, values: list[str], number: int) -> None:
         if self.planned is not None:
-            raise self._error(
+            raise self.file.error(
                 "a second run begins here; keep each run in a file of its own", number
             )
         if values[:1] != ["1"] or len(values) != 3:
-            raise self._error(
+            raise self.file.error(
                 f"a log of another version ('{','.join([LOG_HEAD, *values])[:40]}'); this "
                 "pretravel reads version 1",
                 number,
             )
-        self.planned = int(self._numbers(values[-1:], number)[0])
+        self.planned = int(self.file.numbers(values[-1:], number)[0])
 
     def _take_work(self, values: list[str], number: int) -> None:
         if len(values) != 2 or self.rotation is not None:
-            raise self._error("one line 'work' with offset and turn is needed", number)
-        self.rotation = self._numbers(values[1:], number)[0] * DEGREE
+            raise self.file.error("one line 'work' with offset and turn is needed", number)
+        self.rotation = self.file.numbers(values[1:], number)[0] * DEGREE
 
     def _take_columns(self, values: list[str], number: int) -> None:
         self.columns = tuple(values)
         if self.columns not in (TOUCH_COLUMNS, SUBROUTINE_TOUCH_COLUMNS):
-            raise self._error(
+            raise self.file.error(
                 f"columns {', '.join(values)} are not those of this version "
                 f"({', '.join(TOUCH_COLUMNS)})",
                 number,
@@ -133,8 +131,8 @@ class _Log:
         self._check_values(values, TOUCH_COLUMNS, number)
         label = values[0]
         if label in self.touched or label in self.missed:
-            raise self._error(f"the touch {label} occurs twice", number)
-        row = self._numbers(values[1:], number)
+            raise self.file.error(f"the touch {label} occurs twice", number)
+        row = self.file.numbers(values[1:], number)
         if round(row[-1]) == 0:
             self.missed.append(label)
         else:
@@ -143,32 +141,26 @@ class _Log:
 
     def _take_point(self, values: list[str], number: int) -> None:
         self._check_values(values, SURFACE_POINT_COLUMNS, number)
-        self.points[values[0]] = MICROMETRE * np.array(self._numbers(values[1:4], number))
+        self.points[values[0]] = MICROMETRE * np.array(self.file.numbers(values[1:4], number))
 
     def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
         if self.rotation is None or not self.columns:
-            raise self._error(
+            raise self.file.error(
                 "the lines 'work' and 'columns' must come before the first touch: they state the "
                 "turn of the work coordinates and the units",
                 number,
             )
         if len(values) != len(columns):
-            raise self._error(f"{len(values)} values, {len(columns)} are needed", number)
-
-    def _numbers(self, values: list[str], number: int) -> list[float]:
-        return finite(values, self.path, number)
-
-    def _error(self, message: str, number: int | None = None) -> InputError:
-        return InputError(message, path=self.path, line=number)
+            raise self.file.error(f"{len(values)} values, {len(columns)} are needed", number)
 
     def readings(self) -> FileReadings:
         """All that the log contains."""
         if not self.touched or self.rotation is None:
             missed = f"; {len(self.missed)} were missed" if self.missed else ""
-            raise self._error(f"the log contains no touch{missed}")
+            raise self.file.error(f"the log contains no touch{missed}")
         scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in self.columns[1:]]
         table = np.array(list(self.touched.values())) * np.array(scales)
-        try:
+        with self.file.named_in_errors():
             touches = Touches(
                 positions=table[:, 0:3],
                 normals=table[:, 3:6],
@@ -176,11 +168,9 @@ class _Log:
                 feeds=table[:, 9],
                 labels=tuple(self.touched),
                 nominal_points=table[:, 10:13],
-                source=Path(self.path).name,
+                source=self.file.name,
                 lines=tuple(self.lines),
             )
-        except PretravelError as error:
-            raise self._error(str(error)) from None
         return FileReadings(
             touches, tuple(self.missed), self.rotation, self._warnings(), self.points
         )
@@ -195,3 +185,23 @@ class _Log:
         if not self.finished and self.planned:
             return (f"the program did not run to its end: {found}",)
         return ()
+
+
+def _is_own_log(lines: list[str]) -> bool:
+    return lines[0].startswith(f"{LOG_HEAD},") or any(
+        # A log that has lost its first line.
+        line.startswith("touch,") and line.endswith(",end")
+        for line in lines
+    )
+
+
+PRETRAVEL_LOG = FileFormat(
+    name="linuxcnc",
+    what="log of a program that pretravel wrote for LinuxCNC",
+    reads="touches",
+    writes="the programs",
+    verified="LinuxCNC 2.9 (Debian 12), running",
+    recognises=_is_own_log,
+    parse=lambda file, _: read_own_log(file),
+    self_contained=True,
+)

@@ -1,17 +1,15 @@
 """Print-outs of probing cycles (Renishaw style): sizes and positions of features; reading.
 
-These are results of cycles that have taken their own radii off: features, not touches. They can be
-looked at and compared, not compensated.
+The cycles have taken the tip's radius off: the results are features, not touches. They can be
+viewed and compared, but not compensated.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from pathlib import Path
 
-from pretravel.errors import InputError
-from pretravel.formats.logs.joining import file_lines, scale_of
+from pretravel.formats.file_format import FeatureResult, FileFormat
+from pretravel.formats.source_file import Source, SourceFile, opened
 
 _HEAD = re.compile(r"COMPONENT\s+NO\s+(\d+)\s+FEATURE\s+NO\s+(\d+)", re.I)
 _NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+))"
@@ -21,31 +19,17 @@ _ROW = re.compile(
     re.I,
 )
 _LAST_DIGIT = 2e-4
-"""DEV may differ from ACTUAL less nominal by the rounding of four decimals."""
+"""DEV can differ from ACTUAL less nominal by the rounding of four decimals."""
 
 
-@dataclass(frozen=True)
-class FeatureResult:
-    """One line: what was measured of which feature. Lengths in mm, angles in degrees."""
-
-    component: int
-    feature: int
-    quantity: str
-    nominal: float
-    actual: float
-    deviation: float
-    tolerance: float | None
-    line: int
-
-
-def read_print_file(path: str | Path, units: str | None = None) -> list[FeatureResult]:
+def read_print_file(source: Source, units: str | None = None) -> list[FeatureResult]:
     r"""Feature results from a print-out.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
     units : str
-        mm or inch; the file does not tell.
+        mm or inch; the file does not state it.
 
     Returns
     -------
@@ -54,19 +38,18 @@ def read_print_file(path: str | Path, units: str | None = None) -> list[FeatureR
     Raises
     ------
     InputError
-        Units not told; lines of results that cannot be read, or whose deviation is not actual less
-        nominal: with the line.
+        The units are missing; the line of a result cannot be read, or its deviation is not actual
+        less nominal. The message contains the line.
 
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "print.txt"
-    >>> _ = file.write_text("SIZE D71.0000  ACTUAL 71.9072  TOL 0.1000  DEV 0.9072\n")
+    >>> file = SourceFile("p.txt", b"SIZE D71.0000  ACTUAL 71.9072  TOL 0.1000  DEV 0.9072\n")
     >>> read_print_file(file, "mm")[0].quantity
     'SIZE D'
     """
-    scale = scale_of(units, path, "a print-out does not tell its units")
+    file = opened(source)
+    scale = file.scale(units, "a print-out does not state its units")
     component, feature = 0, 0
     results = []
-    for number, text in enumerate(file_lines(path, "a print-out"), start=1):
+    for number, text in enumerate(file.lines("a print-out"), start=1):
         line = text.replace("*", " ").strip()
         if head := _HEAD.search(line):
             component, feature = int(head[1]), int(head[2])
@@ -74,33 +57,47 @@ def read_print_file(path: str | Path, units: str | None = None) -> list[FeatureR
             continue
         if re.search(r"\bNaN\b", line, re.I):  # an axis that the cycle does not measure
             continue
-        found = _ROW.match(line)
-        if found is None:
-            raise InputError(
-                f"'{line[:50]}' cannot be read; SIZE D… ACTUAL … DEV … is needed",
-                path=path,
-                line=number,
-            )
-        own = 1.0 if found[1].upper() == "ANG" else scale
-        nominal, actual, deviation = float(found[3]), float(found[4]), float(found[6])
-        if abs(actual - nominal - deviation) > _LAST_DIGIT:
-            raise InputError(
-                f"DEV {deviation:g} is not ACTUAL {actual:g} less the nominal {nominal:g}",
-                path=path,
-                line=number,
-            )
-        results.append(
-            FeatureResult(
-                component,
-                feature,
-                f"{found[1].upper()} {found[2].upper()}".strip(),
-                own * nominal,
-                own * actual,
-                own * deviation,
-                None if found[5] is None else own * float(found[5]),
-                number,
-            )
-        )
+        results.append(_result(file, line, number, (component, feature), scale))
     if not results:
-        raise InputError("no result (SIZE…, POSN…, ANG…) in it", path=path)
+        raise file.error("the file contains no result (SIZE…, POSN…, ANG…)")
     return results
+
+
+def _result(
+    file: SourceFile, line: str, number: int, feature: tuple[int, int], scale: float
+) -> FeatureResult:
+    """One line of a result; `feature` is the numbers of the component and the feature."""
+    found = _ROW.match(line)
+    if found is None:
+        raise file.error(f"'{line[:50]}' cannot be read; SIZE D… ACTUAL … DEV … is needed", number)
+    kind, axis, tolerance = found[1].upper(), found[2].upper(), found[5]
+    nominal, actual, deviation = float(found[3]), float(found[4]), float(found[6])
+    if abs(actual - nominal - deviation) > _LAST_DIGIT:
+        raise file.error(
+            f"DEV {deviation:g} is not ACTUAL {actual:g} less the nominal {nominal:g}", number
+        )
+    own = 1.0 if kind == "ANG" else scale
+    return FeatureResult(
+        *feature,
+        quantity=f"{kind} {axis}".strip(),
+        nominal=own * nominal,
+        actual=own * actual,
+        deviation=own * deviation,
+        tolerance=None if tolerance is None else own * float(tolerance),
+        line=number,
+    )
+
+
+def _is_print_file(lines: list[str]) -> bool:
+    return any(re.search(r"\bACTUAL\b.*\bDEV\b", line, re.I) for line in lines)
+
+
+PRINT_FILE = FileFormat(
+    name="print",
+    what="print-outs of cycles, Renishaw style: SIZE, POSN",
+    reads="features (convert to .csv)",
+    needs="units",
+    verified="lines of manuals that are quoted in public; no file of a machine",
+    recognises=_is_print_file,
+    parse_features=lambda file, options: read_print_file(file, options.units),
+)

@@ -1,4 +1,4 @@
-"""QIF 3 (ISO 23952): MeasuredPointSet, reading and writing."""
+"""QIF 3 (ISO 23952): MeasuredPointSet; reading and writing."""
 
 from __future__ import annotations
 
@@ -10,9 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import InputError, PretravelError
+from pretravel.compensation.compensation import Points
+from pretravel.errors import InputError
 from pretravel.formats.csv_table import exact_number
-from pretravel.formats.logs.joining import FileReadings, Rows, file_lines
+from pretravel.formats.file_format import (
+    FileFormat,
+    FilePositions,
+    FileReadings,
+    PointsOrigin,
+    labels_or_numbers,
+)
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 from pretravel.units import INCH
 from pretravel.whole_file import whole_file
@@ -23,11 +31,15 @@ _SETS = (
     f"{_Q}Results/{_Q}MeasurementResultsSet/{_Q}MeasurementResults/{_Q}MeasuredPointSets/"
     f"{_Q}MeasuredPointSet"
 )
+_LINEAR_UNIT = f"{_Q}FileUnits/{_Q}PrimaryUnits/{_Q}LinearUnit"
 _METRE = 1000.0
+"""The unit of lengths where the file states none. [mm]"""
 _UNIT_NAMES = {"mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "inch": INCH, "in": INCH,
                "m": _METRE, "meter": _METRE, "metre": _METRE}  # fmt: skip
-_ROUNDED = 5e-3  # of the length of normals
+_ROUNDED = 5e-3
+"""Normals whose length differs from one by less are scaled to length one."""
 _LABELS = "labels:"
+"""Begins the comment that contains the labels of a set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +56,7 @@ class PointSet:
     radii : (n,) float or None
         Effective radii of the probe. [mm]
     labels : tuple of str
-        Of the set's id and the number in it.
+        From the comment that pretravel writes, or the set's id and the number of the point in it.
     """
 
     points: FloatArray
@@ -54,12 +66,12 @@ class PointSet:
     labels: tuple[str, ...]
 
 
-def read_point_sets(path: str | Path) -> list[PointSet]:
+def read_point_sets(source: Source) -> list[PointSet]:
     """Every MeasuredPointSet of a QIF 3 document.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
@@ -68,191 +80,216 @@ def read_point_sets(path: str | Path) -> list[PointSet]:
     Raises
     ------
     InputError
-        Not XML, another version of QIF, lists whose length is not that of the count, numbers that
-        are not finite, binary forms.
+        The file is not XML or has another version of QIF; a list has not the length of the count;
+        a number is not finite; a list is binary.
     """
-    text = "\n".join(file_lines(path, "a QIF document"))
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError("a document type or entities do not belong in a QIF document", path=path)
-    try:
-        builder = ET.TreeBuilder(insert_comments=True)
-        root = ET.fromstring(text, ET.XMLParser(target=builder))
-    except ET.ParseError as error:
-        raise InputError(f"not well-formed XML: {error}", path=path) from None
-    if root.tag != f"{_Q}QIFDocument":
-        space = root.tag.rpartition("}")[0].lstrip("{") or "no namespace"
-        raise InputError(
-            f"{root.tag.rpartition('}')[2]} in {space}: QIF 3 is read (QIFDocument in {NAMESPACE})",
-            path=path,
-        )
-    scale = _file_scale(root, path)
-    sets = [_point_set(element, scale, root, path) for element in root.findall(_SETS)]
+    file = opened(source)
+    root = _document(file)
+    scale = _file_scale(file, root)
+    main_unit = root.findtext(f"{_LINEAR_UNIT}/{_Q}UnitName")
+    sets = []
+    for element in root.findall(_SETS):
+        element_set = _SetElement(file, element)
+        own_scale = element_set.scale(main_unit)
+        sets.append(element_set.point_set(scale if own_scale is None else own_scale))
     if not sets:
-        raise InputError(
-            "no MeasuredPointSet in it (Results/MeasurementResultsSet/MeasurementResults/"
-            "MeasuredPointSets)",
-            path=path,
+        raise file.error(
+            "the document contains no MeasuredPointSet (Results/MeasurementResultsSet/"
+            "MeasurementResults/MeasuredPointSets)"
         )
     return sets
 
 
-def read_qif(path: str | Path) -> FileReadings | Rows:
-    """Touches of a QIF document: its points that are not compensated.
+def read_qif(source: Source) -> FileReadings | FilePositions:
+    """Touches of a QIF document, from its points that are not compensated.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or SourceFile
 
     Returns
     -------
-    FileReadings, or Rows
-        Rows where there are no normals: to be joined with a plan.
+    FileReadings, or FilePositions
+        Positions where there are no normals: they must be joined with a plan.
 
     Raises
     ------
     InputError
-        As `read_point_sets`; points that are compensated already.
+        As `read_point_sets`; the points are already compensated.
     """
-    sets = read_point_sets(path)
-    raw = [s for s in sets if not any(s.compensated)]
-    if len(raw) < len(sets):
-        done = next(s for s in sets if any(s.compensated))
-        raise InputError(
-            f"the set {done.labels[0].rpartition('-')[0]} holds points whose probe radius was "
-            "taken off already (Compensated true); tip centres are needed. In Python "
-            "pretravel.formats.logs.qif.read_point_sets gives them",
-            path=path,
-        )
-    points = np.concatenate([s.points for s in raw])
-    if any(s.normals is None for s in raw):
-        return Rows(str(path), points, tuple(range(1, len(points) + 1)))
-    radii = np.concatenate([np.full(len(s.points), np.nan) if s.radii is None else s.radii
-                            for s in raw])  # fmt: skip
-    one = np.unique(radii)
-    try:
+    file = opened(source)
+    sets = read_point_sets(file)
+    for point_set in sets:
+        if any(point_set.compensated):
+            raise file.error(
+                f"the set {point_set.labels[0].rpartition('-')[0]} contains points whose probe "
+                "radius was already taken off (Compensated true); tip centres are needed. In "
+                "Python, pretravel.formats.logs.qif.read_point_sets reads them"
+            )
+    points = np.concatenate([s.points for s in sets])
+    normals = [s.normals for s in sets if s.normals is not None]
+    if len(normals) < len(sets):
+        return FilePositions(file.path, points, tuple(range(1, len(points) + 1)))
+    radii = np.unique(np.concatenate([_radii(s) for s in sets]))
+    with file.named_in_errors():
         touches = Touches(
             positions=points,
-            normals=np.concatenate([np.asarray(s.normals) for s in raw]),
-            labels=tuple(label for s in raw for label in s.labels),
-            source=Path(path).name,
+            normals=np.concatenate(normals),
+            labels=tuple(label for s in sets for label in s.labels),
+            source=file.name,
         )
-    except PretravelError as error:
-        raise InputError(str(error), path=path) from None
-    return FileReadings(touches, tip_radius=float(one[0]) if len(one) == 1 and one[0] > 0 else None)
+    common = len(radii) == 1 and radii[0] > 0.0
+    return FileReadings(touches, tip_radius=float(radii[0]) if common else None)
 
 
-def _file_scale(root: ET.Element, path: str | Path) -> float:
-    unit = root.find(f"{_Q}FileUnits/{_Q}PrimaryUnits/{_Q}LinearUnit")
+def _radii(point_set: PointSet) -> FloatArray:
+    """Probe radii of a set, NaN where it states none."""
+    unknown = np.full(len(point_set.points), np.nan)
+    return unknown if point_set.radii is None else point_set.radii
+
+
+def _document(file: SourceFile) -> ET.Element:
+    """The root of a QIF 3 document."""
+    text = "\n".join(file.lines("a QIF document"))
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise file.error("a QIF document must not contain a document type or entities")
+    try:
+        builder = ET.TreeBuilder(insert_comments=True)
+        root = ET.fromstring(text, ET.XMLParser(target=builder))
+    except ET.ParseError as error:
+        raise file.error(f"not well-formed XML: {error}") from None
+    if root.tag != f"{_Q}QIFDocument":
+        space = root.tag.rpartition("}")[0].lstrip("{") or "no namespace"
+        raise file.error(
+            f"{root.tag.rpartition('}')[2]} in {space}: QIF 3 is read (QIFDocument in {NAMESPACE})"
+        )
+    return root
+
+
+def _file_scale(file: SourceFile, root: ET.Element) -> float:
+    """Millimetres in the document's unit of length."""
+    unit = root.find(_LINEAR_UNIT)
     if unit is None:
-        return _METRE  # the schema: metres where no unit is told
+        return _METRE
     if float(unit.findtext(f"{_Q}UnitConversion/{_Q}Offset") or 0.0) != 0.0:
-        raise InputError("a length unit with an offset is not read", path=path)
+        raise file.error("a length unit with an offset is not read")
     factor = unit.findtext(f"{_Q}UnitConversion/{_Q}Factor")
     if factor is not None:
         try:
             return float(factor) * _METRE
         except ValueError:
-            raise InputError(
-                f"the factor '{factor}' of the length unit is no number", path=path
-            ) from None
+            raise file.error(f"the factor '{factor}' of the length unit is not a number") from None
     name = (unit.findtext(f"{_Q}UnitName") or "meter").strip().lower()
     if name not in _UNIT_NAMES:
-        raise InputError(f"the length unit '{name}' has no factor and is not known", path=path)
+        raise file.error(f"the length unit '{name}' is not known and has no factor")
     return _UNIT_NAMES[name]
 
 
-def _point_set(element: ET.Element, scale: float, root: ET.Element, path: str | Path) -> PointSet:
-    name = f"MeasuredPointSet {element.get('id', '?')}"
-    own_unit = element.get("linearUnit")
-    if own_unit is not None:
-        main = root.findtext(f"{_Q}FileUnits/{_Q}PrimaryUnits/{_Q}LinearUnit/{_Q}UnitName")
-        if own_unit != main:
-            if own_unit.strip().lower() not in _UNIT_NAMES:
-                raise InputError(f"{name}: its length unit '{own_unit}' is not known", path=path)
-            scale = _UNIT_NAMES[own_unit.strip().lower()]
-    for child in ("CoordinateSystemId", "TranformId"):
-        if element.find(f"{_Q}{child}") is not None:
-            raise InputError(
-                f"{name} is in a coordinate system of its own ({child}); points in the common one "
-                "are read",
-                path=path,
-            )
-    binary = [str(c.tag)[len(_Q) :] for c in element if str(c.tag).startswith(f"{_Q}Binary")]
-    if binary:
-        raise InputError(
-            f"{name} has {', '.join(binary)}; lists of numbers are read, binary forms are not",
-            path=path,
+class _SetElement:
+    """The element of a MeasuredPointSet, and errors that name it."""
+
+    def __init__(self, file: SourceFile, element: ET.Element) -> None:
+        self.file = file
+        self.element = element
+        self.name = f"MeasuredPointSet {element.get('id', '?')}"
+
+    def error(self, message: str) -> InputError:
+        return self.file.error(f"{self.name}: {message}")
+
+    def scale(self, main_unit: str | None) -> float | None:
+        """Millimetres in the set's own unit; None where it has that of the document."""
+        unit = self.element.get("linearUnit")
+        if unit is None or unit == main_unit:
+            return None
+        if unit.strip().lower() not in _UNIT_NAMES:
+            raise self.error(f"its length unit '{unit}' is not known")
+        return _UNIT_NAMES[unit.strip().lower()]
+
+    def point_set(self, scale: float) -> PointSet:
+        """Everything that the set contains; `scale` is millimetres in its unit."""
+        self._refuse_what_is_not_read()
+        try:
+            count = int(self.element.get("count", ""))
+        except ValueError:
+            raise self.error("it does not state its count") from None
+        points = self._numbers("Points", 3 * count)
+        if points is None:
+            raise self.error("it has no Points")
+        normals = self._numbers("Normals", 3 * count)
+        radii = self._radii(count)
+        return PointSet(
+            scale * points.reshape(-1, 3),
+            self._compensated(count),
+            None if normals is None else self._unit_normals(normals.reshape(-1, 3)),
+            None if radii is None else scale * radii,
+            self._labels(count),
         )
-    try:
-        count = int(element.get("count", ""))
-    except ValueError:
-        raise InputError(f"{name} does not tell its count", path=path) from None
-    points = _list(element, "Points", 3 * count, name, path)
-    if points is None:
-        raise InputError(f"{name} has no Points", path=path)
-    normals = _list(element, "Normals", 3 * count, name, path)
-    if normals is not None:
-        normals = normals.reshape(-1, 3)
+
+    def _refuse_what_is_not_read(self) -> None:
+        for child in ("CoordinateSystemId", "TranformId"):  # the schema's own spelling
+            if self.element.find(f"{_Q}{child}") is not None:
+                raise self.error(
+                    f"it has a coordinate system of its own ({child}); points in the common one "
+                    "are read"
+                )
+        tags = [str(child.tag) for child in self.element]
+        binary = [tag[len(_Q) :] for tag in tags if tag.startswith(f"{_Q}Binary")]
+        if binary:
+            raise self.error(
+                f"it has {', '.join(binary)}; lists of numbers are read, binary forms are not"
+            )
+
+    def _numbers(self, tag: str, count: int) -> FloatArray | None:
+        text = self.element.findtext(f"{_Q}{tag}")
+        if text is None:
+            return None
+        values = np.array([self._number(word) for word in text.split()])
+        if len(values) != count:
+            raise self.error(f"{tag} has {len(values)} numbers, its count asks for {count}")
+        return values
+
+    def _number(self, word: str) -> float:
+        try:
+            value = float(word)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            raise self.error(f"'{word}' is not a finite number")
+        return value
+
+    def _unit_normals(self, normals: FloatArray) -> FloatArray:
         length = np.linalg.norm(normals, axis=1)
         bad = np.flatnonzero(np.abs(length - 1.0) > _ROUNDED)
         if len(bad):
-            raise InputError(
-                f"{name}: normal {bad[0] + 1} has length {length[bad[0]]:.4g}; unit vectors are "
-                "needed",
-                path=path,
+            raise self.error(
+                f"normal {bad[0] + 1} has length {length[bad[0]]:.4g}; unit vectors are needed"
             )
-        normals = np.where((np.abs(length - 1.0) > 1e-15)[:, None], normals / length[:, None],
-                           normals)  # fmt: skip
-    radius = element.findtext(f"{_Q}ProbeRadius")
-    radii = _list(element, "ProbeRadii", count, name, path)
-    if radius is not None:
-        radii = np.full(count, _number(radius, name, path))
-    words = (
-        element.findtext(f"{_Q}Compensated") or element.findtext(f"{_Q}Compensations") or ""
-    ).split()
-    meaning = {"true": True, "1": True, "false": False, "0": False}
-    if len(words) not in (1, count) or any(word not in meaning for word in words):
-        raise InputError(
-            f"{name} does not say whether its points are compensated (Compensated true or false)",
-            path=path,
-        )
-    flags = tuple(meaning[word] for word in words) * (count if len(words) == 1 else 1)
-    notes = [str(c.text or "").strip() for c in element if callable(c.tag)]
-    told = next((note for note in notes if note.startswith(_LABELS)), "")
-    labels = tuple(told[len(_LABELS) :].split())
-    if len(labels) != count:
-        labels = tuple(f"{element.get('id', '')}-{i + 1}" for i in range(count))
-    return PointSet(
-        scale * points.reshape(-1, 3),
-        flags,
-        normals,
-        None if radii is None else scale * radii,
-        labels,
-    )
+        rounded = np.abs(length - 1.0) > 1e-15
+        return np.where(rounded[:, None], normals / length[:, None], normals)
 
+    def _radii(self, count: int) -> FloatArray | None:
+        radii = self._numbers("ProbeRadii", count)
+        common = self.element.findtext(f"{_Q}ProbeRadius")
+        return radii if common is None else np.full(count, self._number(common))
 
-def _list(
-    element: ET.Element, tag: str, count: int, name: str, path: str | Path
-) -> FloatArray | None:
-    text = element.findtext(f"{_Q}{tag}")
-    if text is None:
-        return None
-    values = np.array([_number(word, name, path) for word in text.split()])
-    if len(values) != count:
-        raise InputError(
-            f"{name}: {len(values)} numbers in {tag}, its count asks for {count}", path=path
-        )
-    return values
+    def _compensated(self, count: int) -> tuple[bool, ...]:
+        """One flag for all points, or one for each."""
+        single = self.element.findtext(f"{_Q}Compensated")
+        words = (single or self.element.findtext(f"{_Q}Compensations") or "").split()
+        meaning = {"true": True, "1": True, "false": False, "0": False}
+        if len(words) not in (1, count) or any(word not in meaning for word in words):
+            raise self.error(
+                "it does not state whether its points are compensated (Compensated true or false)"
+            )
+        return tuple(meaning[word] for word in words) * (count if len(words) == 1 else 1)
 
-
-def _number(word: str, name: str, path: str | Path) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise InputError(f"{name}: '{word}' is not a finite number", path=path)
-    return value
+    def _labels(self, count: int) -> tuple[str, ...]:
+        comments = [str(c.text or "").strip() for c in self.element if callable(c.tag)]
+        stated = next((comment for comment in comments if comment.startswith(_LABELS)), "")
+        labels = tuple(stated[len(_LABELS) :].split())
+        if len(labels) == count:
+            return labels
+        return tuple(f"{self.element.get('id', '')}-{i + 1}" for i in range(count))
 
 
 def write_qif(
@@ -265,7 +302,7 @@ def write_qif(
     tip_radius: float | None,
     deviations: FloatArray | None = None,
 ) -> None:
-    """One MeasuredPointSet as a QIF 3 document, in mm.
+    """Write one MeasuredPointSet as a QIF 3 document, in mm.
 
     Parameters
     ----------
@@ -283,40 +320,82 @@ def write_qif(
     """
     ET.register_namespace("", NAMESPACE)
     root = ET.Element(f"{_Q}QIFDocument", {"versionQIF": "3.0.0", "idMax": "2"})
-
-    def child(parent: ET.Element, tag: str, text: str | None = None, **attributes: str
-              ) -> ET.Element:  # fmt: skip
-        made = ET.SubElement(parent, f"{_Q}{tag}", attributes)
-        made.text = text
-        return made
-
-    # The same points, the same identifier.
+    # The same points have the same identifier.
     seed = repr((points.tolist(), normals.tolist(), labels, compensated))
-    child(root, "QPId", str(uuid.uuid5(uuid.NAMESPACE_URL, seed)))
-    unit = child(child(child(root, "FileUnits"), "PrimaryUnits"), "LinearUnit")
-    child(unit, "SIUnitName", "meter")
-    child(unit, "UnitName", "mm")
-    child(child(unit, "UnitConversion"), "Factor", "0.001")
-    results = child(child(root, "Results"), "MeasurementResultsSet", n="1")
-    results = child(results, "MeasurementResults", id="1")
-    sets = child(results, "MeasuredPointSets", n="1")
-    own = child(sets, "MeasuredPointSet", count=str(len(points)), id="2")
-    # The set has no place for names of points; a comment is valid anywhere.
+    _child(root, "QPId", str(uuid.uuid5(uuid.NAMESPACE_URL, seed)))
+    unit = _child(_child(_child(root, "FileUnits"), "PrimaryUnits"), "LinearUnit")
+    _child(unit, "SIUnitName", "meter")
+    _child(unit, "UnitName", "mm")
+    _child(_child(unit, "UnitConversion"), "Factor", "0.001")
+    results = _child(_child(root, "Results"), "MeasurementResultsSet", n="1")
+    results = _child(results, "MeasurementResults", id="1")
+    sets = _child(results, "MeasuredPointSets", n="1")
+    own = _child(sets, "MeasuredPointSet", count=str(len(points)), id="2")
+    # The set has no element for the labels of points; a comment is valid anywhere.
     if all(label and not set(label) & set(" \t\n") and "--" not in label for label in labels):
         own.append(ET.Comment(f" {_LABELS} {' '.join(labels)} "))
-    child(own, "Points", _numbers(points))
-    child(own, "Normals", _numbers(normals))
-    child(own, "Compensated", "true" if compensated else "false")
+    _child(own, "Points", _text(points))
+    _child(own, "Normals", _text(normals))
+    _child(own, "Compensated", "true" if compensated else "false")
     if tip_radius is not None:
-        child(own, "ProbeRadii", _numbers(np.full(len(points), tip_radius)))
+        _child(own, "ProbeRadii", _text(np.full(len(points), tip_radius)))
     if deviations is not None:
-        child(own, "Deviations", _numbers(deviations))
-    status = child(results, "InspectionStatus")
-    child(status, "InspectionStatusEnum", "NOT_CALCULATED")
+        _child(own, "Deviations", _text(deviations))
+    _child(_child(results, "InspectionStatus"), "InspectionStatusEnum", "NOT_CALCULATED")
     ET.indent(root)
     with whole_file(path) as temporary:
         ET.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
 
 
-def _numbers(values: FloatArray) -> str:
+def _child(parent: ET.Element, tag: str, text: str | None = None, **attributes: str) -> ET.Element:
+    made = ET.SubElement(parent, f"{_Q}{tag}", attributes)
+    made.text = text
+    return made
+
+
+def _text(values: FloatArray) -> str:
     return " ".join(exact_number(value) for value in np.ravel(values))
+
+
+def _is_qif(lines: list[str]) -> bool:
+    return lines[0].startswith("<") and any("QIFDocument" in line for line in lines[:50])
+
+
+def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> None:
+    write_qif(
+        path,
+        touches.positions,
+        touches.normals,
+        labels_or_numbers(touches.labels, len(touches)),
+        compensated=False,
+        tip_radius=tip_radius,
+    )
+
+
+def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
+    write_qif(
+        path,
+        points.positions,
+        points.normals,
+        points.labels,
+        compensated=True,
+        tip_radius=None,
+        deviations=points.deviation,
+    )
+
+
+QIF = FileFormat(
+    name="qif",
+    what="QIF 3 MeasuredPointSet (.qif)",
+    reads="touches, positions",
+    writes="touches, points",
+    needs="plan without normals",
+    verified="one public file of a CMM, whose deviation was computed again; the schema's "
+    "path to the set, transcribed (not the whole schema)",
+    endings=(".qif",),
+    recognises=_is_qif,
+    parse=lambda file, _: read_qif(file),
+    self_contained=True,
+    write_touches=_write_touches,
+    write_points=_write_points,
+)

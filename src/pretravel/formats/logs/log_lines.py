@@ -1,0 +1,113 @@
+"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``, as users write them with LinuxCNC's LOG."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from pretravel.formats.file_format import FileFormat, FilePositions
+from pretravel.formats.source_file import Source, SourceFile, opened
+
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.,eE])", re.IGNORECASE)
+_NUMBER = r"[-+.\d]"
+_POSITION = re.compile(
+    rf"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*{_NUMBER}.*Y\s*{_NUMBER}.*Z\s*{_NUMBER}", re.IGNORECASE
+)
+_HEAD = 20
+"""Lines among which the first position is expected, to recognise the format."""
+
+
+def read_log_positions(source: Source, units: str | None = None) -> FilePositions:
+    r"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    units : str, optional
+        mm or inch, where the file contains neither G20 nor G21.
+
+    Returns
+    -------
+    FilePositions
+
+    Raises
+    ------
+    InputError
+        The units are missing or contradict the file; a line is not a position with X, Y and Z.
+        The message contains the line.
+
+    >>> file = SourceFile("a.txt", b"G21\nG1 X1.0 Y2.0 Z3.0\n")
+    >>> read_log_positions(file).positions.tolist()
+    [[1.0, 2.0, 3.0]]
+    """
+    file = opened(source)
+    rows, numbers = [], []
+    for number, text in enumerate(file.lines("a log of positions"), start=1):
+        line = re.sub(r"\(.*?\)", "", text).strip()
+        if not line or line.startswith((";", "%")):
+            continue
+        units = _units(file, line, number, units)
+        if re.search(r"\bG91\b", line, re.IGNORECASE):
+            raise file.error("G91: relative positions are not read", number)
+        if position := _position(file, line, number):
+            rows.append(position)
+            numbers.append(number)
+    scale = file.scale(units, "the file does not state its units (G20 or G21)")
+    if not rows:
+        raise file.error("the file contains no position")
+    return FilePositions(file.path, scale * np.array(rows), tuple(numbers))
+
+
+def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
+    """The units from this line on."""
+    word = re.search(r"\bG2([01])\b", line, re.IGNORECASE)
+    if word is None:
+        return units
+    own = "inch" if word[1] == "0" else "mm"
+    if units not in (None, own):
+        raise file.error(
+            f"the file's units are {own} here (G2{word[1]}), but the given ones, or those before, "
+            f"are {units}",
+            number,
+            inputs=("units",),
+        )
+    return own
+
+
+def _position(file: SourceFile, line: str, number: int) -> list[float] | None:
+    """X, Y and Z of a line; None where it has none of them."""
+    remainder = _WORD.sub("", line).strip()
+    if remainder:
+        raise file.error(
+            f"'{line[:40]}' is not a position; G1 X… Y… Z… is needed"
+            + ("; use points as decimal signs" if "," in remainder else ""),
+            number,
+        )
+    pairs = [(name.upper(), value) for name, value in _WORD.findall(line) if name.upper() in "XYZ"]
+    words = dict(pairs)
+    if len(words) < len(pairs):
+        raise file.error("a coordinate occurs twice", number)
+    if not words:
+        return None
+    if len(words) < 3:
+        missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
+        raise file.error(f"'{line[:40]}' has no {missing}", number)
+    return [float(words[axis]) for axis in "XYZ"]
+
+
+def _is_positions(lines: list[str]) -> bool:
+    # A label such as X1 in a CSV file looks like a coordinate.
+    is_csv = "nx" in lines[0].split(",")
+    return not is_csv and any(_POSITION.match(line) for line in lines[:_HEAD])
+
+
+POSITIONS = FileFormat(
+    name="positions",
+    what="lines G1 X… Y… Z…, written with LinuxCNC's LOG",
+    reads="positions",
+    needs="plan; units without G20, G21",
+    verified="LinuxCNC 2.9 (Debian 12), running",
+    recognises=_is_positions,
+    parse=lambda file, options: read_log_positions(file, options.units),
+)

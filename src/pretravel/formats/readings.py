@@ -1,0 +1,160 @@
+"""Touches from a file of any format, and into one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.formats.logs.detection import FORMATS, format_named, format_of
+from pretravel.formats.logs.joining import join
+from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.formats.table_formats import CSV, PARQUET
+from pretravel.formats.touches_csv import read_normals
+from pretravel.touches import Touches
+
+
+def read_readings(
+    source: Source, options: ReadingOptions | None = None, *, file_format: str | None = None
+) -> FileReadings:
+    r"""Touches from a file of any format, and what else the file states.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    options : ReadingOptions, optional
+        What the file does not contain. Without options, the format must be one whose files
+        contain everything: CSV, Parquet, QIF, a log of a program that pretravel wrote.
+    file_format : str, optional
+        Name of a `FileFormat`; detected from the file when not given.
+
+    Returns
+    -------
+    FileReadings
+
+    Raises
+    ------
+    InputError
+        The file cannot be read (see the reader of its format); something that it does not contain
+        was not given; it contains features, not touches.
+    PretravelError
+        The format is not known.
+
+    >>> file = SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+    >>> read_readings(file).touches.positions.tolist()
+    [[0.0, 0.0, 3.0]]
+    """
+    file = opened(source)
+    known = format_of(file) if file_format is None else format_named(file_format)
+    if known.parse is None:
+        raise _without_touches(file, known)
+    if options is None and not known.self_contained:
+        raise file.error(
+            f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
+            "pretravel convert makes touches of it and asks for what is missing"
+        )
+    options = options or ReadingOptions()
+    found = known.parse(file, options)
+    return found if isinstance(found, FileReadings) else _joined(found, options)
+
+
+def read_directions(source: Source) -> FloatArray:
+    """Outward normals, from a file of touches or a table of normals, (n, 3).
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+        As `read_readings` without options, in machine axes; or a CSV or Parquet file with the
+        columns nx, ny, nz alone.
+
+    Raises
+    ------
+    InputError
+        As `read_readings`.
+    """
+    file = opened(source)
+    known = format_of(file)
+    if known in (CSV, PARQUET):
+        return read_normals(file)
+    return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
+
+
+def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
+    if known.parse_features is not None:
+        return file.error(
+            "a print-out contains sizes and positions of features, with the tip's radius taken "
+            "off: it contains no touches to compensate. pretravel convert makes a table of it"
+        )
+    return file.error(f"{known.name} files contain no readings")
+
+
+def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Touches from positions and the plan that was run."""
+    if options.plan is None:
+        raise InputError(
+            "the file contains positions, but not the targets that were touched there; give the "
+            "plan that was run, and the tip's diameter",
+            path=found.path,
+            inputs=("plan", "tip_diameter"),
+        )
+    if options.tip_radius is None:
+        raise InputError(
+            "the tip's diameter is needed to join the file's positions with the plan",
+            path=found.path,
+            inputs=("tip_diameter",),
+        )
+    joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
+    if options.rotation is not None:
+        return replace(joined, rotation=options.rotation)
+    warning = (
+        "the file does not state how the work coordinates were rotated in the machine (G10 L2 R): "
+        "taken as not rotated; a machine file with [work] states it"
+    )
+    return replace(joined, warnings=(*joined.warnings, warning))
+
+
+def write_readings(path: str | Path, touches: Touches, tip_radius: float | None = None) -> None:
+    """Write touches in the format of the path's ending: CSV, Parquet, QIF or Fusion results.
+
+    Parameters
+    ----------
+    path : str or Path
+    touches : Touches
+    tip_radius : float, optional
+        For formats that state it. [mm]
+
+    Raises
+    ------
+    PretravelError
+        No format of touches has this ending; the format needs what is not known.
+    """
+    write = written_format(path).write_touches
+    assert write is not None
+    write(Path(path), touches, tip_radius)
+
+
+def written_format(path: str | Path) -> FileFormat:
+    """The format in which touches are written to a path, by its ending.
+
+    Raises
+    ------
+    PretravelError
+        No format of touches has this ending.
+
+    >>> written_format("touches.msr").name
+    'fusion'
+    """
+    ending = Path(path).suffix.lower()
+    for known in FORMATS:
+        if known.write_touches is not None and ending in known.endings:
+            return known
+    raise PretravelError(
+        f"touches cannot be written to '{path}': the ending must be {', '.join(touch_endings())}"
+    )
+
+
+def touch_endings() -> tuple[str, ...]:
+    """Endings of the files to which touches can be written."""
+    return tuple(e for known in FORMATS if known.write_touches for e in known.endings)

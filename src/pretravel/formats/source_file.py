@@ -1,0 +1,169 @@
+"""A file that was opened once: its content, its lines of text, and errors that name it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from pretravel.errors import InputError, PretravelError
+from pretravel.units import INCH
+
+UNITS = {"mm": 1.0, "inch": INCH}
+"""Millimetres in each unit of length that a file can have."""
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """The content of a file. The detection of its format and its reader share it.
+
+    Attributes
+    ----------
+    path : str
+        For messages.
+    content : bytes
+    """
+
+    path: str
+    content: bytes
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its folder."""
+        return Path(self.path).name
+
+    @property
+    def ending(self) -> str:
+        """Ending in lower case, with its dot."""
+        return Path(self.path).suffix.lower()
+
+    def error(
+        self, message: str, line: int | None = None, *, inputs: tuple[str, ...] = ()
+    ) -> InputError:
+        """An error that names this file and the line.
+
+        >>> print(SourceFile("a.log", b"").error("the line is cut off", 3))
+        a.log, line 3: the line is cut off
+        """
+        return InputError(message, path=self.path, line=line, inputs=inputs)
+
+    @contextmanager
+    def named_in_errors(self) -> Iterator[None]:
+        """Faults that values of this file cause are errors that name this file."""
+        try:
+            yield
+        except InputError:
+            raise
+        except PretravelError as error:
+            raise self.error(str(error), inputs=error.inputs) from None
+
+    def lines(self, what: str) -> list[str]:
+        r"""The lines of a text file, without line ends and without a byte-order mark.
+
+        Parameters
+        ----------
+        what : str
+            What the file should be, for messages: "a grbl log".
+
+        Returns
+        -------
+        list of str
+
+        Raises
+        ------
+        InputError
+            The file is empty or is not a text file.
+
+        >>> SourceFile("a.log", b"G21\r\nG1 X1\n").lines("a log")
+        ['G21', 'G1 X1', '']
+        """
+        encoding = "utf-16" if self.content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+        try:
+            text = self.content.decode(encoding)
+        except UnicodeDecodeError:
+            text = self.content.decode("latin-1")
+        if "\0" in text:
+            raise self.error(f"this is not a text file, so not {what}")
+        if not text.strip():
+            raise self.error(f"the file is empty; {what} is needed")
+        return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+    def numbers(self, cells: Sequence[str], line: int) -> list[float]:
+        """Cells of a line as finite numbers.
+
+        Raises
+        ------
+        InputError
+            A cell that is not a finite number.
+
+        >>> SourceFile("a.log", b"").numbers(["1", "-.5"], 1)
+        [1.0, -0.5]
+        """
+        values = []
+        for cell in cells:
+            try:
+                value = float(cell)
+            except ValueError:
+                value = np.nan
+            if not np.isfinite(value):
+                hint = "; use a point as decimal sign" if "," in cell else ""
+                raise self.error(f"'{cell}' is not a finite number{hint}", line)
+            values.append(value)
+        return values
+
+    def scale(self, units: str | None, reason: str) -> float:
+        """Millimetres in the unit of a file that does not state its unit.
+
+        Parameters
+        ----------
+        units : str or None
+            mm or inch, as the user states it.
+        reason : str
+            Why the user must state it, for the message.
+
+        Raises
+        ------
+        InputError
+            No unit is stated, or another one.
+
+        >>> SourceFile("a.log", b"").scale("inch", "")
+        25.4
+        """
+        if units not in UNITS:
+            stated = "" if units is None else f"the unit '{units}' is not known: "
+            raise self.error(f"{stated}{reason}; give the units, mm or inch", inputs=("units",))
+        return UNITS[units]
+
+
+Source: TypeAlias = str | Path | SourceFile
+"""A path, or a file that was opened already."""
+
+
+def opened(source: Source) -> SourceFile:
+    """The content of a file; a file that was opened already stays as it is.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Returns
+    -------
+    SourceFile
+
+    Raises
+    ------
+    InputError
+        The file does not exist or cannot be read.
+    """
+    if isinstance(source, SourceFile):
+        return source
+    try:
+        return SourceFile(str(source), Path(source).read_bytes())
+    except FileNotFoundError:
+        raise InputError("there is no such file", path=source) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path=source) from error
