@@ -1,4 +1,4 @@
-"""How arrays are kept: float64, copied on entry, read-only."""
+"""Types of arrays; frozen values contain read-only copies in float64."""
 
 from __future__ import annotations
 

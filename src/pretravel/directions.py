@@ -17,10 +17,10 @@ from pretravel.errors import PretravelError
 from pretravel.units import DEGREE
 
 UNIT_TOLERANCE = 1e-3
-"""A normal whose length is off by more than this is refused, not rescaled in silence.
+"""Largest deviation of the length of a normal from one; other normals are refused.
 
-Seven printed decimals give 1e-7; 1e-3 still forgives the three or four decimals
-that controls print, and a rescaled normal of that length turns by nothing.
+Controls print three or four decimals, which cause deviations up to this. Scaling such a normal
+to length one does not change its direction.
 """
 
 
@@ -29,7 +29,8 @@ def from_angles(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    polar, azimuth : (n,) float, broadcast together. [rad]
+    polar, azimuth : (n,) float
+        They are broadcast together. [rad]
 
     Returns
     -------
@@ -54,21 +55,21 @@ def polar_angle(directions: npt.ArrayLike) -> FloatArray:
     [0.0, 1.570796]
     """
     d = np.asarray(directions, dtype=np.float64)
-    # atan2 keeps its digits at the pole, where arccos loses half of them.
+    # arctan2 is accurate at the pole, where arccos loses half of its digits.
     return np.asarray(np.arctan2(np.hypot(d[..., 0], d[..., 1]), d[..., 2]))
 
 
 def azimuth_angle(directions: npt.ArrayLike) -> FloatArray:
     """Angle of the projection on xy from +x, counter-clockwise, in [0, 2 pi). [rad]
 
-    At the poles, where there is none, it is zero.
+    At the poles, where it is not defined, it is zero.
 
     >>> azimuth_angle([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]).round(6).tolist()
     [4.712389, 0.0]
     """
     d = np.asarray(directions, dtype=np.float64)
     angle = np.mod(np.arctan2(d[..., 1], d[..., 0]), 2.0 * math.pi)
-    # mod of a tiny negative angle rounds up to 2 pi itself.
+    # The mod of a tiny negative angle is rounded to 2 pi.
     return np.asarray(np.where(angle >= 2.0 * math.pi, 0.0, angle))
 
 
@@ -85,7 +86,7 @@ def describe(direction: npt.ArrayLike) -> str:
 
 
 def unit(vectors: npt.ArrayLike) -> FloatArray:
-    """Vectors scaled to length one; zero vectors are an error.
+    """Vectors scaled to length one; a zero vector is an error.
 
     >>> unit([[0.0, 3.0, 4.0]]).tolist()
     [[0.0, 0.6, 0.8]]
@@ -93,24 +94,24 @@ def unit(vectors: npt.ArrayLike) -> FloatArray:
     v = np.asarray(vectors, dtype=np.float64)
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     if not np.all(length > 0.0):
-        raise PretravelError("a direction has no length: its three components are all zero")
+        raise PretravelError("a direction has length zero: its three components are all zero")
     return np.asarray(v / length)
 
 
 def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray:
-    """Unit vectors that were meant to be unit vectors, or an error that names the row.
+    """Unit vectors, scaled to length one to machine precision.
 
     Parameters
     ----------
     vectors : (n, 3) float
         Lengths within `UNIT_TOLERANCE` of one.
     name : str
-        What they are, for the message.
+        Name of the vectors, for the message.
 
     Returns
     -------
     (n, 3) float
-        The same, of length one to machine precision.
+        The same directions.
 
     Raises
     ------
@@ -133,17 +134,19 @@ def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray
         raise PretravelError(
             f"{name}: row {row + 1} has length {length[row]:.6g}; unit vectors are needed"
         )
-    # Unit to the last digit already: left alone, so that doing it twice changes nothing.
+    # A vector of length one to the last digit stays as it is: a second call changes nothing.
     return np.asarray(v / np.where(np.abs(length - 1.0) <= 1e-15, 1.0, length)[:, None])
 
 
 def grid(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
-    """All pairs of the given angles, polar by polar.
+    """All pairs of the given angles; the azimuth varies fastest.
 
     Parameters
     ----------
-    polar : (p,) float. [rad]
-    azimuth : (a,) float. [rad]
+    polar : (p,) float
+        [rad]
+    azimuth : (a,) float
+        [rad]
 
     Returns
     -------
@@ -163,8 +166,8 @@ def grid(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
 def sphere_pattern_25() -> FloatArray:
     """The 25 directions of a sphere test: pole, 4, 8, 4 and 8 points.
 
-    One at the pole, 4 at 22.5°, 8 at 45°, 4 at 67.5° and 8 at 90° from it, the
-    rings of eight turned by 22.5° against the rings of four.
+    There are 1 at the pole, 4 at 22.5°, 8 at 45°, 4 at 67.5° and 8 at 90° from it. The rings of
+    eight are rotated by 22.5° relative to the rings of four.
 
     Returns
     -------
@@ -188,15 +191,15 @@ def sphere_pattern_25() -> FloatArray:
 
 
 def ring_pattern(polar: npt.ArrayLike, count: int) -> FloatArray:
-    """Rings around the pole, about equally dense, every other one turned by half a step.
+    """Rings around the pole, of about equal density; every other ring is rotated by half a step.
 
     Parameters
     ----------
     polar : (p,) float
-        Of the rings; zero is the pole, one direction. [rad]
+        Polar angles of the rings; zero is the pole, with one direction. [rad]
     count : int
-        Directions on the equator; a ring has the sine of its polar angle of them, four
-        at least.
+        Directions on the equator. A ring has this number times the sine of its polar angle, but
+        at least four.
 
     Returns
     -------
@@ -205,14 +208,14 @@ def ring_pattern(polar: npt.ArrayLike, count: int) -> FloatArray:
     Raises
     ------
     PretravelError
-        Fewer than four on the equator; polar angles not between 0 and 180°.
+        Fewer than four directions on the equator; polar angles outside 0 to 180°.
 
     >>> ring_pattern([0.0, math.pi / 6, math.pi / 2], 12).shape
     (19, 3)
     """
     angles = np.atleast_1d(np.asarray(polar, dtype=np.float64))
     if not 4 <= count <= 10_000:
-        raise PretravelError(f"{count} directions on the equator: it lies between 4 and 10000")
+        raise PretravelError(f"{count} directions on the equator: it must be between 4 and 10000")
     if np.any((angles < 0.0) | (angles > math.pi)):
         raise PretravelError("polar angles of rings lie between 0 and 180 degrees")
     rings = []
@@ -237,7 +240,7 @@ def five_point_pattern() -> FloatArray:
 
 
 def fibonacci_cap(count: int, largest_polar: float = math.pi / 2) -> FloatArray:
-    """Directions spread evenly over a cap around +z, by the golden angle.
+    """Directions that are evenly distributed over a cap around +z, by the golden angle.
 
     Parameters
     ----------

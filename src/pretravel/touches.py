@@ -1,4 +1,4 @@
-"""Touches: what a machine reports, measured or simulated. One of two shared types."""
+"""Touches as a machine reports them, measured or simulated."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pretravel.frames import Placement
 from pretravel.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
-"""Smallest cosine between an approach and the inward normal: 87° apart. The only such limit."""
+"""Smallest cosine between an approach and the inward normal, which are then 87° apart."""
 
 
 def glancing_rows(approaches: FloatArray, normals: FloatArray) -> IntArray:
@@ -46,7 +46,7 @@ def refuse_glancing(
     approaches, normals : (n, 3) float
         Unit vectors; the normals point out of the part.
     where : callable
-        Names a row in the message.
+        Returns the name of a row, for the message.
 
     Raises
     ------
@@ -66,13 +66,13 @@ def refuse_glancing(
 
 @dataclass(frozen=True, eq=False)
 class Touches:
-    """Touches in the machine's frame, one row each.
+    """Touches in the machine's frame; a row is a touch.
 
     Parameters
     ----------
     positions : (n, 3) float
-        Spindle points P at the latched trigger: where the tip centre would be
-        were the stylus straight. [mm]
+        Spindle points P at the latched trigger: the tip centre of an undeflected
+        stylus. [mm]
     normals : (n, 3) float
         Outward unit normals of the part at the targets.
     approaches : (n, 3) float, optional
@@ -83,15 +83,15 @@ class Touches:
     nominal_points : (n, 3) float, optional
         Target points on the nominal surface. [mm]
     source : str, optional
-        Where they came from, for messages.
+        Name of the file or simulation, for messages.
     lines : n ints, optional
-        Line numbers in that source.
+        Line numbers in that file.
 
     Raises
     ------
     PretravelError
-        Shapes that do not fit, values that are not finite, normals or approaches
-        that are not unit vectors, approaches that move away from the part.
+        The shapes do not agree, values are not finite, normals or approaches are not
+        unit vectors, or approaches move away from the part.
 
     >>> touch = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
     >>> touch.approaches.tolist()
@@ -155,12 +155,12 @@ class Touches:
 
     @property
     def approach_directions(self) -> FloatArray:
-        """The approaches, (n, 3), always there."""
+        """The approaches, (n, 3)."""
         assert self.approaches is not None  # set in __post_init__
         return self.approaches
 
     def where(self, row: int) -> str:
-        """How to name one touch to a person: label, and line of the file it came from.
+        """The name of a touch in messages: number, label, and line of the file.
 
         >>> Touches([[0, 0, 1]], [[0, 0, 1]], labels=("pole",), lines=(2,)).where(0)
         'touch 1 (pole, line 2)'
@@ -193,12 +193,12 @@ class Touches:
 
 
 def at_rest(touches: Touches, delay: float) -> Touches:
-    """The same touches without the travel of the machine while the signal was on its way.
+    """The same touches without the travel of the machine during the signal delay.
 
     Parameters
     ----------
     touches : Touches
-        With their feeds.
+        They contain their feeds.
     delay : float
         Signal delay. [s]
 
@@ -211,7 +211,7 @@ def at_rest(touches: Touches, delay: float) -> Touches:
     Raises
     ------
     PretravelError
-        Touches that do not tell their feed.
+        The touches contain no feeds.
 
     >>> touch = Touches([[0.0, 0.0, 2.98]], [[0.0, 0.0, 1.0]], feeds=[60.0])
     >>> at_rest(touch, 0.010).positions.round(9).tolist()
@@ -230,18 +230,18 @@ def at_rest(touches: Touches, delay: float) -> Touches:
 
 
 def with_feed(touches: Touches, feed: float | None) -> Touches:
-    """The same touches, made at a feed that they do not tell themselves.
+    """The same touches with a feed, where they contain none.
 
     Parameters
     ----------
     touches : Touches
     feed : float or None
-        None: as they are. [mm/min]
+        None returns the touches as they are. [mm/min]
 
     Raises
     ------
     PretravelError
-        Touches that tell their feeds already; a feed that is not positive.
+        The touches contain feeds already; the feed is not positive.
 
     >>> with_feed(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), 50.0).feeds.tolist()
     [50.0]
@@ -263,9 +263,9 @@ def moved(touches: Touches, placement: Placement) -> Touches:
     Parameters
     ----------
     touches : Touches
-        In a part's frame.
+        In the frame of a part.
     placement : Placement
-        Of the part in the machine; its inverse leads back.
+        Placement of the part in the machine; its inverse transforms back.
 
     Returns
     -------

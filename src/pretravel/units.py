@@ -1,7 +1,7 @@
-"""The one unit system inside (mm, N, MPa, rad) and the way to its edges.
+"""Units: mm, N, MPa and rad inside the library; factors for other units.
 
-Files, command line and pictures speak micrometres and degrees, and say so in
-their column names; everything between speaks millimetres and radians.
+Files, command line and pictures use micrometres and degrees, with the unit in their column names.
+All other code uses millimetres and radians.
 
 >>> 12.5 * MICROMETRE
 0.0125
@@ -29,7 +29,7 @@ GIGAPASCAL: Final = 1e3
 """One gigapascal in MPa."""
 
 STANDARD_GRAVITY: Final = 9.80665
-"""Standard acceleration of free fall (CGPM 1901): the weight of one kg in N."""
+"""Standard acceleration of free fall (CGPM 1901): the weight of 1 kg. [N]"""
 
 SECONDS_PER_MINUTE: Final = 60.0
 
@@ -39,7 +39,7 @@ def delay_travel(feed: float, delay: float) -> float: ...
 @overload
 def delay_travel(feed: FloatArray, delay: float) -> FloatArray: ...
 def delay_travel(feed: float | FloatArray, delay: float) -> float | FloatArray:
-    """Travel of a moving machine while the trigger signal is on its way.
+    """Travel of a moving machine during the delay of the trigger signal.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def delay_travel(feed: float | FloatArray, delay: float) -> float | FloatArray:
 
     References
     ----------
-    Rodrigues 2021, section 2.9.2: 14.5 ms at 50 mm/min is 12.08 um.
+    Rodrigues 2021, section 2.9.2: 14.5 ms at 50 mm/min give 12.08 µm.
 
     >>> round(delay_travel(50.0, 14.5e-3) / MICROMETRE, 2)
     12.08
