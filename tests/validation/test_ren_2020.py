@@ -7,11 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.laboratory.rig_calibration import (
-    REN_BUDGET,
-    compensated_diameter,
-    constant_and_slope,
-)
+from pretravel.laboratory.rig_budget import REN_BUDGET, constant_and_slope
+from pretravel.laboratory.rig_map import compensated_diameter
 from pretravel.model.hertz import ball_on_flat
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,9 +12,9 @@ from pretravel.cli.progress import working
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
+    from pretravel.laboratory.certificate import CalibrationCertificate
     from pretravel.laboratory.rig import RigTrace
-    from pretravel.laboratory.rig_calibration import LengthComponent, RigCalibration
-    from pretravel.report.certificate import Laboratory
+    from pretravel.laboratory.rig_calibration import RigCalibration
 
 _RESULTS = (".csv", ".json", ".html")
 
@@ -70,17 +69,14 @@ def rig(
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.laboratory_file import read_laboratory
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
+    from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
     from pretravel.laboratory.rig import rig_touch, warmed
-    from pretravel.laboratory.rig_calibration import (
-        REN_BUDGET,
-        calibrate_rig,
-        calibration_budget,
-        length_budget,
-        rig_map,
-    )
-    from pretravel.report.certificate import Laboratory, read_laboratory
+    from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
+    from pretravel.laboratory.rig_calibration import calibrate_rig
+    from pretravel.laboratory.rig_map import rig_map
     from pretravel.report.laboratory_words import budget_table, rig_report
     from pretravel.whole_file import write_json
 
@@ -91,7 +87,7 @@ def rig(
         raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")
     if lab is not None and ending != ".html":
         raise PretravelError("--lab is only for a certificate: -o certificate.html")
-    laboratory = Laboratory({}) if lab is None else read_laboratory(lab)
+    statements = LaboratoryStatements() if lab is None else read_laboratory(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
     with working(f"reading {len(traces)} traces"):
         read = [warmed(read_rig_trace(path), temperature, expansion * 1e-6) for path in traces]
@@ -104,8 +100,16 @@ def rig(
     if output is not None and ending == ".json":
         write_json(output, rig_json(calibration, own))
     elif output is not None and ending == ".html":
-        statements = _Statements(laboratory, components, budget, tuple(notes), temperature)
-        _write_certificate(output, calibration, read, statements)
+        certificate = calibration_certificate(
+            calibration,
+            components,
+            statements,
+            budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
+            if budget is None
+            else budget.name,
+            temperature=temperature,
+        )
+        _write_certificate(output, certificate, read)
     if map_file is not None:
         write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
     if plot is not None:
@@ -120,7 +124,7 @@ def rig(
             "Note: touches of one direction start at different places, so repeatability is that of "
             "r1 - r0, not of r1 alone."
         )
-    missing = laboratory.missing if ending == ".html" else 0
+    missing = statements.missing if ending == ".html" else 0
     for warning in [*notes, *_missing_information(missing, own_budget=budget is not None)]:
         typer.echo(f"Warning: {warning}", err=True)
 
@@ -132,19 +136,8 @@ def _check_traces(traces: Sequence[Path]) -> None:
         raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
 
 
-@dataclass(frozen=True)
-class _Statements:
-    """What a certificate states beside the measured values."""
-
-    laboratory: Laboratory
-    components: Sequence[LengthComponent]
-    budget: Path | None
-    notes: tuple[str, ...]
-    temperature: float
-
-
 def _write_certificate(
-    output: Path, calibration: RigCalibration, traces: Sequence[RigTrace], statements: _Statements
+    output: Path, certificate: CalibrationCertificate, traces: Sequence[RigTrace]
 ) -> None:
     """Write a certificate with the picture of the calibration and that of a median touch."""
     import numpy as np
@@ -152,24 +145,14 @@ def _write_certificate(
     from pretravel.report.certificate import write_certificate
     from pretravel.report.laboratory_pictures import plot_rig, plot_trace
 
+    calibration = certificate.calibration
     touches = calibration.touches
     median = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
     figures = {
         "Pretravel, its repeatability and hysteresis over the directions": plot_rig(calibration),
         f"One touch: {touches[median].trace}": plot_trace(traces[median], touches[median]),
     }
-    write_certificate(
-        output,
-        calibration,
-        statements.components,
-        statements.laboratory,
-        figures,
-        notes=statements.notes,
-        budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
-        if statements.budget is None
-        else statements.budget.name,
-        temperature=statements.temperature,
-    )
+    write_certificate(output, certificate, figures)
 
 
 def _save_picture(path: Path, calibration: RigCalibration, traces: Sequence[RigTrace]) -> None:

@@ -1,4 +1,4 @@
-"""Calibration-rig traces read from CSV, and their touches written."""
+"""Traces and budgets of a calibration rig from CSV files, and its results as columns or JSON."""
 
 from __future__ import annotations
 
@@ -14,20 +14,18 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.laboratory.rig import RigTouch, RigTrace
-from pretravel.laboratory.rig_calibration import (
-    LengthComponent,
-    RigCalibration,
-    Spread,
-    azimuth_of,
-)
+from pretravel.laboratory.rig_budget import LengthComponent
+from pretravel.laboratory.rig_calibration import RigCalibration, Spread, azimuth_of
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
+REPEATABILITY = "repeatability at"
+"""Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
 
 
 def read_rig_trace(path: str | Path) -> RigTrace:
-    """A trace with the columns time_s, ruler_mm, laser_mm, contact, trigger (1 = high).
+    """Read a trace: columns time_s, ruler_mm, laser_mm, contact, trigger (1 = high).
 
     Parameters
     ----------
@@ -41,7 +39,7 @@ def read_rig_trace(path: str | Path) -> RigTrace:
     Raises
     ------
     InputError
-        Not such a file; values that are not numbers, logic that is neither 0 nor 1.
+        A file without these columns, values that are not numbers, levels other than 0 and 1.
     """
     table = read_csv_table(path)
     table.require(*COLUMNS, what="a rig trace")
@@ -75,7 +73,7 @@ def _logic(table: CsvTable, name: str) -> FloatArray:
 
 
 def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
-    """Touches on the rig as columns, one row each; nan where a trace does not tell.
+    """Touches on the rig as columns, one row each; nan where a trace does not show the value.
 
     Parameters
     ----------
@@ -110,12 +108,12 @@ def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
 
 
 def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
-    """A calibration as a document: overall, by direction, by touch, and its budget.
+    """A calibration as a JSON document: overall, by direction, by touch, and its budget.
 
     Returns
     -------
     dict
-        Lengths in µm but for r0 to r3; None where something is not told.
+        Lengths in µm, except r0 to r3; None where a value is unknown.
     """
 
     def um(value: float) -> float | None:
@@ -173,7 +171,9 @@ def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
 
 
 def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
-    """A rig's budget: source, type (A or B), uncertainty_um, per_metre_um; empty cells are zero.
+    """Read the budget of a rig: source, type (A or B), uncertainty_um, per_metre_um.
+
+    Empty cells are zero.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     Raises
     ------
     InputError
-        Columns that are missing, values that are not numbers, types that are not A or B.
+        Missing columns, values that are not numbers, types that are not A or B.
     """
     table = read_csv_table(path)
     table.require("source", "type", "uncertainty_um", "per_metre_um", what="a budget")
@@ -208,6 +208,14 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
                     f"{name} is '{cell}'; it must be a number, or empty", path=path, line=line
                 ) from None
         if min(values) < 0.0:
-            raise InputError("an uncertainty is not negative", path=path, line=line)
-        found.append(LengthComponent(source, kind, values[0] * MICROMETRE, values[1] * 1e-6))
+            raise InputError("an uncertainty is negative", path=path, line=line)
+        found.append(
+            LengthComponent(
+                source,
+                kind,
+                values[0] * MICROMETRE,
+                values[1] * 1e-6,
+                repeatability=source.startswith(REPEATABILITY),
+            )
+        )
     return tuple(found)

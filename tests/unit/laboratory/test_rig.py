@@ -12,15 +12,13 @@ import pytest
 from pretravel.errors import PretravelError
 from pretravel.formats.rig_csv import read_budget, read_rig_trace
 from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch, warmed
-from pretravel.laboratory.rig_calibration import (
+from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
-    azimuth_of,
-    calibrate_rig,
     calibration_budget,
     constant_and_slope,
     length_budget,
-    spread_from,
 )
+from pretravel.laboratory.rig_calibration import azimuth_of, calibrate_rig, spread_from
 from tests.support.examples import EXAMPLES
 
 UM = 1e-3
@@ -319,7 +317,7 @@ class TestCalibration:
 
     def test_nothing_that_triggers(self) -> None:
         touches = [replace(t, r1=math.nan) for t in self._touches(np.random.default_rng(1))[:2]]
-        with pytest.raises(PretravelError, match="no trace tells a pretravel"):
+        with pytest.raises(PretravelError, match="no trace has a pretravel"):
             calibrate_rig(touches)
 
     def test_isotropic_probe(self) -> None:

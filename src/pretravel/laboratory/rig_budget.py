@@ -1,0 +1,166 @@
+"""Uncertainty budgets of a calibration rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.errors import PretravelError
+from pretravel.laboratory.rig_calibration import RigCalibration
+from pretravel.uncertainty.gum import Budget, Component
+
+
+@dataclass(frozen=True)
+class LengthComponent:
+    """A source of uncertainty with a constant part and a part proportional to the length.
+
+    Attributes
+    ----------
+    source : str
+    evaluation : str
+        A or B.
+    constant : float
+        [mm]
+    per_length : float
+        Without unit: mm per mm.
+    dof : float
+        Degrees of freedom.
+    repeatability : bool
+        Whether the repeats of a calibration replace this source.
+    """
+
+    source: str
+    evaluation: str
+    constant: float = 0.0
+    per_length: float = 0.0
+    dof: float = math.inf
+    repeatability: bool = False
+
+
+REN_BUDGET: tuple[LengthComponent, ...] = (
+    LengthComponent("probing", "A", 0.034e-3),
+    LengthComponent("calibration of probe", "B", 0.030e-3),
+    LengthComponent("standard sphere", "B", 0.030e-3),
+    LengthComponent("grating scale displacement", "B", 0.020e-3),
+    LengthComponent("repeatability at zero position", "A", 0.055e-3, repeatability=True),
+    LengthComponent("repeatability at trigger position", "A", 0.060e-3, repeatability=True),
+    LengthComponent("temperature measurement (5 mK)", "B", 0.0, 0.058e-6),
+    LengthComponent("temperature distribution (10 mK)", "A", 0.0, 0.115e-6),
+    LengthComponent("thermal expansion coefficient (1.0e-6/K)", "B", 0.0, 0.010e-6),
+    LengthComponent("cosine error of gauge (0.1 mm / 100 mm)", "B", 0.0, 0.001e-6),
+)
+"""Ren 2020, Table 2."""
+
+
+def length_budget(components: Sequence[LengthComponent], length: float) -> Budget:
+    """The budget of one measured length.
+
+    Parameters
+    ----------
+    components : sequence of LengthComponent
+    length : float
+        [mm]
+
+    Returns
+    -------
+    Budget
+        In mm. The two parts of one source are added before they are squared.
+
+    References
+    ----------
+    Ren 2020, Table 2 and equation 18.
+
+    >>> budget = length_budget(REN_BUDGET, 0.0)
+    >>> round(2.0 * budget.combined * 1e3, 4)  # U with k = 2, in µm
+    0.1998
+    """
+    if length < 0.0:
+        raise PretravelError(f"the length is {length:g} mm; it must not be negative")
+    return Budget(
+        tuple(
+            Component(c.source, c.evaluation, c.constant + c.per_length * length, dof=c.dof)
+            for c in components
+        )
+    )
+
+
+def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, float]:
+    """Constant and slope of u(L)² = constant² + (slope L)².
+
+    Returns
+    -------
+    constant : float
+        [mm]
+    slope : float
+        [mm/mm]
+
+    Raises
+    ------
+    PretravelError
+        A source with both parts; this form does not hold for it.
+
+    >>> [f"{1e3 * number:.3g}" for number in constant_and_slope(REN_BUDGET)]  # µm, µm/mm
+    ['0.0999', '0.000129']
+    """
+    if any(c.constant and c.per_length for c in components):
+        raise PretravelError(
+            "a source has a constant part and a part per length; then the uncertainty does not "
+            "have the form of a constant and a slope"
+        )
+    return (
+        math.sqrt(math.fsum(c.constant**2 for c in components)),
+        math.sqrt(math.fsum(c.per_length**2 for c in components)),
+    )
+
+
+def calibration_budget(
+    calibration: RigCalibration,
+    components: Sequence[LengthComponent] = REN_BUDGET,
+    count: int | None = None,
+) -> tuple[LengthComponent, ...]:
+    """The budget of a rig with the repeatability that a calibration determined.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    components : sequence of LengthComponent
+        Sources that are a `repeatability` are replaced; all others are the rig's.
+    count : int, optional
+        Number of touches of the direction; the fewest of any direction when not given.
+
+    Returns
+    -------
+    tuple of LengthComponent
+        Of the mean pretravel of one direction.
+    """
+    own = own_repeatability(calibration, count or min(d.count for d in calibration.directions))
+    return tuple(components) if own is None else (*rig_sources(components), own)
+
+
+def rig_sources(components: Sequence[LengthComponent]) -> tuple[LengthComponent, ...]:
+    """The sources of the rig alone, without repeatability."""
+    return tuple(c for c in components if not c.repeatability)
+
+
+def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponent | None:
+    """The repeatability of the mean of `count` touches; None where no touch was repeated.
+
+    The position of edges between samples scatters from touch to touch and is part of the
+    repeatability. Where the repeatability is smaller than this part, this part is the source.
+    """
+    spread = calibration.repeatability
+    if not math.isfinite(spread.value):
+        return None
+    edges = float(
+        np.mean([t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)])
+    )
+    if spread.value >= edges:
+        source, kind, single, dof = "repeatability of pretravel", "A", spread.value, spread.dof
+    else:
+        source, kind, single, dof = "edges between samples", "B", edges, math.inf
+    return LengthComponent(
+        f"{source}, mean of {count}", kind, single / math.sqrt(count), dof=dof, repeatability=True
+    )

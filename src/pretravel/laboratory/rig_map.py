@@ -1,0 +1,113 @@
+"""Compensation with the results of a calibration rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import from_angles
+from pretravel.errors import PretravelError
+from pretravel.laboratory.rig_budget import (
+    LengthComponent,
+    length_budget,
+    own_repeatability,
+    rig_sources,
+)
+from pretravel.laboratory.rig_calibration import RigCalibration
+from pretravel.maps.bases import TabulatedBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
+
+
+def rig_map(
+    calibration: RigCalibration, components: Sequence[LengthComponent], tip_radius: float
+) -> PretravelMap:
+    """A map for compensation from a calibration, in the plane of the rig.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+        Its azimuths are the directions in which the rod pushes the tip: those of surface normals.
+    components : sequence of LengthComponent
+        Of the rig.
+    tip_radius : float
+        [mm]
+
+    Returns
+    -------
+    PretravelMap
+        Linear between the directions. The repeatability of each direction is independent, the
+        rest of the budget is common to all directions.
+
+    Raises
+    ------
+    PretravelError
+        Names of traces without an azimuth.
+    """
+    directions = calibration.directions
+    azimuths = np.array([d.azimuth for d in directions])
+    if np.any(np.isnan(azimuths)):
+        raise PretravelError(
+            "a map needs the azimuth of each direction; the names of the traces must end in "
+            "_AZIMUTH_REPEAT"
+        )
+    support = DirectionSupport(from_angles(np.full(len(azimuths), 0.5 * math.pi), azimuths))
+    common = length_budget(rig_sources(components), abs(calibration.pretravel)).combined
+    own = [own_repeatability(calibration, d.count) for d in directions]
+    variances = [0.0 if source is None else source.constant**2 for source in own]
+    spread = calibration.repeatability
+    known = math.isfinite(spread.value)
+    return PretravelMap(
+        basis=TabulatedBasis(support),
+        coefficients=np.array([d.pretravel for d in directions]),
+        covariance=np.diag(variances) + common**2,
+        support=support,
+        tip_radius=tip_radius,
+        repeatability=spread.value if known else 0.0,
+        repeatability_dof=spread.dof if known else math.inf,
+        feed=float(np.mean([t.feed for t in calibration.touches])),
+        provenance={
+            "source": "qualified on a calibration rig",
+            "touches": f"{sum(d.count for d in directions)} in {len(directions)} directions",
+            "gauge": "pretravel is absolute: rod against laser",
+        },
+    )
+
+
+def compensated_diameter(
+    measured: npt.ArrayLike, first_pretravel: float, second_pretravel: float, taken_off: float
+) -> FloatArray:
+    """An outer diameter from two opposite touches, with the pretravel of each direction.
+
+    Parameters
+    ----------
+    measured : (n,) float
+        By the machine, with one effective radius for all directions. [mm]
+    first_pretravel, second_pretravel : float
+        In the two directions. [mm]
+    taken_off : float
+        Mean pretravel that the machine's effective radius contains already. [mm]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+
+    References
+    ----------
+    Ren 2020, Table 1, with an amount that does not follow from its equations
+    (docs/validation.md).
+
+    >>> float(compensated_diameter(29.9852, 0.0035, 0.0032, 0.0030).round(4))
+    29.9859
+    """
+    return np.asarray(
+        np.asarray(measured, dtype=np.float64)
+        + first_pretravel
+        + second_pretravel
+        - 2.0 * taken_off
+    )
