@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.model.fem.elasticity import SPRING_FORCE, FiniteElementModel
-from pretravel.model.fem.geometry import seat_face
-from pretravel.model.fem.mesh import FiniteElementMesh
+from pretravel.model.fem.elasticity import FiniteElementModel
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.model.fem.interface_loads import SPRING_FORCE
+from pretravel.model.fem.regions import seat_face
 from pretravel.model.fem.seat_ball import CONTACT, ball_held
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame

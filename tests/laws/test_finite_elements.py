@@ -12,21 +12,23 @@ from pretravel.directions import from_angles
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.model.fem.condensation import ReducedModel, condense
 from pretravel.model.fem.elasticity import (
+    FiniteElementModel,
+    finite_element_model,
+    rigid_motions,
+    von_mises,
+)
+from pretravel.model.fem.finite_element_mesh import element_unknowns, mesh_quality
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.interface_loads import (
     INTERFACE,
     SEATS,
     SPRING_FORCE,
     TANGENTIAL,
     TIP_FORCE,
-    FiniteElementModel,
-    element_unknowns,
-    finite_element_model,
-    quadrature,
-    rigid_motions,
-    von_mises,
 )
-from pretravel.model.fem.geometry import probe_solids
 from pretravel.model.fem.linear_solvers import SOLVERS, factorise
-from pretravel.model.fem.mesh import MeshSettings, mesh_quality, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.quadrature import quadrature
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe

@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
-from pretravel.model.fem.elasticity import TANGENTIAL
+from pretravel.model.fem.interface_loads import TANGENTIAL
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe

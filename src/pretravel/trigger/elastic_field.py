@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.model.fem.condensation import ElasticField, ReducedModel
-from pretravel.model.fem.elasticity import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE, von_mises
+from pretravel.model.fem.elasticity import von_mises
+from pretravel.model.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.trigger.compliance.fem import FiniteElements, seat_closure

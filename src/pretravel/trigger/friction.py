@@ -17,7 +17,13 @@ from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.fem.condensation import ReducedModel
-from pretravel.model.fem.elasticity import INTERFACE, SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
+from pretravel.model.fem.interface_loads import (
+    INTERFACE,
+    SEATS,
+    SPRING_FORCE,
+    TANGENTIAL,
+    TIP_FORCE,
+)
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.event import trigger_force

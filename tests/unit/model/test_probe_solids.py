@@ -100,9 +100,9 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
 
 def merged_step(probe: Probe, folder: Path) -> StepGeometry:
     """As a CAD user would have it: tripod, head, stem and tip, one solid each."""
-    from pretravel.model.fem.geometry import described_parts
+    from pretravel.model.fem.described_solids import described_solids
 
-    parts = {part.name: part.solid for part in described_parts(probe)}
+    parts = {part.name: part.solid for part in described_solids(probe)}
     tripod = parts["hub"] + parts["holder"] + parts["rods"]
     named = {
         "Tripod": tripod,

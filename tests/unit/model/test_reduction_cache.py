@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.elasticity import INTERFACE
+from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.reduction_cache import reduced_model, reduction_key
 from pretravel.model.fem.seat_ball import ball_correction

@@ -13,14 +13,10 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import CapacityError, PretravelError
-from pretravel.model.fem.elasticity import (
-    INTERFACE,
-    FiniteElementModel,
-    element_unknowns,
-    rigid_motions,
-)
+from pretravel.model.fem.elasticity import FiniteElementModel, rigid_motions
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh, element_unknowns
+from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.linear_solvers import Solve, factorise
-from pretravel.model.fem.mesh import FiniteElementMesh
 from pretravel.probe.materials import Material
 
 log = logging.getLogger(__name__)

@@ -18,20 +18,19 @@ from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import ConvergenceError, DescriptionError
 from pretravel.model.fem.condensation import free_body
 from pretravel.model.fem.elasticity import (
-    INTERFACE,
-    SPRING_FORCE,
-    TIP_FORCE,
     FiniteElementModel,
     element_stiffness,
-    face_quadrature,
     finite_element_model,
     rigid_motions,
-    triangle_shapes,
     upper_stiffness,
 )
-from pretravel.model.fem.geometry import probe_solids, seat_face
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.interface_loads import INTERFACE, SPRING_FORCE, TIP_FORCE
 from pretravel.model.fem.linear_solvers import Solve, factorise
-from pretravel.model.fem.mesh import FiniteElementMesh, MeshSettings, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.quadrature import face_quadrature, triangle_shapes
+from pretravel.model.fem.regions import seat_face
 from pretravel.model.fem.seat_ball import CONTACT, ball_held, ball_mesh
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import SeatFrame, seat_frame

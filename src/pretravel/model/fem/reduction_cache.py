@@ -23,9 +23,11 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
-from pretravel.model.fem.elasticity import INTERFACE, finite_element_model
+from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import FiniteElementMesh, MeshSettings, mesh_solids
+from pretravel.model.fem.interface_loads import INTERFACE
+from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material

@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.arrays import IntArray
-from pretravel.model.fem.elasticity import (
-    element_stiffness,
-    half_space_compliance,
-    hertz_pressure,
-    upper_stiffness,
-)
-from pretravel.model.fem.geometry import PATCH
+from pretravel.model.fem.elasticity import element_stiffness, upper_stiffness
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.model.fem.interface_loads import half_space_compliance, hertz_pressure
 from pretravel.model.fem.linear_solvers import factorise
-from pretravel.model.fem.mesh import FiniteElementMesh, numbered
+from pretravel.model.fem.mesh import numbered
+from pretravel.model.fem.regions import PATCH
 from pretravel.probe.description import Probe
 
 CONTACT = "contact"

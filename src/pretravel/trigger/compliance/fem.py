@@ -10,9 +10,9 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ReducedModel
-from pretravel.model.fem.elasticity import INTERFACE, SEATS, TIP_FORCE
-from pretravel.model.fem.geometry import part_name
+from pretravel.model.fem.interface_loads import INTERFACE, SEATS, TIP_FORCE
 from pretravel.model.fem.reduction_cache import reduced_model
+from pretravel.model.fem.regions import part_name
 from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.trigger.loading import Loading
 from pretravel.trigger.seats import SeatStatics
