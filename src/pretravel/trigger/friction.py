@@ -1,7 +1,7 @@
-"""Seats with Coulomb friction: the mechanism remembers where it came from.
+"""Hysteresis from Coulomb friction at the seats: load beyond the trigger, return, rest.
 
-Frictionless seats obey statics, so loading and unloading are one line. With friction the
-tangential forces at the seats depend on history: the probe triggers later, reseats at
+Without friction, seats obey statics, and loading and unloading follow one line. With friction
+the tangential forces at the seats depend on history: the probe triggers later, reseats at
 another place, and comes to rest elsewhere than it started.
 """
 
@@ -15,27 +15,25 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
-from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ReducedModel
-from pretravel.model.fem.interface_loads import (
-    INTERFACE,
-    SEATS,
-    SPRING_FORCE,
-    TANGENTIAL,
-    TIP_FORCE,
-)
+from pretravel.model.fem.interface_loads import INTERFACE, SEATS, TIP_FORCE
 from pretravel.probe.description import Probe
-from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.event import trigger_force
-from pretravel.trigger.seats import SeatStatics, seat_coefficient, seat_statics
+from pretravel.trigger.friction_equilibrium import (
+    SeatMechanism,
+    SeatState,
+    Target,
+    equilibrium,
+    seat_mechanism,
+)
+from pretravel.trigger.seats import SeatStatics, seat_statics
 
 LARGEST_FRICTION = 0.5
-"""No seat has more; and rods jam between their balls from the tangent of the support angle on,
-where the equations lose their one answer."""
+"""Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
+between their balls and the equations have no unique solution."""
 LARGEST_OVERTRAVEL = 1.0
 """Beyond a millimetre the tripod turns too far for its equations. [mm]"""
-_TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
-_ITERATIONS = 60
 _BISECTIONS = 24  # of a step, where a seat opens or closes
 
 
@@ -106,29 +104,6 @@ class FrictionCycle:
         return np.asarray(np.linalg.norm(moved, axis=2))
 
 
-@dataclass(frozen=True, eq=False)
-class _Mechanism:
-    """Everything that does not change during a cycle."""
-
-    flexibility: FloatArray  # (22, 22), patches taken off
-    resultants: FloatArray  # (6, 22)
-    rest: FloatArray  # (22,) interface forces
-    coefficient: float  # Hertz
-    tangential_stiffness: FloatArray  # (6,)
-    friction: float
-
-
-@dataclass
-class _State:
-    """One step's forces and history, n directions."""
-
-    normal: FloatArray  # (n, 6)
-    shear: FloatArray  # (n, 12)
-    rigid: FloatArray  # (n, 6)
-    force: FloatArray  # (n,)
-    slid: FloatArray  # (n, 12) tangential displacement of the rods at the seats
-
-
 def friction_cycle(
     probe: Probe,
     directions: npt.ArrayLike,
@@ -189,14 +164,23 @@ def friction_cycle(
     d = checked_unit(directions, "directions")
     check_conditions(probe, friction, overtravel, cycles, steps)
     statics = seat_statics(probe)
-    mechanism = _mechanism(probe, statics, reduced, friction)
-    return _run(mechanism, probe, statics, d, overtravel, cycles, steps)
+    mechanism = seat_mechanism(probe, statics, d, friction, reduced)
+    base = _frictionless_deflection(mechanism, statics, probe.threshold)
+    reach = base + (np.maximum(0.01, 2.0 * base) if overtravel is None else overtravel)
+    history = _History(mechanism, cycles, probe.threshold)
+    for number in range(cycles):
+        start = history.deflection
+        history.load(reach, number, steps)
+        _check_opened(history, number, reach, base)
+        history.unload(start, number, steps)
+        history.release(number)
+    return history.cycle()
 
 
 def check_conditions(
     probe: Probe, friction: float, overtravel: float | None, cycles: int, steps: int
 ) -> None:
-    """Refuse what `friction_cycle` cannot work with, before long work is done for it.
+    """Check the conditions of `friction_cycle`, before long work is done for them.
 
     Raises
     ------
@@ -217,354 +201,161 @@ def check_conditions(
         raise PretravelError(f"{cycles} cycles of {steps} steps: at least 1 of 5 are needed")
     if probe.criterion != "first_contact":
         raise PretravelError(
-            f"cycles with friction look for the first seat that opens; the criterion "
-            f"'{probe.criterion}' of [trigger] is not followed: make it 'first_contact'"
+            f"cycles with friction determine when the first seat opens; the criterion "
+            f"'{probe.criterion}' of [trigger] is not supported: make it 'first_contact'"
         )
     if probe.seats.contact != "hertz":
         raise PretravelError(
-            "friction needs seats that give: [seats] contact is 'rigid', make it 'hertz'"
+            "friction needs elastic seats: [seats] contact is 'rigid', make it 'hertz'"
         )
 
 
-def _mechanism(
-    probe: Probe, statics: SeatStatics, reduced: ReducedModel | None, friction: float
-) -> _Mechanism:
-    frame = seat_frame(probe)
-    tangents = np.stack([frame.along, frame.around], axis=1).reshape(12, 3)
-    # Friction acts where rod and ball touch, not on the rod's axis.
-    arms = np.repeat(frame.contacts(probe.tripod.rod_radius), 2, axis=0)
-    resultants = np.zeros((6, len(INTERFACE)))
-    resultants[:, SEATS] = statics.wrenches
-    resultants[:, TIP_FORCE] = statics.tip_wrenches
-    resultants[2, SPRING_FORCE] = -1.0
-    resultants[:, TANGENTIAL] = np.concatenate([tangents, np.cross(arms, tangents)], axis=1).T
-    flexibility = np.zeros(2 * (len(INTERFACE),))
-    ratio = probe.tripod.material.poissons_ratio
-    softer = (2.0 - ratio) / (2.0 * (1.0 - ratio))  # Mindlin: tangentially against normally
-    if reduced is not None:
-        flexibility = np.array(reduced.flexibility)
-        flexibility[SEATS, SEATS] += reduced.seat_correction * np.eye(6)
-        flexibility[TANGENTIAL, TANGENTIAL] += softer * reduced.seat_correction * np.eye(12)
-    coefficient = seat_coefficient(probe)
-    rest = np.zeros(len(INTERFACE))
-    rest[SEATS], rest[SPRING_FORCE] = statics.rest_reactions, probe.preload
-    normal_stiffness = 1.5 * np.cbrt(statics.rest_reactions) / coefficient
-    return _Mechanism(
-        flexibility, resultants, rest, coefficient, normal_stiffness / softer, friction
-    )
+@dataclass(frozen=True, eq=False)
+class _Step:
+    state: SeatState
+    loading: bool
+    cycle: int
 
 
-def _interface(mechanism: _Mechanism, state: _State, d: FloatArray) -> FloatArray:
-    """All 22 interface forces, (n, 22). [N]"""
-    forces = np.tile(mechanism.rest, (len(d), 1))
-    forces[:, SEATS], forces[:, TANGENTIAL] = state.normal, state.shear
-    forces[:, TIP_FORCE] = state.force[:, None] * d
-    return forces
+class _History:
+    """The steps of a run, with the events found in them: a seat opens, the last seat closes."""
 
+    def __init__(self, mechanism: SeatMechanism, cycles: int, threshold: float) -> None:
+        n = len(mechanism.directions)
+        self.mechanism = mechanism
+        self.level = mechanism.coefficient * np.cbrt(threshold**2)
+        self.steps = [_Step(mechanism.at_rest, True, 0)]
+        self.triggers = np.full((n, cycles, 2), np.nan)
+        self.reseats = np.full((n, cycles), np.nan)
+        self.resting = np.zeros((n, cycles, 3))
 
-def _displacements(mechanism: _Mechanism, state: _State, d: FloatArray) -> FloatArray:
-    """Of the interface against rest, (n, 22). [mm]"""
-    change = _interface(mechanism, state, d) - mechanism.rest
-    return np.asarray(change @ mechanism.flexibility + state.rigid @ mechanism.resultants)
+    @property
+    def state(self) -> SeatState:
+        return self.steps[-1].state
 
-
-def _solve(
-    mechanism: _Mechanism,
-    before: _State,
-    d: FloatArray,
-    target: FloatArray,
-    by_force: bool = False,
-    halvings: int = 6,
-) -> _State:
-    """Equilibrium at a prescribed deflection (or force); steps that fail are halved."""
-    try:
-        return _newton(mechanism, before, d, target, by_force)
-    except ConvergenceError:
-        if halvings == 0:
-            raise
-    start = before.force
-    if not by_force:
-        start = np.sum(_displacements(mechanism, before, d)[:, TIP_FORCE] * d, axis=1)
-    middle = _solve(mechanism, before, d, 0.5 * (start + target), by_force, halvings - 1)
-    return _solve(mechanism, middle, d, target, by_force, halvings - 1)
-
-
-def _newton(
-    mechanism: _Mechanism, before: _State, d: FloatArray, target: FloatArray, by_force: bool
-) -> _State:
-    """Semi-smooth Newton with backtracking, for all directions at once.
-
-    Unknowns: six normal forces, twelve tangential ones, the rigid motion, the tip's force.
-    """
-    size = 25
-    c, mu = mechanism.coefficient, mechanism.friction
-    stiffness = np.repeat(mechanism.tangential_stiffness, 2)
-    rest_depth = c * np.cbrt(mechanism.rest[SEATS] ** 2)
-    depth_scale, force_scale = float(rest_depth.mean()), float(mechanism.rest[SPRING_FORCE])
-    lever = float(np.linalg.norm(mechanism.resultants[3:, 6]))
-    rows = np.ones(size)
-    rows[21:24] = lever
-    columns = np.ones(size)
-    columns[18:21], columns[21:24] = depth_scale, depth_scale / lever
-    loaded = np.zeros((len(d), len(INTERFACE), size))  # interface forces by unknowns
-    loaded[:, SEATS, 0:6] = np.eye(6)
-    loaded[:, TANGENTIAL, 6:18] = np.eye(12)
-    loaded[:, TIP_FORCE, 24] = d
-    moved = mechanism.flexibility @ loaded  # interface displacements by unknowns
-    moved[:, :, 18:24] += mechanism.resultants.T
-    tip_row = np.einsum("ni,nik->nk", d, moved[:, TIP_FORCE]) * force_scale / depth_scale
-
-    def unpacked(x: FloatArray) -> _State:
-        return _State(x[:, :6], x[:, 6:18], x[:, 18:24], x[:, 24], before.slid)
-
-    def residual(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        state = unpacked(x)
-        u = _displacements(mechanism, state, d)
-        closed = np.maximum(rest_depth - u[:, SEATS], 0.0)
-        trial = before.shear - stiffness * (u[:, TANGENTIAL] - before.slid)
-        off = state.force - target
-        if not by_force:
-            off = (np.sum(u[:, TIP_FORCE] * d, axis=1) - target) * force_scale / depth_scale
-        parts = [
-            state.normal - (closed / c) ** 1.5,
-            state.shear - _return_map(trial, state.normal, mu)[0],
-            _interface(mechanism, state, d) @ mechanism.resultants.T,
-            off[:, None],
-        ]
-        return np.concatenate(parts, axis=1) / rows / force_scale, u, trial
-
-    x = np.concatenate([before.normal, before.shear, before.rigid, before.force[:, None]], axis=1)
-    r, u, trial = residual(x)
-    for _ in range(_ITERATIONS):
-        merit = np.linalg.norm(r, axis=1)
-        if float(merit.max()) < _TOLERANCE:
-            state = unpacked(x)
-            state.slid = u[:, TANGENTIAL]
-            return state
-        closed = np.maximum(rest_depth - u[:, SEATS], 0.0)
-        slope = 1.5 * np.sqrt(closed) / c**1.5
-        _, by_trial, by_normal = _return_map(trial, x[:, :6], mu)
-        jacobian = np.zeros((len(d), size, size))
-        jacobian[:, :6] = slope[:, :, None] * moved[:, SEATS]
-        jacobian[:, :6, :6] += np.eye(6)
-        jacobian[:, 6:18] = (by_trial * stiffness) @ moved[:, TANGENTIAL]
-        jacobian[:, 6:18, 6:18] += np.eye(12)
-        jacobian[:, 6:18, 0:6] -= by_normal
-        jacobian[:, 18:24] = mechanism.resultants @ loaded
-        jacobian[:, 24] = np.eye(size)[24] if by_force else tip_row
-        scaled = jacobian / rows[:, None] / force_scale * columns
-        step = _least_norm(scaled, r, held=mu > 0.0) * columns
-        share = np.ones(len(d))
-        for _ in range(12):
-            attempt, u, trial = residual(x - share[:, None] * step)
-            better = np.linalg.norm(attempt, axis=1) <= (1.0 - 1e-4 * share) * merit
-            done = better | (merit < _TOLERANCE)
-            if np.all(done):
-                break
-            share = np.where(done, share, 0.5 * share)
-        x = x - share[:, None] * step
-        r, u, trial = residual(x)
-    raise ConvergenceError(
-        f"the seats with friction {mu:g} found no equilibrium (residual {merit.max():.1e} of the "
-        f"preload after {_ITERATIONS} iterations): take more steps, or less friction"
-    )
-
-
-def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatArray:
-    """Solutions; where nothing holds something (the yaw of an unloaded rod), it stays.
-
-    With friction nearly everything is held and a plain solution does where it is sound;
-    without, the least one of many is needed, or Newton's method strays among them.
-    """
-    found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
-    if held:
-        try:
-            found = np.asarray(
-                np.linalg.solve(matrix, right[:, :, None])[:, :, 0], dtype=np.float64
-            )
-            off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
-            sound = off <= 1e-9 * np.linalg.norm(right, axis=1)
-            sound &= np.abs(found).max(axis=1) < 100.0
-        except np.linalg.LinAlgError:
-            pass
-    if not np.all(sound):
-        inverse = np.linalg.pinv(matrix[~sound], rcond=1e-12)
-        found[~sound] = np.einsum("nij,nj->ni", inverse, right[~sound])
-    return np.asarray(found)
-
-
-def _return_map(
-    trial: FloatArray, normal: FloatArray, friction: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coulomb: trial forces brought back to the cone, with derivatives by trial and normal."""
-    n = len(trial)
-    pairs = trial.reshape(n, 6, 2)
-    size = np.linalg.norm(pairs, axis=2)
-    bound = friction * np.maximum(normal, 0.0)
-    slips = size > bound
-    unit = pairs / np.maximum(size, 1e-300)[:, :, None]
-    factor = np.where(slips, bound / np.maximum(size, 1e-300), 1.0)
-    shear = pairs * factor[:, :, None]
-    block = np.einsum("nki,nkj->nkij", unit, unit)
-    local = np.where(
-        slips[:, :, None, None],
-        factor[:, :, None, None] * (np.eye(2) - block),
-        np.eye(2),
-    )
-    by_trial, by_normal = np.zeros((n, 12, 12)), np.zeros((n, 12, 6))
-    for seat in range(6):
-        rows = slice(2 * seat, 2 * seat + 2)
-        by_trial[:, rows, rows] = local[:, seat]
-        pushed = np.where(slips[:, seat] & (normal[:, seat] > 0.0), friction, 0.0)
-        by_normal[:, rows, seat] = pushed[:, None] * unit[:, seat]
-    return shear.reshape(n, 12), by_trial, by_normal
-
-
-def _run(
-    mechanism: _Mechanism,
-    probe: Probe,
-    statics: SeatStatics,
-    d: FloatArray,
-    overtravel: float | None,
-    cycles: int,
-    steps: int,
-) -> FrictionCycle:
-    n, threshold = len(d), probe.threshold
-    rest = statics.rest_reactions
-    state = _State(
-        np.tile(rest, (n, 1)), np.zeros((n, 12)), np.zeros((n, 6)), np.zeros(n), np.zeros((n, 12))
-    )
-    kept: list[tuple[_State, FloatArray, bool, int]] = [
-        (state, np.zeros((n, len(INTERFACE))), True, 0)
-    ]
-    triggers = np.full((n, cycles, 2), np.nan)
-    reseats = np.full((n, cycles), np.nan)
-    resting = np.zeros((n, cycles, 3))
-    start = np.zeros(n)
-    base = _frictionless_deflection(mechanism, statics, d, threshold)
-    reach = base + (np.maximum(0.01, 2.0 * base) if overtravel is None else overtravel)
-
-    def deflection(u: FloatArray) -> FloatArray:
-        return np.asarray(np.sum(u[:, TIP_FORCE] * d, axis=1))
+    @property
+    def deflection(self) -> FloatArray:
+        return self.mechanism.deflection(self.state)
 
     def step(
-        target: FloatArray,
-        loading: bool,
-        number: int,
-        by_force: bool = False,
-        solved: _State | None = None,
+        self, target: Target, *, loading: bool, cycle: int, solved: SeatState | None = None
     ) -> None:
-        """One step; where a seat opens or the last one closes in it, find the place."""
-        nonlocal state
-        before, u_before = kept[-1][:2]
-        origin = before.force if by_force else deflection(u_before)
-        state = _solve(mechanism, before, d, target, by_force) if solved is None else solved
-        kept.append((state, _displacements(mechanism, state, d), loading, number))
-        lowest = _depth(mechanism, before, d).min(axis=1), _depth(mechanism, state, d).min(axis=1)
-        crossing = (lowest[0] > level) & (lowest[1] <= level)
-        crossing &= np.isnan(triggers[:, number, 0])
-        if not loading:
-            crossing = (lowest[0] <= level) & (lowest[1] > level)
-        if np.any(crossing):
-            place = _locate(mechanism, before, d, origin, target, level, crossing, by_force)
-            there = deflection(_displacements(mechanism, place, d))
-            if loading:
-                triggers[crossing, number, 0] = place.force[crossing]
-                triggers[crossing, number, 1] = there[crossing]
-            else:
-                reseats[crossing, number] = there[crossing]
+        """One step; where a seat opens or the last one closes in it, the place is located."""
+        before = self.state
+        state = equilibrium(self.mechanism, before, target) if solved is None else solved
+        self.steps.append(_Step(state, loading, cycle))
+        shallowest = [self.mechanism.depth(s).min(axis=1) > self.level for s in (before, state)]
+        if loading:
+            crossing = shallowest[0] & ~shallowest[1] & np.isnan(self.triggers[:, cycle, 0])
+        else:
+            crossing = ~shallowest[0] & shallowest[1]
+        if not np.any(crossing):
+            return
+        place = _crossing_state(self.mechanism, before, target, self.level, crossing)
+        there = self.mechanism.deflection(place)
+        if loading:
+            self.triggers[crossing, cycle, 0] = place.force[crossing]
+            self.triggers[crossing, cycle, 1] = there[crossing]
+        else:
+            self.reseats[crossing, cycle] = there[crossing]
 
-    level = mechanism.coefficient * np.cbrt(threshold**2)
-    for number in range(cycles):
+    def load(self, reach: FloatArray, cycle: int, steps: int) -> None:
+        """Deflect the tip from where it is to `reach`."""
+        start = self.deflection
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
-            step(start + fraction * (reach - start), True, number)
-        shut = np.flatnonzero(np.isnan(triggers[:, number, 0]))
-        if len(shut):
-            raise PretravelError(
-                f"friction {mechanism.friction:g} holds the rods: in {len(shut)} of {n} directions,"
-                f" first at {describe(d[shut[0]])}, no seat opened up to a deflection of "
-                f"{reach[shut[0]] * 1e3:.1f} um ({base[shut[0]] * 1e3:.1f} um without friction); "
-                "raise the overtravel or lower the friction"
-            )
-        top = deflection(kept[-1][1])
-        returning = np.ones(n, dtype=np.bool_)
+            target = Target(start + fraction * (reach - start))
+            self.step(target, loading=True, cycle=cycle)
+
+    def unload(self, end: FloatArray, cycle: int, steps: int) -> None:
+        """Let the tip return towards `end`; each direction stops before its force would vanish."""
+        top = self.deflection
+        returning = np.ones(len(top), dtype=np.bool_)
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:-1]:
-            # Each direction goes back until its force would be gone, and waits there.
-            here, wanted = deflection(kept[-1][1]), top + fraction * (start - top)
-            target = np.where(returning, wanted, here)
-            trial = _solve(mechanism, state, d, target)
-            going_on = returning & (trial.force > 0.0)
-            if not np.any(going_on):
+            here, wanted = self.deflection, top + fraction * (end - top)
+            target = Target(np.where(returning, wanted, here))
+            trial = equilibrium(self.mechanism, self.state, target)
+            still = returning & (trial.force > 0.0)
+            if not np.any(still):
                 break
-            as_it_was = np.array_equal(going_on, returning)
-            returning = going_on
-            step(
-                np.where(returning, wanted, here), False, number,
-                solved=trial if as_it_was else None,
-            )  # fmt: skip
-        # The last of the force is taken off by force: where the tip then is, is the answer.
-        held = state.force
+            unchanged = np.array_equal(still, returning)
+            returning = still
+            target = Target(np.where(returning, wanted, here))
+            self.step(target, loading=False, cycle=cycle, solved=trial if unchanged else None)
+
+    def release(self, cycle: int) -> None:
+        """Remove the rest of the force in steps of force; the tip is then at its new rest."""
+        held = self.state.force
         for fraction in np.linspace(0.0, 1.0, 11)[1:]:
-            step((1.0 - fraction) * held, False, number, by_force=True)
-        resting[:, number] = kept[-1][1][:, TIP_FORCE]
-        start = deflection(kept[-1][1])
-    displacements = np.stack([entry[1] for entry in kept], axis=1)
-    return FrictionCycle(
-        directions=frozen(d),
-        friction=mechanism.friction,
-        deflection=frozen(np.einsum("nti,ni->nt", displacements[:, :, TIP_FORCE], d)),
-        force=frozen(np.stack([entry[0].force for entry in kept], axis=1)),
-        reactions=frozen(np.stack([entry[0].normal for entry in kept], axis=1)),
-        tangential=frozen(
-            np.stack([entry[0].shear for entry in kept], axis=1).reshape(n, -1, 6, 2)
-        ),
-        displacement=frozen(displacements[:, :, TIP_FORCE]),
-        loading=np.array([entry[2] for entry in kept]),
-        cycle=np.array([entry[3] for entry in kept]),
-        trigger_force=frozen(triggers[:, :, 0]),
-        trigger_deflection=frozen(triggers[:, :, 1]),
-        reseat_deflection=frozen(reseats),
-        rest_displacement=frozen(resting),
-    )
+            target = Target((1.0 - fraction) * held, is_force=True)
+            self.step(target, loading=False, cycle=cycle)
+        self.resting[:, cycle] = self.state.moved[:, TIP_FORCE]
+
+    def cycle(self) -> FrictionCycle:
+        """The whole history as a value."""
+        d = self.mechanism.directions
+        states = [step.state for step in self.steps]
+        tip = np.stack([state.moved[:, TIP_FORCE] for state in states], axis=1)
+        tangential = np.stack([state.tangential for state in states], axis=1)
+        return FrictionCycle(
+            directions=frozen(d),
+            friction=self.mechanism.friction,
+            deflection=frozen(np.einsum("nti,ni->nt", tip, d)),
+            force=frozen(np.stack([state.force for state in states], axis=1)),
+            reactions=frozen(np.stack([state.normal for state in states], axis=1)),
+            tangential=frozen(tangential.reshape(len(d), -1, 6, 2)),
+            displacement=frozen(tip),
+            loading=np.array([step.loading for step in self.steps]),
+            cycle=np.array([step.cycle for step in self.steps]),
+            trigger_force=frozen(self.triggers[:, :, 0]),
+            trigger_deflection=frozen(self.triggers[:, :, 1]),
+            reseat_deflection=frozen(self.reseats),
+            rest_displacement=frozen(self.resting),
+        )
 
 
-def _depth(mechanism: _Mechanism, state: _State, d: FloatArray) -> FloatArray:
-    """How deep rods and balls are pressed together; negative is a gap, (n, 6). [mm]"""
-    rest = mechanism.coefficient * np.cbrt(mechanism.rest[SEATS] ** 2)
-    return np.asarray(rest - _displacements(mechanism, state, d)[:, SEATS])
-
-
-def _locate(
-    mechanism: _Mechanism,
-    before: _State,
-    d: FloatArray,
-    origin: FloatArray,
-    target: FloatArray,
+def _crossing_state(
+    mechanism: SeatMechanism,
+    before: SeatState,
+    target: Target,
     level: float,
     crossing: BoolArray,
-    by_force: bool,
-) -> _State:
+) -> SeatState:
     """The state within a step in which the shallowest seat is at the level, by bisection."""
-    low, high = np.zeros(len(d)), np.ones(len(d))
-    falling = _depth(mechanism, before, d).min(axis=1) > level
+    origin = mechanism.reached(before, target)
+    low, high = np.zeros(len(origin)), np.ones(len(origin))
+    falling = mechanism.depth(before).min(axis=1) > level
     for _ in range(_BISECTIONS):
         share = np.where(crossing, 0.5 * (low + high), 1.0)
-        state = _solve(mechanism, before, d, origin + share * (target - origin), by_force)
-        first_half = (_depth(mechanism, state, d).min(axis=1) > level) != falling
+        between = target._replace(value=origin + share * (target.value - origin))
+        state = equilibrium(mechanism, before, between)
+        first_half = (mechanism.depth(state).min(axis=1) > level) != falling
         high = np.where(first_half, share, high)
         low = np.where(first_half, low, share)
     return state
 
 
+def _check_opened(history: _History, cycle: int, reach: FloatArray, base: FloatArray) -> None:
+    shut = np.flatnonzero(np.isnan(history.triggers[:, cycle, 0]))
+    if len(shut):
+        d = history.mechanism.directions
+        raise PretravelError(
+            f"friction {history.mechanism.friction:g} holds the rods: in {len(shut)} of {len(d)} "
+            f"directions, first at {describe(d[shut[0]])}, no seat opened up to a deflection of "
+            f"{reach[shut[0]] * 1e3:.1f} um ({base[shut[0]] * 1e3:.1f} um without friction); "
+            "raise the overtravel or lower the friction"
+        )
+
+
 def _frictionless_deflection(
-    mechanism: _Mechanism, statics: SeatStatics, d: FloatArray, threshold: float
+    mechanism: SeatMechanism, statics: SeatStatics, threshold: float
 ) -> FloatArray:
     """Deflection at the frictionless trigger: the scale of the loading. [mm]"""
+    d = mechanism.directions
     unit = statics.unit_reactions(d)
     forces, _ = trigger_force(statics.rest_reactions, unit, threshold=threshold)
     if not np.all(np.isfinite(forces)):
         raise PretravelError(
-            "a force along one of the directions presses every seat on: the probe never triggers"
+            "a force along one of the directions unloads no seat: the probe never triggers"
         )
     reactions = np.maximum(statics.rest_reactions + forces[:, None] * unit, 0.0)
     indentation = mechanism.coefficient * (

@@ -1,0 +1,396 @@
+"""Equilibrium of the tripod on seats with Coulomb friction, for a prescribed deflection or force.
+
+The tangential forces at the seats depend on the state before, so the load is applied in steps;
+each step is solved by a semi-smooth Newton method for all directions at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import ConvergenceError
+from pretravel.model.fem.condensation import ReducedModel
+from pretravel.model.fem.interface_loads import (
+    INTERFACE,
+    SEATS,
+    SPRING_FORCE,
+    TANGENTIAL,
+    TIP_FORCE,
+)
+from pretravel.probe.description import Probe
+from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.seats import SeatStatics, seat_coefficient
+
+_TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
+_ITERATIONS = 60
+_HALVINGS = 6  # of a step in which Newton's method fails
+_SIZE = 25  # unknowns: six normal forces, twelve tangential ones, the rigid motion, the tip's force
+
+
+@dataclass(frozen=True, eq=False)
+class SeatState:
+    """Forces and displacements in n directions, after the steps so far.
+
+    Attributes
+    ----------
+    normal : (n, 6) float
+        Seat forces. [N]
+    tangential : (n, 12) float
+        Friction at the seats. [N]
+    rigid : (n, 6) float
+        Rigid motion. [mm], [rad]
+    force : (n,) float
+        On the tip. [N]
+    moved : (n, 22) float
+        Displacements of the interface, from rest. [mm]
+    """
+
+    normal: FloatArray
+    tangential: FloatArray
+    rigid: FloatArray
+    force: FloatArray
+    moved: FloatArray
+
+
+class Target(NamedTuple):
+    """The deflection along the normals, or the force on the tip, that a step leads to."""
+
+    value: FloatArray
+    """(n,). [mm] or [N]"""
+    is_force: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SeatMechanism:
+    """The tripod on its seats, loaded along n directions; nothing of it changes during a cycle.
+
+    Attributes
+    ----------
+    directions : (n, 3) float
+    flexibility : (22, 22) float
+        Of the interface, without the patches' half-spaces. [mm/N]
+    resultants : (6, 22) float
+        Force and moment of each interface force.
+    rest : (22,) float
+        Interface forces at rest. [N]
+    coefficient : float
+        Indentation of a seat per N^(2/3). [mm/N^(2/3)]
+    tangential_stiffness : (6,) float
+        Of the seats, after Mindlin. [N/mm]
+    friction : float
+    """
+
+    directions: FloatArray
+    flexibility: FloatArray
+    resultants: FloatArray
+    rest: FloatArray
+    coefficient: float
+    tangential_stiffness: FloatArray
+    friction: float
+
+    @cached_property
+    def rest_depth(self) -> FloatArray:
+        """Indentation of the seats at rest, (6,). [mm]"""
+        return np.asarray(self.coefficient * np.cbrt(self.rest[SEATS] ** 2))
+
+    @property
+    def at_rest(self) -> SeatState:
+        """The tripod as it was set down: without tangential forces."""
+        n = len(self.directions)
+        return SeatState(
+            np.tile(self.rest[SEATS], (n, 1)),
+            np.zeros((n, 12)),
+            np.zeros((n, 6)),
+            np.zeros(n),
+            np.zeros((n, len(INTERFACE))),
+        )
+
+    def interface(self, state: SeatState) -> FloatArray:
+        """All interface forces, (n, 22). [N]"""
+        forces = np.tile(self.rest, (len(self.directions), 1))
+        forces[:, SEATS], forces[:, TANGENTIAL] = state.normal, state.tangential
+        forces[:, TIP_FORCE] = state.force[:, None] * self.directions
+        return forces
+
+    def displacements(self, state: SeatState) -> FloatArray:
+        """Of the interface against rest, (n, 22). [mm]"""
+        change = self.interface(state) - self.rest
+        return np.asarray(change @ self.flexibility + state.rigid @ self.resultants)
+
+    def depth(self, state: SeatState) -> FloatArray:
+        """How deep rods and balls are pressed together; negative is a gap, (n, 6). [mm]"""
+        return np.asarray(self.rest_depth - state.moved[:, SEATS])
+
+    def deflection(self, state: SeatState) -> FloatArray:
+        """Displacement of the tip along the normals, (n,). [mm]"""
+        return np.asarray(np.sum(state.moved[:, TIP_FORCE] * self.directions, axis=1))
+
+    def reached(self, state: SeatState, target: Target) -> FloatArray:
+        """The quantity that the target prescribes, at a state, (n,). [mm] or [N]"""
+        return state.force if target.is_force else self.deflection(state)
+
+
+def seat_mechanism(
+    probe: Probe,
+    statics: SeatStatics,
+    directions: FloatArray,
+    friction: float,
+    reduced: ReducedModel | None,
+) -> SeatMechanism:
+    """The mechanism of a probe; a rigid tripod without a reduced model.
+
+    Normal: Hertz. Tangential: Mindlin's stiffness at the rest load.
+    """
+    frame = seat_frame(probe)
+    tangents = np.stack([frame.along, frame.around], axis=1).reshape(12, 3)
+    # Friction acts where rod and ball touch, not on the rod's axis.
+    arms = np.repeat(frame.contacts(probe.tripod.rod_radius), 2, axis=0)
+    resultants = np.zeros((6, len(INTERFACE)))
+    resultants[:, SEATS] = statics.wrenches
+    resultants[:, TIP_FORCE] = statics.tip_wrenches
+    resultants[2, SPRING_FORCE] = -1.0
+    resultants[:, TANGENTIAL] = np.concatenate([tangents, np.cross(arms, tangents)], axis=1).T
+    flexibility = np.zeros(2 * (len(INTERFACE),))
+    ratio = probe.tripod.material.poissons_ratio
+    softer = (2.0 - ratio) / (2.0 * (1.0 - ratio))  # Mindlin: tangentially against normally
+    if reduced is not None:
+        flexibility = np.array(reduced.flexibility)
+        flexibility[SEATS, SEATS] += reduced.seat_correction * np.eye(6)
+        flexibility[TANGENTIAL, TANGENTIAL] += softer * reduced.seat_correction * np.eye(12)
+    coefficient = seat_coefficient(probe)
+    rest = np.zeros(len(INTERFACE))
+    rest[SEATS], rest[SPRING_FORCE] = statics.rest_reactions, probe.preload
+    normal_stiffness = 1.5 * np.cbrt(statics.rest_reactions) / coefficient
+    return SeatMechanism(
+        directions,
+        flexibility,
+        resultants,
+        rest,
+        coefficient,
+        normal_stiffness / softer,
+        friction,
+    )
+
+
+def equilibrium(
+    mechanism: SeatMechanism, before: SeatState, target: Target, halvings: int = _HALVINGS
+) -> SeatState:
+    """The state at a prescribed deflection (or force); a step that fails is halved.
+
+    Raises
+    ------
+    ConvergenceError
+        No equilibrium, even with the smallest steps.
+    """
+    try:
+        return _newton(_Equations(mechanism, before, target))
+    except ConvergenceError:
+        if halvings == 0:
+            raise
+    start = mechanism.reached(before, target)
+    halfway = target._replace(value=0.5 * (start + target.value))
+    middle = equilibrium(mechanism, before, halfway, halvings - 1)
+    return equilibrium(mechanism, middle, target, halvings - 1)
+
+
+class _Residual(NamedTuple):
+    scaled: FloatArray  # (n, 25), relative to the preload
+    moved: FloatArray  # (n, 22) displacements of the interface
+    trial: FloatArray  # (n, 12) tangential forces if no seat slid
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """The equations of one step: seat laws, balance of the tripod, and the target."""
+
+    mechanism: SeatMechanism
+    before: SeatState
+    target: Target
+
+    @cached_property
+    def scales(self) -> tuple[float, float, float]:
+        """Of indentations [mm], forces [N] and arms [mm]."""
+        mechanism = self.mechanism
+        lever = float(np.linalg.norm(mechanism.resultants[3:, 6]))
+        return float(mechanism.rest_depth.mean()), float(mechanism.rest[SPRING_FORCE]), lever
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """Scale of each equation."""
+        rows = np.ones(_SIZE)
+        rows[21:24] = self.scales[2]
+        return rows
+
+    @cached_property
+    def columns(self) -> FloatArray:
+        """Scale of each unknown."""
+        depth, _, lever = self.scales
+        columns = np.ones(_SIZE)
+        columns[18:21], columns[21:24] = depth, depth / lever
+        return columns
+
+    @cached_property
+    def stiffness(self) -> FloatArray:
+        """Tangential, of each direction of each seat, (12,). [N/mm]"""
+        return np.repeat(self.mechanism.tangential_stiffness, 2)
+
+    @cached_property
+    def loaded(self) -> FloatArray:
+        """Interface forces by unknowns, (n, 22, 25)."""
+        d = self.mechanism.directions
+        loaded = np.zeros((len(d), len(INTERFACE), _SIZE))
+        loaded[:, SEATS, 0:6] = np.eye(6)
+        loaded[:, TANGENTIAL, 6:18] = np.eye(12)
+        loaded[:, TIP_FORCE, 24] = d
+        return loaded
+
+    @cached_property
+    def moved(self) -> FloatArray:
+        """Interface displacements by unknowns, (n, 22, 25)."""
+        moved = self.mechanism.flexibility @ self.loaded
+        moved[:, :, 18:24] += self.mechanism.resultants.T
+        return np.asarray(moved)
+
+    @cached_property
+    def target_row(self) -> FloatArray:
+        """The target's equation by unknowns, (n, 25) or (25,)."""
+        if self.target.is_force:
+            return np.eye(_SIZE)[24]
+        depth, force, _ = self.scales
+        along = np.einsum("ni,nik->nk", self.mechanism.directions, self.moved[:, TIP_FORCE])
+        return np.asarray(along * force / depth)
+
+    @property
+    def start(self) -> FloatArray:
+        """The unknowns before the step, (n, 25)."""
+        b = self.before
+        return np.concatenate([b.normal, b.tangential, b.rigid, b.force[:, None]], axis=1)
+
+    def state(self, x: FloatArray, moved: FloatArray | None = None) -> SeatState:
+        """The state of given unknowns."""
+        state = SeatState(x[:, :6], x[:, 6:18], x[:, 18:24], x[:, 24], np.empty((0, 0)))
+        return replace(state, moved=self.mechanism.displacements(state) if moved is None else moved)
+
+    def residual(self, x: FloatArray) -> _Residual:
+        """How far the equations are from being satisfied."""
+        mechanism, state = self.mechanism, self.state(x)
+        closed = np.maximum(mechanism.depth(state), 0.0)
+        slid = state.moved[:, TANGENTIAL] - self.before.moved[:, TANGENTIAL]
+        trial = self.before.tangential - self.stiffness * slid
+        depth, force, _ = self.scales
+        off = mechanism.reached(state, self.target) - self.target.value
+        if not self.target.is_force:
+            off = off * force / depth
+        parts = [
+            state.normal - (closed / mechanism.coefficient) ** 1.5,
+            state.tangential - _on_cone(trial, state.normal, mechanism.friction)[0],
+            mechanism.interface(state) @ mechanism.resultants.T,
+            off[:, None],
+        ]
+        return _Residual(
+            np.concatenate(parts, axis=1) / self.rows / force, state.moved, np.asarray(trial)
+        )
+
+    def jacobian(self, x: FloatArray, residual: _Residual) -> FloatArray:
+        """Derivatives of the scaled residual by the scaled unknowns, (n, 25, 25)."""
+        mechanism = self.mechanism
+        c = mechanism.coefficient
+        closed = np.maximum(mechanism.rest_depth - residual.moved[:, SEATS], 0.0)
+        slope = 1.5 * np.sqrt(closed) / c**1.5
+        _, by_trial, by_normal = _on_cone(residual.trial, x[:, :6], mechanism.friction)
+        jacobian = np.zeros((len(x), _SIZE, _SIZE))
+        jacobian[:, :6] = slope[:, :, None] * self.moved[:, SEATS]
+        jacobian[:, :6, :6] += np.eye(6)
+        jacobian[:, 6:18] = (by_trial * self.stiffness) @ self.moved[:, TANGENTIAL]
+        jacobian[:, 6:18, 6:18] += np.eye(12)
+        jacobian[:, 6:18, 0:6] -= by_normal
+        jacobian[:, 18:24] = mechanism.resultants @ self.loaded
+        jacobian[:, 24] = self.target_row
+        return np.asarray(jacobian / self.rows[:, None] / self.scales[1] * self.columns)
+
+
+def _newton(equations: _Equations) -> SeatState:
+    """Semi-smooth Newton with backtracking, for all directions at once."""
+    friction = equations.mechanism.friction
+    x = equations.start
+    residual = equations.residual(x)
+    for _ in range(_ITERATIONS):
+        merit = np.linalg.norm(residual.scaled, axis=1)
+        if float(merit.max()) < _TOLERANCE:
+            return equations.state(x, residual.moved)
+        jacobian = equations.jacobian(x, residual)
+        step = _least_norm(jacobian, residual.scaled, held=friction > 0.0) * equations.columns
+        x = x - _share(equations, x, step, merit)[:, None] * step
+        residual = equations.residual(x)
+    raise ConvergenceError(
+        f"the seats with friction {friction:g} found no equilibrium (residual {merit.max():.1e} of "
+        f"the preload after {_ITERATIONS} iterations): take more steps, or less friction"
+    )
+
+
+def _share(equations: _Equations, x: FloatArray, step: FloatArray, merit: FloatArray) -> FloatArray:
+    """The share of a Newton step that reduces the residual in each direction, (n,)."""
+    share = np.ones(len(x))
+    for _ in range(12):
+        attempt = equations.residual(x - share[:, None] * step).scaled
+        better = np.linalg.norm(attempt, axis=1) <= (1.0 - 1e-4 * share) * merit
+        done = better | (merit < _TOLERANCE)
+        if np.all(done):
+            break
+        share = np.where(done, share, 0.5 * share)
+    return share
+
+
+def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatArray:
+    """Solutions; a motion that nothing constrains (the yaw of an unloaded rod) is zero.
+
+    With friction nearly every motion is constrained and a plain solution is used where it is
+    sound. Without friction the least of many solutions is needed, or Newton's method diverges.
+    """
+    found, sound = np.zeros_like(right), np.zeros(len(right), dtype=np.bool_)
+    if held:
+        try:
+            found = np.asarray(
+                np.linalg.solve(matrix, right[:, :, None])[:, :, 0], dtype=np.float64
+            )
+            off = np.linalg.norm(np.einsum("nij,nj->ni", matrix, found) - right, axis=1)
+            sound = off <= 1e-9 * np.linalg.norm(right, axis=1)
+            sound &= np.abs(found).max(axis=1) < 100.0
+        except np.linalg.LinAlgError:
+            pass
+    if not np.all(sound):
+        inverse = np.linalg.pinv(matrix[~sound], rcond=1e-12)
+        found[~sound] = np.einsum("nij,nj->ni", inverse, right[~sound])
+    return np.asarray(found)
+
+
+def _on_cone(
+    trial: FloatArray, normal: FloatArray, friction: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coulomb: trial forces brought back to the cone, with derivatives by trial and normal."""
+    n = len(trial)
+    pairs = trial.reshape(n, 6, 2)
+    size = np.linalg.norm(pairs, axis=2)
+    bound = friction * np.maximum(normal, 0.0)
+    slips = size > bound
+    unit = pairs / np.maximum(size, 1e-300)[:, :, None]
+    factor = np.where(slips, bound / np.maximum(size, 1e-300), 1.0)
+    shear = pairs * factor[:, :, None]
+    block = np.einsum("nki,nkj->nkij", unit, unit)
+    local = np.where(
+        slips[:, :, None, None],
+        factor[:, :, None, None] * (np.eye(2) - block),
+        np.eye(2),
+    )
+    by_trial, by_normal = np.zeros((n, 12, 12)), np.zeros((n, 12, 6))
+    for seat in range(6):
+        rows = slice(2 * seat, 2 * seat + 2)
+        by_trial[:, rows, rows] = local[:, seat]
+        pushed = np.where(slips[:, seat] & (normal[:, seat] > 0.0), friction, 0.0)
+        by_normal[:, rows, seat] = pushed[:, None] * unit[:, seat]
+    return shear.reshape(n, 12), by_trial, by_normal
