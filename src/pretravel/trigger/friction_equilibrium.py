@@ -260,7 +260,7 @@ class _Equations:
     def target_row(self) -> FloatArray:
         """The target's equation by unknowns, (n, 25) or (25,)."""
         if self.target.is_force:
-            return np.eye(_SIZE)[24]
+            return np.asarray(np.eye(_SIZE)[24])
         depth, force, _ = self.scales
         along = np.einsum("ni,nik->nk", self.mechanism.directions, self.moved[:, TIP_FORCE])
         return np.asarray(along * force / depth)
