@@ -18,15 +18,9 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 # Not yet true. An entry goes when its rule holds for it; what stays has its reason beside it.
 LONG_FUNCTIONS = {
-    "cli/check.py:check",
-    "cli/export.py:export",
-    "cli/rig.py:rig",
-    "cli/simulate.py:simulate",
     "cli/verify.py:verify",
     "formats/map_file.py:map_dataset",
     "identification/probe.py:identify",
-    "laboratory/rig_calibration.py:calibrate_rig",
-    "laboratory/standards.py:check_iso230_10",
     "model/fem/geometry.py:described_parts",
     "qualification/qualification.py:qualify",
     "qualification/verification.py:verify",
@@ -36,34 +30,33 @@ LONG_FUNCTIONS = {
 }
 MANY_PARAMETERS = {
     "compensation/point_errors.py:sphere_by_trials",
-    "laboratory/standards.py:check_iso10360_5",
     "probing/inspection.py:plan_inspection",
     "qualification/qualification.py:qualify",
     "report/certificate.py:write_certificate",
-    "trigger/compliance/closed_form.py:ren_pretravel",
     "trigger/friction.py:_locate",
 }
 SHARED_NAMES = {
-    "CRITERIA",
-    "EQUATORIAL",
-    "FEWEST_DIRECTIONS",
-    "FORMAT",
-    "Part",
-    "Picture",
-    "Place",
-    "Value",
-    "compensation",
-    "fem",
-    "probe",
-    "qualification",
-    "wozniak",
+    "MODEL": "the object of a compliance model: the registry finds it under this name",
+    "fem": "a compliance model's module has the model's name: the registry finds it so",
+    "wozniak": "a compliance model's module has the model's name: the registry finds it so",
+    "compensation": "the room's subject is its main module",
+    "qualification": "the room's subject is its main module",
+    "probe": "",
+    "CRITERIA": "",
+    "FEWEST_DIRECTIONS": "",
+    "FORMAT": "",
+    "LARGEST_PRETRAVEL": "",
+    "Part": "",
+    "Picture": "",
+    "Place": "",
+    "REPEATABILITY": "",
+    "Value": "",
+    "certificate": "",
 }
 FLAGS_IN_MESSAGES = {
     "controls/lookup.py",
     "formats/map_file.py",
-    "formats/probe_history.py",
     "identification/kinds.py",
-    "laboratory/standards.py",
     "maps/pretravel_map.py",
     "maps/sector_tables.py",
     "probing/inspection.py",
@@ -153,7 +146,7 @@ def test_types_modules_and_constants_have_names_of_their_own() -> None:
             if name[0].isupper():
                 homes[name].append(module)
     found = {name for name, modules in homes.items() if len(modules) > 1}
-    assert found <= SHARED_NAMES
+    assert found <= set(SHARED_NAMES)
 
 
 def test_public_names_are_documented() -> None:
