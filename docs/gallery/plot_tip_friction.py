@@ -13,9 +13,10 @@ from published import PICTURES
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
+from pretravel.probing.surface_touches import SurfaceTouches
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import predicted_tip
-from pretravel.probing.touching import SurfaceTouches, touch
+from pretravel.probing.touching import touch
 from pretravel.report.style import save
 from pretravel.surface.shapes import Sphere
 

@@ -34,12 +34,13 @@ _PUBLIC = {
     "friction_cycle": "trigger.friction",
     "Targets": "probing.targets",
     "touch": "probing.touching",
-    "SurfaceTouches": "probing.touching",
-    "TouchStatus": "probing.touching",
+    "SurfaceTouches": "probing.surface_touches",
+    "TouchStatus": "probing.surface_touches",
     "predicted_tip": "probing.tip",
     "SlideSettings": "probing.slide",
     "slide": "probing.slide",
     "read_step_part": "surface.cad.step_part",
+    "InspectionRegion": "probing.inspection",
     "plan_inspection": "probing.inspection",
     "FunctionSurface": "surface.parametric",
     "Latch": "probing.simulation",
@@ -131,12 +132,13 @@ if TYPE_CHECKING:
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.description import Probe
     from pretravel.probe.materials import material
-    from pretravel.probing.inspection import plan_inspection
+    from pretravel.probing.inspection import InspectionRegion, plan_inspection
     from pretravel.probing.simulation import Latch, PartSetup, simulate
     from pretravel.probing.slide import SlideSettings, slide
+    from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import predicted_tip
-    from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
+    from pretravel.probing.touching import touch
     from pretravel.qualification.qualification import Qualification
     from pretravel.qualification.verification import verify
     from pretravel.surface.cad.step_part import read_step_part

@@ -16,12 +16,14 @@ from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.obstacles import StylusOutline
 from pretravel.probing.simulation import simulate_some
+from pretravel.probing.surface_touches import TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, mapped_tip, predicted_tip
-from pretravel.probing.touching import TouchStatus, touch
+from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
-from pretravel.surface.shapes import Reversed, Sphere, Torus
+from pretravel.surface.shapes import Reversed, Sphere
+from pretravel.surface.shapes_of_revolution import Torus
 from pretravel.trigger.predict import predict, predicted_map
 
 

@@ -15,7 +15,8 @@ from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.curves import Conic, Line, OffsetCurve, SplineCurve, flat_knots, polyline
 from pretravel.surface.local_geometry import Surface, signed_distance, tangent_basis
 from pretravel.surface.parametric import Convex, FunctionSurface
-from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed, Sphere, Torus
+from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
+from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.surface.spline import SplineSurface
 from pretravel.surface.swept import Extrusion, Offset, Placed, Revolution
 

@@ -21,14 +21,16 @@ from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
 from pretravel.probing.slide import SlideSettings, slide
+from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
-from pretravel.probing.touching import SurfaceTouches, TouchStatus, touch
+from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex, FunctionSurface
-from pretravel.surface.shapes import Cone, Cylinder, Ellipsoid, Plane, Reversed, Sphere, Torus
+from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
+from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.touches import Touches, moved
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map

@@ -59,7 +59,7 @@ def plan(
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import plan_table
-    from pretravel.probing.inspection import plan_inspection
+    from pretravel.probing.inspection import InspectionRegion, plan_inspection
     from pretravel.report.part_report import plan_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.units import DEGREE, MICROMETRE
@@ -71,12 +71,8 @@ def plan(
             shape,
             grid=grid,
             spacing=spacing,
-            curvature=None if curvature is None else curvature * MICROMETRE,
-            margin=margin,
-            u_range=u,
-            v_range=v,
-            largest_polar=max_polar * DEGREE,
-            axis=axis,
+            chord=None if curvature is None else curvature * MICROMETRE,
+            region=InspectionRegion(margin, u, v, max_polar * DEGREE, axis),
         )
     write_csv_table(output, plan_table(chosen))
     report = plan_document(chosen, shape, f"Targets on {surface}")

@@ -23,9 +23,9 @@ from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.probe.description import Probe
+    from pretravel.probing.surface_touches import SurfaceTouches
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import TipBehaviour
-    from pretravel.probing.touching import SurfaceTouches
     from pretravel.surface.cad.part import Part
     from pretravel.surface.local_geometry import Surface
 
@@ -97,7 +97,7 @@ def simulate(
     from pretravel.formats.touches_csv import read_targets, write_touches
     from pretravel.probe.materials import material
     from pretravel.probing import simulation
-    from pretravel.probing.touching import describe_failures
+    from pretravel.probing.surface_touches import describe_failures
     from pretravel.report.points_report import simulation_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved

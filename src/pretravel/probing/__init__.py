@@ -1,5 +1,6 @@
 """A probe touches a surface.
 
-tip (the probe as the part sees it) → touching (at once) or slide (step by step), with obstacles
-in the way → simulation (what the machine reports).
+inspection chooses points, targets holds them; tip is the probe at the contact. touching solves
+touches without steps (surface_touches holds the result), slide step by step; obstacles finds
+faces in the way; simulation makes the touches that a machine reports.
 """

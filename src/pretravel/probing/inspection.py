@@ -1,4 +1,4 @@
-"""Inspection plans: where on a surface to touch."""
+"""Inspection plans: the points of a surface to touch."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 
 _FINE = 200
-"""Points along each parameter with which lengths are measured."""
+"""Points along each parameter by which lengths are measured."""
 _MOST = 1_000_000
+"""Largest number of points of a grid or of rows."""
 _MOST_CANDIDATES = 400_000
+"""Largest number of points among which those by curvature are chosen."""
+_OFF_FACE = "off the face or nearer to an edge than the margin"
+_TURNED_AWAY = "turned away"
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +31,12 @@ class InspectionPlan:
     Attributes
     ----------
     face : (n,) int
-        Number of the face in its part; 0 for a surface that is not of one.
+        Number of the face in its part; 0 for a surface that is no part's face.
     uv : (n, 2) float
     point, normal : (n, 3) float
         [mm]
     left_out : mapping of str to int
-        How many points were not taken, by reason.
+        Number of points that were left out, by reason.
     """
 
     face: IntArray
@@ -46,7 +50,7 @@ class InspectionPlan:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """One for each point: face and number on it."""
+        """A label for each point: its face and its number on the face."""
         names, counts = [], dict.fromkeys(np.unique(self.face).tolist(), 0)
         for face in self.face.tolist():
             counts[face] += 1
@@ -54,17 +58,77 @@ class InspectionPlan:
         return tuple(names)
 
 
+@dataclass(frozen=True)
+class InspectionRegion:
+    """The part of a surface on which points are chosen.
+
+    Parameters
+    ----------
+    margin : float
+        Distance kept from edges. [mm]
+    u, v : pairs of float, optional
+        Ranges of the parameters; needed where a surface is unbounded.
+    max_polar : float
+        Largest angle between a normal and the axis. [rad]
+    axis : (3,) float
+        Of the probe, up to the spindle, in the surface's frame.
+
+    Raises
+    ------
+    PretravelError
+        A negative margin, or a range that does not increase.
+    """
+
+    margin: float = 1.0
+    u: tuple[float, float] | None = None
+    v: tuple[float, float] | None = None
+    max_polar: float = 0.5 * math.pi
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not self.margin >= 0.0:
+            raise PretravelError(f"the margin is {self.margin:g} mm; it cannot be negative")
+        for name, wanted in (("u", self.u), ("v", self.v)):
+            if wanted is not None and not wanted[0] < wanted[1]:
+                raise PretravelError(f"the range of {name} {wanted} must increase", inputs=(name,))
+
+    def box(self, surface: Surface) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest parameters of a surface within the region, (2,) each.
+
+        Raises
+        ------
+        PretravelError
+            An unbounded surface without a range.
+        """
+        if isinstance(surface, Face):
+            low, high = (bound.copy() for bound in surface.box)
+        else:
+            low, high = np.array(surface.domain.lower), np.array(surface.domain.upper)
+        for axis, (name, wanted) in enumerate((("u", self.u), ("v", self.v))):
+            if wanted is not None:
+                low[axis], high[axis] = wanted
+            if not (np.isfinite(low[axis]) and np.isfinite(high[axis])):
+                raise PretravelError(
+                    f"this surface has no end along {name}: state a range of {name}",
+                    inputs=(name,),
+                )
+        return low, high
+
+    def turned_away(self, normals: FloatArray) -> BoolArray:
+        """Which normals are further from the axis than allowed."""
+        along = normals @ np.asarray(self.axis)
+        across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
+        seen = np.column_stack([across, 0.0 * along, along])
+        return np.asarray(polar_angle(seen) > self.max_polar + 1e-9)
+
+
 def plan_inspection(
     surface: Surface | Part,
     *,
     grid: tuple[int, int] | None = None,
     spacing: float | None = None,
-    curvature: float | None = None,
-    margin: float = 1.0,
-    u_range: tuple[float, float] | None = None,
-    v_range: tuple[float, float] | None = None,
-    largest_polar: float = 0.5 * math.pi,
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    chord: float | None = None,
+    region: InspectionRegion | None = None,
 ) -> InspectionPlan:
     """Choose points by a grid of parameters, by distance, or by curvature.
 
@@ -73,20 +137,14 @@ def plan_inspection(
     surface : Surface or Part
         Of a part the chosen faces.
     grid : pair of int
-        Points along u and along v, evenly in the parameters.
+        Number of points along u and along v, evenly spaced in the parameters.
     spacing : float
-        Distance of neighbours in rows and of rows at the most. [mm]
-    curvature : float
-        Neighbours so close that a chord between them leaves the surface by no more
-        than this; flat regions get `spacing`, or a tenth of the surface's size. [mm]
-    margin : float
-        Distance kept from edges. [mm]
-    u_range, v_range : pairs of float, optional
-        Only there; needed where a surface has no bounds.
-    largest_polar : float
-        Normals further from the axis than this are left out. [rad]
-    axis : (3,) float
-        Of the probe, up to the spindle, in the surface's frame.
+        Largest distance between neighbours in a row, and between rows. [mm]
+    chord : float
+        Largest distance between the surface and a chord from neighbour to neighbour. Flat regions
+        have neighbours at `spacing`, or at a tenth of the surface's size. [mm]
+    region : InspectionRegion, optional
+        The whole surface, 1 mm from its edges, when not given.
 
     Returns
     -------
@@ -95,105 +153,101 @@ def plan_inspection(
     Raises
     ------
     PretravelError
-        Not exactly one way to choose, a surface without bounds, nothing left.
+        No way to choose the points or more than one; an unbounded surface; no point left.
 
     >>> from pretravel.surface.shapes import Sphere
-    >>> len(plan_inspection(Sphere([0, 0, 0], 10.0), grid=(8, 3), margin=0.0,
-    ...                     v_range=(0.3, 1.5)))
+    >>> region = InspectionRegion(margin=0.0, v=(0.3, 1.5))
+    >>> len(plan_inspection(Sphere([0, 0, 0], 10.0), grid=(8, 3), region=region))
     24
     """
-    ways = [name for name, value in (("grid", grid), ("curvature", curvature)) if value is not None]
-    if spacing is not None and curvature is None:
+    _check_one_way(grid, spacing, chord)
+    region = region or InspectionRegion()
+    chosen: list[tuple[int, FloatArray, LocalGeometry]] = []
+    left_out = {_OFF_FACE: 0, _TURNED_AWAY: 0}
+    for number, piece in _pieces(surface):
+        if grid is not None:
+            uv, usable = _grid_on(piece, region, grid)
+            left_out[_OFF_FACE] += int(np.sum(~usable))
+            uv = uv[usable]
+        elif chord is not None:
+            uv = _by_curvature(piece, region, chord, spacing)
+        else:
+            assert spacing is not None  # one way was chosen above
+            uv = _rows(piece, region, spacing)
+        local = piece.local(uv)
+        away = region.turned_away(local.normal)
+        left_out[_TURNED_AWAY] += int(np.sum(away))
+        chosen.append((number, uv[~away], local.take(np.flatnonzero(~away))))
+    return _plan(chosen, {why: count for why, count in left_out.items() if count})
+
+
+def _check_one_way(
+    grid: tuple[int, int] | None, spacing: float | None, chord: float | None
+) -> None:
+    ways = [name for name, value in (("grid", grid), ("chord", chord)) if value is not None]
+    if spacing is not None and chord is None:
         ways.append("spacing")
     if len(ways) != 1:
         raise PretravelError(
-            "a plan needs one way to choose its points: a grid, a spacing or a curvature"
-            + (f"; there are {' and '.join(ways)}" if ways else "")
+            "a plan needs one way to choose its points: a grid, a spacing or a chord (by curvature)"
+            + (f"; there are {' and '.join(ways)}" if ways else ""),
+            inputs=("grid", "spacing", "curvature"),
         )
-    for name, value in (("spacing", spacing), ("curvature", curvature)):
+    for name, value in (("spacing", spacing), ("chord", chord)):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise PretravelError(f"the {name} is {value:g} mm; it must be above zero")
-    if not margin >= 0.0:
-        raise PretravelError(f"the margin is {margin:g} mm; it cannot be negative")
+
+
+def _pieces(surface: Surface | Part) -> list[tuple[int, Surface]]:
     if isinstance(surface, Part):
-        pieces: list[tuple[int, Surface]] = [
-            (surface.faces[i].number, surface.faces[i]) for i in surface.chosen
-        ]
-    else:
-        pieces = [(0, surface)]
-    found: list[tuple[int, FloatArray, LocalGeometry]] = []
-    left_out = {"off the face or nearer to an edge than the margin": 0, "turned away": 0}
-    for number, piece in pieces:
-        low, high = _box(piece, u_range, v_range)
-        if grid is not None:
-            uv = _grid(low, high, grid, _comes_round(piece))
-            usable = _usable(piece, uv, margin)
-            left_out["off the face or nearer to an edge than the margin"] += int(np.sum(~usable))
-            uv = uv[usable]
-        elif curvature is None:
-            assert spacing is not None  # one way was chosen above
-            uv = _rows(piece, low, high, spacing, margin)
-        else:
-            uv = _by_curvature(piece, low, high, curvature, spacing, margin)
-        local = piece.local(uv)
-        away = polar_angle(_seen_along(local.normal, axis)) > largest_polar + 1e-9
-        left_out["turned away"] += int(np.sum(away))
-        found.append((number, uv[~away], local.take(np.flatnonzero(~away))))
-    if not any(len(uv) for _, uv, _ in found):
-        reasons = ", ".join(f"{count} {why}" for why, count in left_out.items() if count)
+        return [(surface.faces[i].number, surface.faces[i]) for i in surface.chosen]
+    return [(0, surface)]
+
+
+def _plan(
+    chosen: list[tuple[int, FloatArray, LocalGeometry]], left_out: dict[str, int]
+) -> InspectionPlan:
+    if not any(len(uv) for _, uv, _ in chosen):
+        reasons = ", ".join(f"{count} {why}" for why, count in left_out.items())
         raise PretravelError(
             f"no point is left to touch ({reasons or 'the surface is too small'}); choose a finer "
-            "grid or spacing, a smaller margin or a larger --max-polar"
+            "grid or spacing, a smaller margin or a larger polar angle",
+            inputs=("margin", "max_polar"),
         )
     return InspectionPlan(
-        face=np.concatenate([np.full(len(uv), number) for number, uv, _ in found]),
-        uv=np.concatenate([uv for _, uv, _ in found]),
-        point=np.concatenate([local.point for *_, local in found]),
-        normal=np.concatenate([local.normal for *_, local in found]),
-        left_out={why: count for why, count in left_out.items() if count},
+        face=np.concatenate([np.full(len(uv), number) for number, uv, _ in chosen]),
+        uv=np.concatenate([uv for _, uv, _ in chosen]),
+        point=np.concatenate([local.point for *_, local in chosen]),
+        normal=np.concatenate([local.normal for *_, local in chosen]),
+        left_out=left_out,
     )
 
 
-def _seen_along(normals: FloatArray, axis: tuple[float, float, float]) -> FloatArray:
-    """Normals as (across, 0, along) of an axis, so that polar angles are measured from it."""
-    along = normals @ np.asarray(axis)
-    across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
-    return np.column_stack([across, 0.0 * along, along])
-
-
-def _box(
-    surface: Surface, u_range: tuple[float, float] | None, v_range: tuple[float, float] | None
-) -> tuple[FloatArray, FloatArray]:
-    if isinstance(surface, Face):
-        low, high = (bound.copy() for bound in surface.box)
-    else:
-        low, high = np.array(surface.domain.lower), np.array(surface.domain.upper)
-    for axis, (name, wanted) in enumerate((("u", u_range), ("v", v_range))):
-        if wanted is not None:
-            if not wanted[0] < wanted[1]:
-                raise PretravelError(f"the range of {name} {wanted} must go upwards")
-            low[axis], high[axis] = wanted
-        if not (np.isfinite(low[axis]) and np.isfinite(high[axis])):
-            raise PretravelError(
-                f"this surface has no end along {name}: say from where to where, --{name} from,to"
-            )
-    return low, high
-
-
-def _comes_round(surface: Surface) -> list[bool]:
+def _periodic(surface: Surface) -> list[bool]:
     return [bool(np.isfinite(period)) for period in surface.domain.period]
 
 
+def _grid_on(
+    surface: Surface, region: InspectionRegion, counts: tuple[int, int]
+) -> tuple[FloatArray, BoolArray]:
+    """A grid on a surface, and which of its points can be used."""
+    low, high = region.box(surface)
+    uv = _grid(low, high, counts, _periodic(surface))
+    return uv, _usable(surface, uv, region.margin)
+
+
 def _grid(
-    low: FloatArray, high: FloatArray, counts: tuple[int, int], round_: list[bool]
+    low: FloatArray, high: FloatArray, counts: tuple[int, int], periodic: list[bool]
 ) -> FloatArray:
     if min(counts) < 1 or counts[0] * counts[1] > _MOST:
-        raise PretravelError(f"a grid of {counts[0]} x {counts[1]}: 1 to {_MOST} points can be")
+        raise PretravelError(
+            f"a grid of {counts[0]} x {counts[1]}: it can have 1 to {_MOST} points"
+        )
     axes = []
     for axis in (0, 1):
         n, span = counts[axis], high[axis] - low[axis]
-        closed = round_[axis] and span > 2.0 * math.pi - 1e-9
-        # A full turn must not have its seam twice; a single point goes to the middle.
+        closed = periodic[axis] and span > 2.0 * math.pi - 1e-9
+        # A full turn must not contain its seam twice; a single point lies in the middle.
         share = np.arange(n) / n if closed else np.linspace(0.0, 1.0, n) if n > 1 else [0.5]
         axes.append(low[axis] + np.asarray(share) * span)
     v, u = np.meshgrid(axes[1], axes[0], indexing="ij")
@@ -201,7 +255,7 @@ def _grid(
 
 
 def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
-    """On the surface and no nearer to its edges than the margin."""
+    """Which points lie on the surface, and not closer to its edges than the margin."""
     from scipy.spatial import cKDTree
 
     inside = surface.inside(uv)
@@ -213,14 +267,10 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
 
 
 def _rows(
-    surface: Surface,
-    low: FloatArray,
-    high: FloatArray,
-    spacing: float,
-    margin: float,
-    most: int = _MOST,
+    surface: Surface, region: InspectionRegion, spacing: float, most: int = _MOST
 ) -> FloatArray:
-    """Rows along u, evenly spaced along their length; rows no further apart than the spacing."""
+    """Rows along u with points evenly spaced along their length; a limited distance of rows."""
+    low, high = region.box(surface)
     share = np.linspace(0.0, 1.0, _FINE)
     u, v = low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1])
     uu, vv = np.meshgrid(u, v)
@@ -230,8 +280,8 @@ def _rows(
     along = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max()
     if (across / spacing + 1.0) * (along / spacing + 1.0) > most:
         raise PretravelError(
-            f"a spacing of {spacing:g} mm on {along:.3g} x {across:.3g} mm is more than {most} "
-            "points; choose a larger one"
+            f"a spacing of {spacing:g} mm on {along:.3g} x {across:.3g} mm makes more than "
+            f"{most} points; choose a larger spacing"
         )
     count = max(int(np.ceil(across / spacing)), 1)
     rows = []
@@ -243,30 +293,24 @@ def _rows(
         at = np.interp((np.arange(n) + 0.5) / n * length[-1], length, u)
         rows.append(np.column_stack([at, np.full(n, height)]))
     uv = np.concatenate(rows)
-    return uv[_usable(surface, uv, margin)]
+    return uv[_usable(surface, uv, region.margin)]
 
 
 def _by_curvature(
-    surface: Surface,
-    low: FloatArray,
-    high: FloatArray,
-    chord: float,
-    widest: float | None,
-    margin: float,
+    surface: Surface, region: InspectionRegion, chord: float, widest: float | None
 ) -> FloatArray:
-    """Points whose distance follows the curvature: c²/8 times it is the chord's height."""
+    """Points whose distance c depends on the curvature k: the height of a chord is k c²/8."""
     from scipy.spatial import cKDTree
 
-    probe = _grid(low, high, (60, 60), [False, False])
-    probe = probe[surface.inside(probe)]
-    local = surface.local(probe)
+    samples = _grid(*region.box(surface), (60, 60), [False, False])
+    local = surface.local(samples[surface.inside(samples)])
     size = float(np.linalg.norm(np.ptp(local.point, axis=0)))
     widest = 0.1 * size if widest is None else widest
     wanted = _distance(local, chord, widest)
-    # Candidates twice as dense as the most curved place needs.
+    # Candidates are twice as dense as the most curved place needs.
     dense = 0.5 * float(wanted.min())
     try:
-        uv = _rows(surface, low, high, dense, margin, _MOST_CANDIDATES)
+        uv = _rows(surface, region, dense, _MOST_CANDIDATES)
     except PretravelError as error:
         raise PretravelError(
             f"a chord height of {chord:g} mm needs points every {wanted.min():.3g} mm; {error}"
@@ -276,7 +320,7 @@ def _by_curvature(
     tree = cKDTree(local.point)
     free = np.ones(len(uv), dtype=bool)
     taken = []
-    # The most curved first: their neighbours are the nearest.
+    # The most curved places first: their neighbours are the nearest.
     for row in np.argsort(reach, kind="stable").tolist():
         if free[row]:
             taken.append(row)

@@ -1,4 +1,4 @@
-"""What a moving ball and stylus meet on their way, found on points all over the part."""
+"""Faces that a moving ball or stylus meets on its way, found by points on the part."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from pretravel.surface.cad.part import Cloud, Part
 from pretravel.surface.local_geometry import Surface
 
 _CLOSE = 1e-4
-"""Deeper than this a ball is in the way of a face: CAD faces do not join better. [mm]"""
+"""Depth above which a ball is considered to meet a face: CAD faces join no better. [mm]"""
 _LEAST_STEP = 0.02
-"""Of a ball along its way, as a share of its radius."""
+"""Smallest step of a ball along its way, as a share of its radius."""
 _EDGE_RESOLUTION = 0.02
-"""Of edges, as a share of the ball's radius: their distance is right to 5e-5 of it."""
+"""Distance between samples of edges, as a share of the ball's radius: the error of the
+distance from an edge is below 5e-5 of the radius."""
 _NEAR_FACES = 32
-"""Points around a ball by which the faces near it are found."""
+"""Number of points around a ball by which the faces near it are found."""
 _CHUNK = 2_000
+"""Touches whose styluses are checked together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,7 @@ class StylusOutline:
     axis : (3,) float
         From the tip up to the spindle, machine frame.
     above : (k, 2) float
-        Where each cylinder begins and ends above the tip centre. [mm]
+        Start and end of each cylinder above the tip's centre. [mm]
     radii : (k,) float
         [mm]
     """
@@ -42,7 +44,7 @@ class StylusOutline:
 
 
 def stylus_outline(probe: Probe, axis: FloatArray) -> StylusOutline:
-    """The stylus of a description, from the ball up to its root, with the hub where it has one.
+    """The stylus of a description, from the ball to its root, with the hub if there is one.
 
     Parameters
     ----------
@@ -78,19 +80,19 @@ def first_obstacle(
     radius: float,
     clearance: float,
 ) -> IntArray:
-    """Faces that balls meet before they arrive, on the last piece of their way, or where they do.
+    """Faces that balls meet on the last piece of their way or at its end.
 
     Parameters
     ----------
     part : Part
     centers : (n, 3) float
-        Of the balls where they arrive. [mm]
+        Of the balls at the end of their way. [mm]
     approach : (n, 3) float
         Unit directions of travel.
     touched : (n,) int
-        Faces that they touch there.
+        Index of the face that each ball touches there.
     radius, clearance : float
-        Of the balls; length of the piece. [mm]
+        Radius of the balls; length of the piece. [mm]
 
     Returns
     -------
@@ -99,12 +101,13 @@ def first_obstacle(
 
     Notes
     -----
-    Points of the part tell how far a ball is from it at least; it is moved on by that. Where they
-    do not tell enough the distance to the faces themselves is taken. Only the last bit of the way,
-    on which the points cannot tell the face to touch from others, is looked at where it ends.
+    The points of the part give a lower bound of a ball's distance from the part; the ball is moved
+    on by this distance. Where the bound is too small, the distance to the faces themselves is
+    computed. On the last bit of the way the points do not distinguish the touched face from
+    others: there only the end is checked.
     """
     cloud = part.cloud_of_spacing(0.5 * radius)
-    # Every point of a face has one of its samples within this, seen past its curvature.
+    # Upper bound of the distance from any point of a face to a sample, with its curvature.
     bends = np.array([face.largest_convex_curvature for face in part.faces])
     slack = float(np.max(cloud.gaps * np.sqrt(1.0 + radius * np.minimum(bends, 4.0 / radius))))
     least = _LEAST_STEP * radius
@@ -124,7 +127,7 @@ def first_obstacle(
             hit = exact < radius - _CLOSE
             met[active[doubtful[hit]]] = face[hit]
             inside[doubtful[hit]] = True
-            # Where no face was near enough to be asked, the ball has at least a step to go.
+            # Where no face was near, the ball can move by at least one step.
             free[doubtful] = np.minimum(exact - radius, least)
         to_go[active] -= np.maximum(free, least)
         active = active[~inside & (to_go[active] > last)]
@@ -145,18 +148,20 @@ def _distance(
     cloud: Cloud,
     radius: float,
     slack: float,
-    but: IntArray | None,
+    excluded: IntArray | None,
 ) -> tuple[FloatArray, IntArray]:
-    """Distance of balls' centres from the nearest face, and which; infinite where none is within
-    the radius. One face of each ball can be left out.
+    """Distance of the balls' centres from the nearest face, and the index of this face.
+
+    The distance is infinite where no face is within the radius. One face can be excluded for each
+    ball.
     """
     within = float(np.hypot((1.0 + _LEAST_STEP) * radius, slack)) + _CLOSE
     count = min(_NEAR_FACES, len(cloud.points))
     _, at = cloud.tree.query(centers, k=count, distance_upper_bound=within, workers=-1)
     at = at.reshape(len(centers), count)
     faces = np.where(at < len(cloud.points), cloud.face[np.minimum(at, len(cloud.points) - 1)], -1)
-    if but is not None:
-        faces = np.where(faces == but[:, None], -1, faces)
+    if excluded is not None:
+        faces = np.where(faces == excluded[:, None], -1, faces)
     nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
     for index in np.unique(faces[faces >= 0]):
         rows = np.flatnonzero((faces == index).any(axis=1))
@@ -173,13 +178,13 @@ def stem_obstacle(
     stylus: StylusOutline,
     clearance: float,
 ) -> IntArray:
-    """Faces that a stylus runs into at the trigger, or on the last piece of its way.
+    """Faces that a stylus meets at the trigger or on the last piece of its way.
 
     Parameters
     ----------
     part : Part
     spindle : (n, 3) float
-        Spindle points at the trigger (where the tip were, the stylus straight). [mm]
+        Spindle points at the trigger. [mm]
     approach : (n, 3) float
     stylus : StylusOutline
     clearance : float
@@ -192,8 +197,8 @@ def stem_obstacle(
 
     Notes
     -----
-    A ball of each cylinder's radius goes down along its axis; what only its rim would meet is found
-    by points of the part.
+    A ball with the radius of each cylinder is moved along the cylinder's axis. Faces that only the
+    rim of the cylinder meets are found by points of the part.
     """
     from scipy.spatial import cKDTree
 
@@ -209,7 +214,7 @@ def stem_obstacle(
     steps = max(int(np.ceil(clearance / max(float(stylus.radii.min()), 0.1))), 1)
     for back in np.linspace(0.0, clearance, steps + 1):
         for (low, high), radius in zip(stylus.above, stylus.radii, strict=True):
-            # The lowest cylinder begins within the ball at the tip, the others with a rim.
+            # The lowest cylinder starts within the ball of the tip, the others with a rim.
             start = low if low == 0.0 else low + radius
             free = np.flatnonzero(met < 0)
             if start < high and len(free):
@@ -238,9 +243,9 @@ def stem_obstacle(
 def sweeps_surface(
     surface: Surface | Part, start: FloatArray, approach: FloatArray, radius: float
 ) -> BoolArray:
-    """Whether balls meet any point of the faces to touch, edges included, on their whole line.
+    """Whether balls meet a face to touch, edges included, anywhere on their line.
 
-    For what is said of a touch that failed only: points tell, a tenth of the radius near enough.
+    Only for the message about a failed touch: found by points, to a tenth of the radius.
 
     Parameters
     ----------
@@ -254,13 +259,13 @@ def sweeps_surface(
     Returns
     -------
     (n,) bool
-        False throughout for a surface without edges: what is not met is missed.
+        Always False for a surface without edges.
     """
     meets = np.zeros(len(start), dtype=bool)
     if not isinstance(surface, Part) or len(start) == 0:
         return meets
     cloud, low, high = surface.cloud_of_chosen, *surface.box
-    # As far as the part and the ball reach, to both sides.
+    # The extent of the part and the ball, to both sides.
     far = float(np.linalg.norm(high - low)) + 2.0 * radius
     far += float(np.max(np.abs(start - 0.5 * (low + high))))
     along = np.full(len(start), -far)

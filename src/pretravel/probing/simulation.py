@@ -16,15 +16,10 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.probing.obstacles import StylusOutline, stylus_outline
+from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus, describe_failures
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, tip_of
-from pretravel.probing.touching import (
-    CLEARANCE,
-    SurfaceTouches,
-    TouchStatus,
-    describe_failures,
-    touch,
-)
+from pretravel.probing.touching import CLEARANCE, touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.local_geometry import Surface

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.description import Probe
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle, sweeps_surface
+from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
 from pretravel.surface.cad.part import Part
@@ -32,97 +32,6 @@ _SOFTER = (1000.0, 300.0, 100.0, 50.0, 25.0, 12.0, 6.0, 4.0, 2.8, 2.0, 1.6, 1.3,
 """Multiples of the displacement before slip by which the solution with friction is approached."""
 CLEARANCE = 2.0
 """Length of way before the contact on which the ball must meet nothing else. [mm]"""
-
-
-class TouchStatus(IntEnum):
-    """The outcome of a touch."""
-
-    CONVERGED = 0
-    MISSED = 1
-    EDGE = 2
-    OTHER_FACE = 3
-    STEM = 4
-    NEVER_TRIGGERS = 5
-    DOES_NOT_FIT = 6
-    NOT_CONVERGED = 7
-    OUTSIDE_MAP = 8
-
-
-MEANING = {
-    TouchStatus.CONVERGED: "converged",
-    TouchStatus.MISSED: "missed: the ball does not meet the surface on its way",
-    TouchStatus.EDGE: "edge: the ball meets an edge or slides to one, where there is no normal",
-    TouchStatus.OTHER_FACE: "other face: the ball meets another face first",
-    TouchStatus.STEM: "stem: the stylus runs into the part",
-    TouchStatus.NEVER_TRIGGERS: "never triggers: a force in this direction loads every seat",
-    TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow at the target",
-    TouchStatus.NOT_CONVERGED: "not converged: no solution was found",
-    TouchStatus.OUTSIDE_MAP: "outside the map: no touch or prediction supports this direction",
-}
-"""The outcomes in words, for messages."""
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceTouches:
-    """The results of n touches; values are not numbers where a touch did not converge.
-
-    Attributes
-    ----------
-    status : (n,) int
-        See `TouchStatus`.
-    face : (n,) int
-        Index of the touched face, or of the obstacle; -1 for none.
-    first_point, first_normal : (n, 3) float
-        Of the surface at first contact. [mm]
-    first_travel : (n,) float
-        Of the spindle along the approach, from the place above the target to first contact. [mm]
-    point, normal : (n, 3) float
-        Of the surface at the trigger. [mm]
-    travel : (n,) float
-        Of the spindle along the approach, from the same place to the trigger. [mm]
-    force : (n,) float
-        [N]
-    force_direction : (n, 3) float
-        Of the force on the tip: the normal, unless there is friction.
-    deflection : (n, 3) float
-        C - P. [mm]
-    residual : (n,) float
-        Remaining error of the tangency. [mm]
-    trigger_residual : (n,) float
-        Remaining error of the trigger's criterion. [N]
-    iterations : (n,) int
-        For first contact and trigger together.
-    """
-
-    status: IntArray
-    face: IntArray
-    first_point: FloatArray
-    first_normal: FloatArray
-    first_travel: FloatArray
-    point: FloatArray
-    normal: FloatArray
-    travel: FloatArray
-    force: FloatArray
-    force_direction: FloatArray
-    deflection: FloatArray
-    residual: FloatArray
-    trigger_residual: FloatArray
-    iterations: IntArray
-
-    @property
-    def converged(self) -> BoolArray:
-        """Which touches reached the trigger."""
-        return np.asarray(self.status == TouchStatus.CONVERGED)
-
-    @property
-    def pretravel(self) -> FloatArray:
-        """Travel from first contact to trigger, (n,). [mm]"""
-        return self.travel - self.first_travel
-
-    @property
-    def slide(self) -> FloatArray:
-        """Distance between the points of first contact and trigger, (n,). [mm]"""
-        return np.asarray(np.linalg.norm(self.point - self.first_point, axis=1))
 
 
 def touch(
@@ -390,36 +299,3 @@ def _result(
         trigger_residual=without(trigger_residual, failed),
         iterations=first.iterations + last.iterations,
     )
-
-
-def describe_failures(
-    touches: SurfaceTouches, targets: Targets, surface: Surface | Part, most: int = 5
-) -> list[str]:
-    """Sentences that name the failed targets, one for each kind of failure.
-
-    Parameters
-    ----------
-    touches : SurfaceTouches
-    targets : Targets
-    surface : Surface or Part
-        As given to `touch`.
-    most : int
-        Largest number of targets that are named for each kind.
-
-    Returns
-    -------
-    list of str
-    """
-    sentences = []
-    for status in TouchStatus:
-        rows = np.flatnonzero(touches.status == status)
-        if status == TouchStatus.CONVERGED or len(rows) == 0:
-            continue
-        names = ", ".join(targets.name(int(row)) for row in rows[:most])
-        more = f" and {len(rows) - most} more" if len(rows) > most else ""
-        which = ""
-        if isinstance(surface, Part) and status in (TouchStatus.OTHER_FACE, TouchStatus.STEM):
-            numbers = sorted({surface.faces[i].number for i in touches.face[rows]})
-            which = f" (face {', '.join(str(i) for i in numbers[:most])})"
-        sentences.append(f"{len(rows)} {MEANING[status]}{which}: {names}{more}")
-    return sentences

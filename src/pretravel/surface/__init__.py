@@ -1,6 +1,7 @@
-"""Surfaces of parts: geometry alone, below both branches.
+"""Surfaces of parts: geometry without probes, used by the virtual and by the measured branch.
 
-local_geometry (the protocol) ← shapes, parametric, spline, swept (with curves): the surfaces;
-brep, trim, cad (with step_to_brep): faces of STEP files; contact, search: where a ball touches;
-inspection: where to touch; specification: all of them from words.
+local_geometry contains the protocol of a surface. The surfaces are in shapes and
+shapes_of_revolution (with placed_shape), parametric, spline and swept (with curves); cad reads
+those of STEP files. contact and search find where a ball touches; specification makes surfaces
+from text.
 """

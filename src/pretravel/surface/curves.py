@@ -12,7 +12,7 @@ from pretravel.arrays import FloatArray, frozen
 
 
 class Curve(ABC):
-    """A curve by its parameter, in two or three dimensions."""
+    """A curve with a parameter, in two or three dimensions."""
 
     @abstractmethod
     def value(self, t: FloatArray, order: int = 0) -> FloatArray:
@@ -20,28 +20,28 @@ class Curve(ABC):
 
     @property
     def is_straight(self) -> bool:
-        """Whether two points tell everything."""
+        """Whether two points determine the curve."""
         return False
 
     @property
     def breaks(self) -> FloatArray:
-        """Parameters between which it is smooth; empty where it is smooth throughout."""
+        """Parameters between which the curve is smooth; empty if it is smooth everywhere."""
         return np.empty(0)
 
     @property
     def range(self) -> tuple[float, float]:
-        """Of its parameter."""
+        """Range of the parameter."""
         return (-np.inf, np.inf)
 
     @property
     def period(self) -> float:
-        """After which it repeats, infinite where it does not."""
+        """Period of the parameter; infinite for a curve that is not periodic."""
         return float("inf")
 
 
 @dataclass(frozen=True, eq=False)
 class Line(Curve):
-    """P + t D."""
+    """A straight line: origin + t direction."""
 
     origin: FloatArray
     direction: FloatArray
@@ -92,7 +92,7 @@ class Conic(Curve):
 def flat_knots(
     knots: FloatArray, multiplicities: npt.ArrayLike, degree: int, periodic: bool
 ) -> FloatArray:
-    """The knot sequence with repetitions, unrolled over its ends where it is periodic.
+    """The knot sequence with repetitions; a periodic sequence is continued beyond its ends.
 
     >>> flat_knots(np.array([0.0, 1.0]), [2, 2], 1, False).tolist()
     [0.0, 0.0, 1.0, 1.0]
@@ -127,7 +127,7 @@ class SplineCurve(Curve):
     weights : (m,) float
     degree : int
     wraps : bool
-        The curve is periodic; its parameter is brought into the knots' range.
+        Whether the curve is periodic; its parameter is then moved into the range of the knots.
     """
 
     knots: FloatArray
@@ -180,7 +180,7 @@ class SplineCurve(Curve):
 
 @dataclass(frozen=True, eq=False)
 class TrimmedCurve(Curve):
-    """A piece of a curve; the parameter stays."""
+    """A piece of a curve with the same parameter."""
 
     basis: Curve
     first: float
@@ -204,7 +204,7 @@ class TrimmedCurve(Curve):
 
 @dataclass(frozen=True, eq=False)
 class OffsetCurve(Curve):
-    """A curve at a constant distance from another, in the plane or across a direction."""
+    """A curve at a constant distance from another, in a plane or perpendicular to a direction."""
 
     basis: Curve
     distance: float
@@ -213,7 +213,7 @@ class OffsetCurve(Curve):
 
     def value(self, t: FloatArray, order: int = 0) -> FloatArray:
         d = [self.basis.value(t, k) for k in range(order + 2)]
-        # The side vector q = tangent turned, its derivatives, and those of its length.
+        # The side vector q (the tangent rotated), its derivatives, and those of its length.
         q = [self._side(v) for v in d[1:]]
         length = np.linalg.norm(q[0], axis=1, keepdims=True)
         e = q[0] / length
@@ -252,7 +252,7 @@ def polyline(
     tolerance: float,
     scale: FloatArray | None = None,
 ) -> FloatArray:
-    """Points along a piece of a curve, so close that chords leave it by no more than tolerance.
+    """Points along a piece of a curve, between which chords deviate by at most the tolerance.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def polyline(
     first, last : float
     tolerance : float
     scale : (d,) float, optional
-        Lengths of a unit of each coordinate; not given: ones.
+        Lengths of a unit of each coordinate; ones when not given.
 
     Returns
     -------
@@ -283,7 +283,7 @@ def polyline(
         rise = unit_lengths * (between - points[:-1])
         square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
         along = np.sum(rise * chord, axis=1) / square
-        # How far the middle is from the chord.
+        # Distance of the middle from the chord.
         off = np.linalg.norm(rise - np.clip(along, 0.0, 1.0)[:, None] * chord, axis=1)
         coarse = off > tolerance
         if not np.any(coarse) or len(t) > 20_000:

@@ -1,4 +1,4 @@
-"""What a touch needs to know of a surface at a point: where, which way, how curved."""
+"""The geometry of a surface at a point: position, normal and curvature."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class LocalGeometry:
         W of dn = W dx for tangential dx: symmetric, W n = 0, positive where the
         part is convex. [1/mm]
     along_parameters : (n, 2, 3) float or None
-        Derivatives by u and by v, from surfaces that move by them; None from those that find
-        their own parameters after a displacement.
+        Derivatives by u and by v, where a displacement on the surface follows from them; None
+        where the surface finds its parameters after a displacement by itself.
     """
 
     point: FloatArray
@@ -40,7 +40,7 @@ class LocalGeometry:
 
     @property
     def tangents(self) -> FloatArray:
-        """Two unit vectors that span the tangent plane with the normal, (n, 2, 3)."""
+        """Two unit vectors that span the tangent plane, (n, 2, 3)."""
         return tangent_basis(self.normal)
 
     @property
@@ -64,20 +64,20 @@ class LocalGeometry:
         )
 
     def flipped(self) -> LocalGeometry:
-        """The same surface with material on its other side."""
+        """The same geometry with the material on the other side."""
         return replace(self, normal=-self.normal, curvature=-self.curvature)
 
 
 @dataclass(frozen=True)
 class Domain:
-    """Where a surface's parameters may lie.
+    """The range of a surface's parameters.
 
     Attributes
     ----------
     lower, upper : pairs of float
         Of u and v; may be infinite.
     period : pair of float
-        Infinite for a parameter that does not come round.
+        Infinite for a parameter that is not periodic.
     """
 
     lower: tuple[float, float]
@@ -85,7 +85,7 @@ class Domain:
     period: tuple[float, float] = (float("inf"), float("inf"))
 
     def confined(self, uv: FloatArray) -> FloatArray:
-        """Parameters moved into the domain: wrapped where periodic, else to the border.
+        """Parameters moved into the domain: wrapped where periodic, else clipped to the bounds.
 
         >>> Domain((0, 0), (4, 1), (4, np.inf)).confined(np.array([[5.0, 2.0]])).tolist()
         [[1.0, 1.0]]
@@ -100,7 +100,7 @@ class Domain:
         return result
 
     def contains(self, uv: FloatArray) -> BoolArray:
-        """Which parameters lie within; periodic ones always do.
+        """Which parameters lie within; periodic parameters always do.
 
         >>> Domain((0, 0), (4, 1), (4, np.inf)).contains(np.array([[5.0, 0.5], [1, 2]])).tolist()
         [True, False]
@@ -115,8 +115,8 @@ class Domain:
 class Surface(Protocol):
     """The outside of a part's surface. Parameters are rows (u, v).
 
-    Everything that touches a surface uses these members alone: analytic shapes,
-    functions and faces of CAD files are the same to it.
+    Touches use only these members, so that analytic shapes, functions and faces of CAD files
+    are treated alike.
     """
 
     @property
@@ -137,11 +137,11 @@ class Surface(Protocol):
         ...
 
     def moved(self, uv: FloatArray, displacement: FloatArray) -> FloatArray:
-        """Parameters after a small tangential displacement (n, 3), right to first order."""
+        """Parameters after a small tangential displacement (n, 3), correct to first order."""
         ...
 
     def inside(self, uv: FloatArray) -> BoolArray:
-        """Which parameters lie on the surface and not beyond its edges, (n,)."""
+        """Which parameters lie on the surface, within its edges, (n,)."""
         ...
 
 
@@ -168,7 +168,7 @@ def signed_distance(surface: Surface, points: FloatArray) -> FloatArray:
 
 
 def tangent_basis(normals: FloatArray) -> FloatArray:
-    """Two unit vectors across each normal, (n, 2, 3), right-handed with it.
+    """Two unit vectors perpendicular to each normal, (n, 2, 3), right-handed with it.
 
     >>> (tangent_basis(np.array([[0.0, 0.0, 1.0]])) + 0.0).tolist()
     [[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]
@@ -200,7 +200,7 @@ def from_second_order(
     Returns
     -------
     LocalGeometry
-        Not a number where du and dv span no plane.
+        Not numbers where du and dv span no plane.
 
     Notes
     -----
@@ -230,7 +230,7 @@ def from_second_order(
 def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> FloatArray:
     """Change of (u, v) that moves the point by a tangential displacement, (n, 2).
 
-    Zero along a direction in which the parametrisation does not move at all.
+    Zero along a direction in which the point does not move with the parameters.
     """
     e, f, g = np.sum(du * du, axis=1), np.sum(du * dv, axis=1), np.sum(dv * dv, axis=1)
     p, q = np.sum(du * displacement, axis=1), np.sum(dv * displacement, axis=1)
@@ -238,7 +238,7 @@ def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> 
     regular = determinant > _DEGENERATE * np.maximum(e, g) ** 2 * 1e-8
     safe = np.where(regular, determinant, 1.0)
     step = np.stack([(g * p - f * q) / safe, (e * q - f * p) / safe], axis=1)
-    # At a pole one of the two directions stands still: move along the other.
+    # At a pole the point does not move with one parameter: use the other.
     if not np.all(regular):
         by_u = np.where(e > 0.0, p / np.where(e > 0.0, e, 1.0), 0.0)
         by_v = np.where(g > 0.0, q / np.where(g > 0.0, g, 1.0), 0.0)
@@ -252,7 +252,7 @@ def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> 
 
 
 def outer(vectors: FloatArray) -> FloatArray:
-    """V v^T of each row, (n, 3, 3)."""
+    """Outer product v v^T of each row, (n, 3, 3)."""
     return np.asarray(vectors[:, :, None] * vectors[:, None, :])
 
 

@@ -1,4 +1,4 @@
-"""Surfaces given by a parametrisation: a Python function, the thesis's convex surface."""
+"""Surfaces defined by a parametrisation: a Python function, the convex surface of the thesis."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ SecondOrder: TypeAlias = tuple[
 _SEEDS = 24
 """Starting points along each parameter for the nearest point."""
 _NEAR_POLE, _AT_POLE = 1e-3, 1e-5
-"""Ratio of the derivatives, in lengths of the domain, below which curvature, normal are noise."""
+"""Ratio of the derivatives, times the sides of the domain, below which curvature and normal
+are dominated by rounding."""
 _FROM_POLE = 2e-3
-"""Share of the domain by which a pole is left to find the curvature beside it."""
+"""Distance from a pole, as a share of the domain, at which its curvature is determined."""
 
 
 class Parametric(ABC):
-    """A surface known by its parametrisation and that's derivatives."""
+    """A surface defined by its parametrisation and the derivatives of it."""
 
     @property
     @abstractmethod
@@ -60,7 +61,7 @@ class Parametric(ABC):
         if not np.all(np.isfinite(sides)):  # extruded: no poles
             return geometry
         lengths = np.stack([np.linalg.norm(d, axis=1) for d in second[1:3]], axis=1) * sides
-        for standing in (0, 1):  # the parameter along which, at a pole, nothing moves
+        for standing in (0, 1):  # the parameter with which, at a pole, the point does not move
             near = lengths[:, standing] < _NEAR_POLE * lengths[:, 1 - standing]
             if np.any(near):
                 self._near_pole(geometry, uv, np.flatnonzero(near), standing, second)
@@ -74,10 +75,11 @@ class Parametric(ABC):
         standing: int,
         second: SecondOrder,
     ) -> None:
-        """Normals and curvatures where one derivative all but vanishes and its direction is noise.
+        """Correct normals and curvatures near a pole, in place.
 
-        At a distance d from the pole it is d times the mixed derivative halfway, up to d³.
-        Curvature is taken from a little further away.
+        Near a pole one derivative is almost zero and rounding determines its direction. At a
+        distance d from the pole it is d times the mixed derivative halfway, with an error of
+        order d³. The curvature is determined a little further away.
         """
         other = 1 - standing
         low, high = self.domain.lower[other], self.domain.upper[other]
@@ -111,7 +113,9 @@ class Parametric(ABC):
 
         low, high = self.domain.lower, self.domain.upper
         if not np.all(np.isfinite([*low, *high])):
-            raise PretravelError("nearest points need a surface whose parameters are bounded")
+            raise PretravelError(
+                "nearest points can be found only on a surface with bounded parameters"
+            )
         u, v = np.meshgrid(
             np.linspace(low[0], high[0], _SEEDS), np.linspace(low[1], high[1], _SEEDS)
         )
@@ -134,17 +138,17 @@ class FunctionSurface(Parametric):
     ----------
     function : callable
         ``(u, v) -> (x, y, z)``, arrays in and arrays out, twice differentiable and written
-        for NumPy; derivatives are taken by complex steps and differences of them, so
+        for NumPy. Derivatives are determined by complex steps and differences of these, so
         the function must accept complex arguments. [mm]
     u, v : pairs of float
         Ranges.
     outwards : int
-        +1 where the part's outside is along du x dv, -1 where it is against it.
+        +1 where the part's outside is along du x dv, -1 where it is opposite.
 
     Raises
     ------
     PretravelError
-        A function that is not one of complex arrays, or not finite in the middle.
+        A function that does not accept complex arrays, or is not finite.
 
     >>> saddle = FunctionSurface(lambda u, v: (u, v, u * v), u=(-5.0, 5.0), v=(-5.0, 5.0))
     >>> saddle.local(np.array([[0.0, 0.0]])).principal_curvatures.round(6).tolist()
@@ -158,8 +162,8 @@ class FunctionSurface(Parametric):
 
     def __post_init__(self) -> None:
         if not (self.u[0] < self.u[1] and self.v[0] < self.v[1]):
-            raise PretravelError(f"ranges u {self.u} and v {self.v} must go upwards")
-        # Off the middle, where symmetry could hide something.
+            raise PretravelError(f"the ranges u {self.u} and v {self.v} must increase")
+        # Also away from the middle, where symmetry could hide an error.
         share = np.array([[0.5, 0.5], [0.31, 0.67], [0.78, 0.23]])
         uv = np.array([self.u[0], self.v[0]]) + share * [self._span(0), self._span(1)]
         try:
@@ -185,8 +189,8 @@ class FunctionSurface(Parametric):
             if np.abs(difference - by_complex).max() > 1e-5 * scale:
                 raise PretravelError(
                     "the surface's function loses its derivative with complex arguments (abs, "
-                    "maximum, real, comparisons do that): write it with smooth functions, for "
-                    "example sqrt(u * u) for abs(u)"
+                    "maximum, real and comparisons do that): use smooth functions, for "
+                    "example sqrt(u * u) instead of abs(u)"
                 )
 
     def _span(self, axis: int) -> float:
@@ -205,7 +209,7 @@ class FunctionSurface(Parametric):
         return geometry if self.outwards > 0 else geometry.flipped()
 
     def _complex(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        with np.errstate(all="ignore"):  # what is not finite is found by those who use it
+        with np.errstate(all="ignore"):  # the callers check for values that are not finite
             x, y, z = np.broadcast_arrays(*(np.asarray(c) for c in self.function(u, v)), u)[:3]
         return np.stack([x, y, z], axis=1)
 
@@ -216,7 +220,7 @@ class FunctionSurface(Parametric):
 
     def second_order(self, uv: FloatArray) -> SecondOrder:
         point, du, dv = self.first_order(uv)
-        # First derivatives are exact, so that their central difference is good to 1e-10.
+        # First derivatives are exact, so their central difference is accurate to 1e-10.
         steps = 6e-6 * np.array([self.u[1] - self.u[0], self.v[1] - self.v[0]])
         by_u, by_v = np.diag(steps)
         up, down = uv + by_u, uv - by_u
@@ -231,18 +235,18 @@ class FunctionSurface(Parametric):
 
 @dataclass(frozen=True, eq=False)
 class Convex(Parametric):
-    """The thesis's convex surface: a paraboloid turned about an axis between x and z.
+    """The convex surface of the thesis: a paraboloid rotated about an axis between x and z.
 
     Parameters
     ----------
     a, b : float
-        (a u, a v, -b (u² + v²)) before the turn, u and v from -1 to 1. [mm]
+        (a u, a v, -b (u² + v²)) before the rotation, u and v from -1 to 1. [mm]
     turn : float
         About the axis in the xz plane 45° from x. [rad]
 
     Notes
     -----
-    The thesis says 70°; its coefficients and its Table 4.10 are those of 45°.
+    The thesis states 70°; its coefficients and its Table 4.10 are those of 45°.
 
     References
     ----------

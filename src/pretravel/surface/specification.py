@@ -1,10 +1,11 @@
-"""Surfaces from the words of the command line: ``plane:polar=40``, ``part.step#3``."""
+"""Surfaces from specifications: ``plane:polar=40``, ``part.step#3``."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,38 +16,32 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex
-from pretravel.surface.shapes import (
-    Cone,
-    Cylinder,
-    Ellipsoid,
-    Plane,
-    Reversed,
-    Sphere,
-    Torus,
-    axes_about,
-)
+from pretravel.surface.placed_shape import axes_about
+from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
+from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.units import DEGREE
 
 _REQUIRED = math.nan
 _PLACE = {"x": 0.0, "y": 0.0, "z": 0.0}
 _AXIS = {"polar": 0.0, "azimuth": 0.0, **_PLACE}
 
-Values = Mapping[str, float]
+ShapeParameters: TypeAlias = Mapping[str, float]
+"""Of a shape, by name. [mm, degree]"""
 
 
-def _origin(v: Values) -> FloatArray:
+def _origin(v: ShapeParameters) -> FloatArray:
     return np.array([v["x"], v["y"], v["z"]])
 
 
-def _axes(v: Values) -> FloatArray:
+def _axes(v: ShapeParameters) -> FloatArray:
     return axes_about(from_angles(v["polar"] * DEGREE, v["azimuth"] * DEGREE)[0])
 
 
-def _sided(shape: Surface, v: Values) -> Surface:
+def _sided(shape: Surface, v: ShapeParameters) -> Surface:
     return Reversed(shape) if v["inside"] else shape
 
 
-_SHAPES: Mapping[str, tuple[Callable[[Values], Surface], Mapping[str, float]]] = {
+_SHAPES: Mapping[str, tuple[Callable[[ShapeParameters], Surface], Mapping[str, float]]] = {
     # shape: (made by, parameters with their defaults)
     "plane": (
         lambda v: Plane(_origin(v), from_angles(v["polar"] * DEGREE, v["azimuth"] * DEGREE)[0]),
@@ -90,9 +85,9 @@ def parse_surface(text: str) -> Surface | Part:
         A shape with its parameters, in mm and degrees: ``plane:polar=40,azimuth=0``
         (the angles of its normal), ``sphere:radius=12.5``, ``cylinder:radius=10``,
         ``cone:radius=10,half_angle=-30``, ``torus:radius=20,tube=5`` (``polar, azimuth`` of
-        their axis), ``ellipsoid:a=10,b=10,c=6``, ``convex`` (the thesis's;
-        ``turn=70`` for the angle it prints); a place as ``x=,y=,z=``; ``inside=1`` for holes.
-        Or a STEP file, ``part.step`` or ``part.step#face``, a face by number or name. Or an
+        their axis), ``ellipsoid:a=10,b=10,c=6``, ``convex`` (that of the thesis;
+        ``turn=70`` for the angle printed there); a position as ``x=,y=,z=``; ``inside=1`` for
+        holes. Or a STEP file, ``part.step`` or ``part.step#face``, a face by number or name. Or an
         object of a Python file, ``mine.py#name``.
 
     Returns
@@ -102,7 +97,7 @@ def parse_surface(text: str) -> Surface | Part:
     Raises
     ------
     PretravelError
-        A shape, parameter, file or face that is not known, a value that is not a number.
+        An unknown shape, parameter, file or face; a value that is not a number.
 
     >>> parse_surface("sphere:radius=12.5").radius
     12.5
@@ -116,47 +111,52 @@ def parse_surface(text: str) -> Surface | Part:
     shape, _, rest = text.partition(":")
     if shape not in _SHAPES:
         raise PretravelError(
-            f"surface '{text}': '{shape}' is not a shape that can be read; there are "
+            f"surface '{text}': '{shape}' is no known shape; there are "
             + ", ".join(f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES)
             + ", and STEP files, part.step#face"
         )
     make, defaults = _SHAPES[shape]
+    try:
+        return make(_parameters(shape, rest, defaults))
+    except PretravelError as error:
+        raise PretravelError(f"surface '{text}': {error}") from None
+
+
+def _parameters(shape: str, text: str, defaults: ShapeParameters) -> ShapeParameters:
+    """The parameters of a shape, from ``radius=12.5,x=3``."""
     values = dict(defaults)
     given: set[str] = set()
-    for part in filter(None, (piece.strip() for piece in rest.split(","))):
-        key, equals, number = part.partition("=")
+    for item in filter(None, (piece.strip() for piece in text.split(","))):
+        key, equals, number = item.partition("=")
         if not equals or key not in defaults:
             raise PretravelError(
-                f"surface '{text}': '{part}' is not understood; {shape} has "
+                f"'{item}' is no parameter; {shape} has "
                 + ", ".join(f"{name}=" for name in defaults)
             )
         if key in given:
-            raise PretravelError(f"surface '{text}': {key}= is there twice")
+            raise PretravelError(f"{key}= is given twice")
         given.add(key)
         try:
             values[key] = float(number)
         except ValueError:
             values[key] = math.nan
         if not math.isfinite(values[key]):
-            raise PretravelError(f"surface '{text}': {key}={number} is not a number") from None
+            raise PretravelError(f"{key}={number} is not a number") from None
     missing = [key for key, value in values.items() if math.isnan(value)]
     if missing:
-        raise PretravelError(f"surface '{text}' needs {missing[0]}=")
+        raise PretravelError(f"{missing[0]}= is missing")
     if not 0.0 <= values.get("polar", 0.0) <= 180.0:
-        raise PretravelError(f"surface '{text}': a polar angle lies between 0 and 180 degrees")
-    try:
-        return make(values)
-    except PretravelError as error:
-        raise PretravelError(f"surface '{text}': {error}") from None
+        raise PretravelError("a polar angle lies between 0 and 180 degrees")
+    return values
 
 
 def surface_of(surface: Surface | Part | str) -> Surface | Part:
-    """A surface, or the one that a specification means.
+    """A surface, or the one of a specification.
 
     Raises
     ------
     PretravelError
-        Something else.
+        An object of another type.
 
     >>> surface_of("sphere:radius=5").radius
     5.0
@@ -177,21 +177,21 @@ def face_of(surface: Surface | Part | str) -> Surface:
     Raises
     ------
     PretravelError
-        A part of which more than one face is meant.
+        A part with more than one face to touch.
     """
     found = surface_of(surface)
     if not isinstance(found, Part):
         return found
     if len(found.chosen) != 1:
         raise PretravelError(
-            f"u, v belong to one face, and {found.name} has {len(found.chosen)}; name one, "
-            f"{found.name}#1 (pretravel faces {found.name} lists them)"
+            f"parameters u, v are those of one face, and {found.name} has {len(found.chosen)}; "
+            f"name one, {found.name}#1 (pretravel faces {found.name} lists them)"
         )
     return found.faces[found.chosen[0]]
 
 
 def source_file(text: str) -> list[str]:
-    """The file a specification reads, if it does.
+    """The file that a specification reads, if there is one.
 
     >>> source_file("part.step#3"), source_file("sphere:radius=5")
     (['part.step'], [])
@@ -208,7 +208,7 @@ def _step(path: Path, word: str) -> Part:
         number, reason = next(iter(part.unreadable.items()))
         raise InputError(
             f"{len(part.unreadable)} of its {len(part.unreadable) + len(part.faces)} faces cannot "
-            f"be used, so the part as a whole cannot; face {number}: {reason}. Choose one face, "
+            f"be used, so the whole part cannot; face {number}: {reason}. Choose one face, "
             f"{path.name}#face (pretravel faces {path.name} lists them)",
             path=path,
         )
@@ -222,15 +222,15 @@ def _python(path: Path, name: str) -> Surface:
         raise InputError("cannot be opened: no such file", path=path)
     try:
         names = runpy.run_path(str(path))
-    except Exception as error:  # whatever a user's file does
+    except Exception as error:  # a user's file can raise anything
         raise InputError(f"stopped with {type(error).__name__}: {error}", path=path) from error
     if name not in names:
         raise InputError(
-            f"has no '{name}'; name a surface with #name, for example "
+            f"does not define '{name}'; name a surface with #name, for example "
             "surface = pretravel.FunctionSurface(…)",
             path=path,
         )
     surface = names[name]
     if not all(hasattr(surface, member) for member in _MEMBERS):
-        raise InputError(f"'{name}' is no surface but a {type(surface).__name__}", path=path)
+        raise InputError(f"'{name}' is a {type(surface).__name__}, not a surface", path=path)
     return surface  # type: ignore[no-any-return]

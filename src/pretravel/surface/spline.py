@@ -19,13 +19,13 @@ class SplineSurface(Parametric):
     Parameters
     ----------
     u_knots, v_knots : (k,) float
-        With repetitions, unrolled where the surface is periodic.
+        With repetitions; continued beyond the ends where the surface is periodic.
     poles : (m, l, 3) float
         [mm]
     weights : (m, l) float
     degrees : pair of int
     periods : pair of float
-        Infinite where it does not come round.
+        Infinite where the surface is not periodic.
 
     >>> poles = np.array([[[0, 0, 0], [0, 2, 0]], [[3, 0, 0], [3, 2, 0]]], dtype=float)
     >>> flat = SplineSurface(np.array([0.0, 0, 1, 1]), np.array([0.0, 0, 1, 1]), poles,
@@ -45,7 +45,7 @@ class SplineSurface(Parametric):
         from scipy.interpolate import NdBSpline
 
         if not np.all(self.weights > 0.0):
-            raise PretravelError("a rational surface with weights that are not positive")
+            raise PretravelError("the weights of a rational surface must be positive")
         weighted = np.concatenate(
             [self.poles * self.weights[..., None], self.weights[..., None]], 2
         )

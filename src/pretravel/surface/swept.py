@@ -1,4 +1,4 @@
-"""Surfaces made from curves or other surfaces: extruded, revolved, offset, placed elsewhere."""
+"""Surfaces made from curves or other surfaces: extrusions, revolutions, offsets, placements."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pretravel.surface.parametric import Parametric, SecondOrder
 
 @dataclass(frozen=True, eq=False)
 class Extrusion(Parametric):
-    """A curve moved along a direction: curve(u) + v direction."""
+    """A curve displaced along a direction: curve(u) + v direction."""
 
     curve: Curve
     direction: FloatArray
@@ -40,7 +40,7 @@ class Extrusion(Parametric):
 
 @dataclass(frozen=True, eq=False)
 class Revolution(Parametric):
-    """A curve turned about an axis by u; v is the curve's parameter."""
+    """A curve rotated about an axis by u; v is the curve's parameter."""
 
     curve: Curve
     origin: FloatArray
@@ -77,7 +77,7 @@ class Revolution(Parametric):
 
 @dataclass(frozen=True, eq=False)
 class Offset:
-    """A surface at a constant distance from another, along du x dv of that."""
+    """A surface at a constant distance from another, along the normal of that."""
 
     basis: Surface
     distance: float
@@ -117,7 +117,7 @@ class Offset:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A surface turned and moved: x -> rotation x + shift.
+    """A surface rotated and displaced: x -> rotation x + shift.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
-from pretravel.probing.inspection import plan_inspection
+from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.units import DEGREE
@@ -78,7 +78,9 @@ class TestWays:
     def test_no_move_meets_the_part(self) -> None:
         """Against the part's own solid: a box and a ball, whose distances are closed forms."""
         part = read_step_part(str(PART))
-        targets = Targets.of(plan_inspection(part, spacing=20.0, margin=4.0))
+        targets = Targets.of(
+            plan_inspection(part, spacing=20.0, region=InspectionRegion(margin=4.0))
+        )
         program = plan_program(
             targets, MACHINE, title="p", obstacles=[PartObstacle(part)], repeats=2
         )

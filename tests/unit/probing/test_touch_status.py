@@ -13,9 +13,10 @@ from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
 from pretravel.probing.simulation import Latch, PartSetup, simulate, simulate_some
+from pretravel.probing.surface_touches import TouchStatus, describe_failures
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
-from pretravel.probing.touching import TouchStatus, describe_failures, touch
+from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Plane, Sphere

@@ -255,10 +255,10 @@ class TestBrepText:
         self, kind: int, sizes: list[float], handed: float
     ) -> None:
         """Which way du x dv points against the shape's own normal is what the reader says."""
-        from pretravel.surface.cad import brep
+        from pretravel.surface.cad.brep_geometry import Tokens, read_surface
 
         numbers = [1, 2, 3, 0, 0, 1, 1, 0, 0, 0, handed, 0, *sizes]
-        record = brep._surface(brep._Tokens([str(kind), *map(str, numbers)]))
+        record = read_surface(Tokens([str(kind), *map(str, numbers)]))
         assert record.surface is not None
         uv = np.array([[0.4, 0.5]])
         point, du, dv = record.surface.derivatives(uv)
@@ -380,13 +380,13 @@ class TestRefusals:
     def test_a_bad_face_does_not_take_the_others_with_it(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        from pretravel.surface.cad import brep
+        from pretravel.surface.cad import brep_geometry
 
         def broken(*_: object) -> None:
             raise PretravelError("a cone like no other")
 
-        kinds = brep._ELEMENTARY
-        monkeypatch.setattr(brep, "_ELEMENTARY", {**kinds, 3: ("cone", broken, 2)})
+        kinds = brep_geometry._ELEMENTARY
+        monkeypatch.setattr(brep_geometry, "_ELEMENTARY", {**kinds, 3: ("cone", broken, 2)})
         part, _ = _written("cone", tmp_path)
         assert list(part.unreadable.values()) == ["cone: a cone like no other"]
         assert len(part.faces) == 3

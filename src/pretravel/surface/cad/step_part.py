@@ -10,13 +10,14 @@ import numpy as np
 
 from pretravel.errors import InputError, PretravelError
 from pretravel.surface.cad.boundary import face_boundary
-from pretravel.surface.cad.brep import Brep, ShapeUse, SurfaceRecord
+from pretravel.surface.cad.brep import Brep, ShapeUse
+from pretravel.surface.cad.brep_geometry import SurfaceRecord
 from pretravel.surface.cad.face import Face, lattice
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_reader import StepContent, read_step
 from pretravel.surface.cad.trim import Trim
 from pretravel.surface.local_geometry import Surface
-from pretravel.surface.shapes import Torus
+from pretravel.surface.shapes_of_revolution import Torus
 from pretravel.surface.swept import Offset, Placed
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 _SLACK = 1e-9
-"""Beyond its edge by this share of its size a point still counts as inside."""
+"""Distance beyond an edge, as a share of the region's size, at which a point counts as inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +26,10 @@ class Trim:
     Parameters
     ----------
     rings : list of (m, 2) float
-        Outer ones and holes, in any order and sense: what an odd number of
-        rings surrounds is inside.
+        Outer rings and holes, in any order and orientation: a point is inside where an odd
+        number of rings surrounds it.
     periods : pair of float
-        Of u and v, infinite where they do not come round.
+        Of u and v; infinite where they are not periodic.
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> Trim([square], (math.inf, math.inf)).inside(np.array([[0.5, 0.5], [2.0, 0.5]])).tolist()
@@ -42,7 +42,7 @@ class Trim:
     def __post_init__(self) -> None:
         import shapely
 
-        # Rings that do not cross make their area in one go; others one after the other.
+        # The area of rings that do not cross is built at once; others are added one by one.
         region: BaseGeometry = shapely.build_area(shapely.MultiLineString(self.rings))
         crossing = any(not shapely.LinearRing(ring).is_simple for ring in self.rings)
         if region is None or region.is_empty or crossing:
@@ -53,7 +53,7 @@ class Trim:
                     piece = shapely.make_valid(piece)
                 region = region.symmetric_difference(piece)
         if region.is_empty or not region.area > 0.0:
-            raise PretravelError("its boundary encloses nothing in the surface's parameters")
+            raise PretravelError("its boundary encloses no area in the surface's parameters")
         low_u, low_v, high_u, high_v = region.bounds
         size = max(high_u - low_u, high_v - low_v)
         object.__setattr__(self, "area", float(region.area))
@@ -68,7 +68,7 @@ class Trim:
     area: float = 0.0
 
     def covers(self, domain: Domain) -> bool:
-        """Whether nothing of a surface's own domain is cut off."""
+        """Whether the region contains the whole domain of a surface."""
         sides = [
             period if math.isfinite(period) else high - low
             for low, high, period in zip(domain.lower, domain.upper, domain.period, strict=True)
@@ -83,20 +83,20 @@ class Trim:
         return np.asarray(shapely.contains_xy(self._region, u, v))  # type: ignore[attr-defined]
 
     def wrapped(self, uv: FloatArray) -> FloatArray:
-        """Parameters by whole periods moved to where the region is."""
+        """Parameters moved by whole periods to the region."""
         result = np.asarray(uv, dtype=np.float64).copy()
         for axis, period in enumerate(self.periods):
             if math.isfinite(period):
                 low, high = self.lower[axis], self.upper[axis]
                 start = 0.5 * (low + high) - 0.5 * period
                 result[:, axis] = start + np.mod(result[:, axis] - start, period)
-                # The seam itself, in the last digit below the region, belongs to it.
+                # The seam belongs to the region, although rounding may put it just below.
                 just = (result[:, axis] < low) & (result[:, axis] > low - 1e-9 * period)
                 result[just, axis] = low
         return result
 
     def domain(self, natural: Domain) -> Domain:
-        """A box around the region, within the surface's own domain."""
+        """The bounding box of the region with a margin, within the surface's own domain."""
         lower, upper, period = [], [], []
         for axis in (0, 1):
             low, high = self.lower[axis], self.upper[axis]
