@@ -268,5 +268,5 @@ def test_a_function_that_is_none_is_refused() -> None:
         FunctionSurface(lambda u, v: (u, v, -np.abs(u)), (-9, 9), (-9, 9))
     with pytest.raises(PretravelError, match="returns 2"):
         FunctionSurface(lambda u, v: (u, v), (-9, 9), (-9, 9))
-    with pytest.raises(PretravelError, match="go upwards"):
+    with pytest.raises(PretravelError, match="must increase"):
         FunctionSurface(lambda u, v: (u, v, u), (1, 0), (0, 1))

@@ -30,7 +30,6 @@ LONG_FUNCTIONS = {
 }
 MANY_PARAMETERS = {
     "compensation/point_errors.py:sphere_by_trials",
-    "probing/inspection.py:plan_inspection",
     "qualification/qualification.py:qualify",
     "report/certificate.py:write_certificate",
     "trigger/friction.py:_locate",
@@ -59,7 +58,6 @@ FLAGS_IN_MESSAGES = {
     "identification/kinds.py",
     "maps/pretravel_map.py",
     "maps/sector_tables.py",
-    "probing/inspection.py",
     "qualification/observation.py",
     "qualification/qualification.py",
     "qualification/verification.py",

@@ -70,6 +70,6 @@ class TestFacesAndPlan:
         out = tmp_path / "plan.csv"
         run("plan", f"{mine}#dome", "--grid", "3x3", "-o", out)
         assert len(rows(out)) == 9
-        assert "has no 'surface'" in run("plan", mine, "--grid", "3x3", "-o", out, code=2)
+        assert "does not define 'surface'" in run("plan", mine, "--grid", "3x3", "-o", out, code=2)
         mine.write_text("surface = 1 / 0")
         assert "ZeroDivisionError" in run("plan", mine, "--grid", "3x3", "-o", out, code=2)

@@ -89,12 +89,12 @@ class TestSimulate:
     @pytest.mark.parametrize(
         ("surface", "extra", "words"),
         [
-            ("cube:a=3", [], "not a shape"),
-            ("sphere:", [], "needs radius="),
+            ("cube:a=3", [], "no known shape"),
+            ("sphere:", [], "radius= is missing"),
             ("sphere:radius=-3", [], "must be positive"),
-            ("sphere:radius=12.5,q=3", [], "not understood"),
-            ("sphere:radius=12.5,radius=12", [], "there twice"),
-            ("plane", [], "needs polar="),
+            ("sphere:radius=12.5,q=3", [], "is no parameter"),
+            ("sphere:radius=12.5,radius=12", [], "given twice"),
+            ("plane", [], "polar= is missing"),
             ("plane:polar=400", [], "between 0 and 180"),
             ("sphere:radius=twelve", [], "not a number"),
             ("plane:polar=90", [], "cannot be touched"),
