@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.controls.log_format import TOUCH_COLUMNS
+from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.logs.qif import NAMESPACE
 from pretravel.probing.targets import Targets
 
@@ -61,6 +62,21 @@ PLAN = Targets(
     np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
     labels=("a", "b.1", "b.2", "wall"),
 )
+
+GRBL_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0)
+POSITIONS_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", overtravel=2.0)
+SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
+    "csv": ("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,2.99,0,0,1\n", None),
+    "linuxcnc": (OWN_LOG, None),
+    "probeopen": (PROBEOPEN_ROW.format(x=0.0), POSITIONS_OPTIONS),
+    "positions": ("G21\nG1 X0.0 Y0.0 Z2.99\n", POSITIONS_OPTIONS),
+    "grbl": (GRBL_LOG, GRBL_OPTIONS),
+    "fusion": (FUSION_HAAS, ReadingOptions(units="inch")),
+    "qif": (QIF_FILE.replace("UNITS", ""), None),
+    "dmis": (DMIS_OUTPUT, ReadingOptions(radius_taken_off=3.0)),
+    "print": (PRINT_FILE, ReadingOptions(units="mm")),
+}
+"""A file of each text format that is read, and what the user must add to it."""
 
 
 def written(tmp_path: Path, text: str | bytes, name: str = "file.txt") -> Path:

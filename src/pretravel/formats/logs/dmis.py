@@ -151,19 +151,22 @@ def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Line numbers and statements, without comments; a line that ends in $ continues."""
+    """Line numbers and statements, without comments; a line that ends in $ continues.
+
+    Empty lines are skipped, so that doubled line ends do no harm.
+    """
     statements: list[tuple[int, str]] = []
     begun: tuple[int, str] | None = None
     for number, text in enumerate(lines, start=1):
         line = text.strip()
-        if line.startswith("$$"):
+        if not line or line.startswith("$$"):
             continue
         first, before = begun or (number, "")
         whole = before + line
         begun = None
         if whole.endswith("$"):
             begun = (first, whole[:-1].rstrip())
-        elif whole:
+        else:
             statements.append((first, whole))
     if begun is not None:
         statements.append(begun)

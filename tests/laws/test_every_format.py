@@ -1,0 +1,126 @@
+"""Laws of all file formats: a new format is tested by being listed in `FORMATS`.
+
+A text format that is read needs a file in `tests.support.control_logs.SAMPLES`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import from_angles
+from pretravel.errors import InputError
+from pretravel.formats.file_format import FileFormat, FileReadings, ReadingOptions
+from pretravel.formats.logs.detection import FORMATS, format_of
+from pretravel.formats.readings import read_readings, write_readings
+from pretravel.formats.source_file import SourceFile
+from pretravel.touches import Touches
+from tests.support.control_logs import SAMPLES
+
+WRITTEN = [(f, ending) for f in FORMATS if f.write_touches is not None for ending in f.endings]
+READ_TEXT = [f for f in FORMATS if (f.parse or f.parse_features) and not f.binary]
+TWELVE_DIGITS = 1e-7
+"""Of coordinates up to 10 m in CSV cells with twelve significant digits. [mm]"""
+
+
+@st.composite
+def _some_touches(draw: st.DrawFn) -> Touches:
+    count = draw(st.integers(1, 4))
+    coordinate = st.floats(-1e4, 1e4, allow_subnormal=False)
+    point = st.tuples(coordinate, coordinate, coordinate)
+    angles = st.tuples(st.floats(0.0, np.pi), st.floats(0.0, 2.0 * np.pi))
+
+    def rows(strategy: st.SearchStrategy[object]) -> FloatArray:
+        return np.array(draw(st.lists(strategy, min_size=count, max_size=count)), dtype=np.float64)
+
+    polar, azimuth = rows(angles).T
+    return Touches(
+        rows(point),
+        from_angles(polar, azimuth),
+        labels=tuple(f"p{i + 1}" for i in range(count)),
+        nominal_points=rows(point),
+        feeds=rows(st.floats(1.0, 1e4)),
+    )
+
+
+def _name(value: object) -> str:
+    return value.name if isinstance(value, FileFormat) else str(value)
+
+
+@pytest.mark.parametrize(("known", "ending"), WRITTEN, ids=_name)
+@given(touches=_some_touches())
+@settings(max_examples=20, deadline=None)
+def test_touches_that_are_written_are_read(
+    known: FileFormat, ending: str, touches: Touches
+) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"touches{ending}"
+        write_readings(path, touches, 3.0)
+        assert format_of(path) is known
+        again = read_readings(path, ReadingOptions(units="mm")).touches
+    assert again.positions == pytest.approx(touches.positions, abs=TWELVE_DIGITS)
+    # Formats print normals, and readers scale them to length one: the last digits of a double.
+    assert again.normals == pytest.approx(touches.normals, abs=1e-11)
+    assert again.labels == touches.labels
+    if again.nominal_points is not None:
+        assert again.nominal_points == pytest.approx(touches.nominal_points, abs=TWELVE_DIGITS)
+    if known.keeps_approaches_and_feeds:
+        assert again.feeds == pytest.approx(touches.feeds, rel=1e-11)
+        assert again.approach_directions == pytest.approx(touches.approach_directions, abs=1e-11)
+
+
+def test_every_text_format_has_a_sample() -> None:
+    assert {known.name for known in READ_TEXT} == set(SAMPLES)
+
+
+@pytest.mark.parametrize("known", READ_TEXT, ids=_name)
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text,
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("\n", "\n\n"),
+    ],
+    ids=["as it is", "line ends of Windows", "byte-order mark", "empty lines"],
+)
+def test_a_sample_is_recognised_and_read(known: FileFormat, change: object) -> None:
+    text, options = SAMPLES[known.name]
+    file = SourceFile("sample", change(text).encode())  # type: ignore[operator]
+    assert format_of(file) is known
+    if known.parse_features is not None:
+        assert known.parse_features(file, options or ReadingOptions())
+        with pytest.raises(InputError, match="no touches"):
+            read_readings(file, options)
+        return
+    readings = read_readings(file, options)
+    assert isinstance(readings, FileReadings)
+    assert len(readings.touches) > 0
+    assert readings.touches.source == "sample"
+
+
+@pytest.mark.parametrize("known", READ_TEXT, ids=_name)
+def test_a_file_says_what_it_needs(known: FileFormat) -> None:
+    """Without what a file does not contain it is refused, with the file and the need."""
+    text, _ = SAMPLES[known.name]
+    file = SourceFile("sample", text.encode())
+    if known.self_contained:
+        assert len(read_readings(file).touches) > 0
+        return
+    with pytest.raises(InputError, match=r"^sample: .*pretravel convert"):
+        read_readings(file)
+
+
+@pytest.mark.parametrize("known", READ_TEXT, ids=_name)
+def test_other_bytes_are_refused(known: FileFormat) -> None:
+    parse = known.parse or known.parse_features
+    assert parse is not None
+    for content in (b"", b"\n\n", bytes(range(256)), b"hello\n"):
+        with pytest.raises(InputError, match=r"^other"):
+            parse(SourceFile("other", content), SAMPLES[known.name][1] or ReadingOptions())
