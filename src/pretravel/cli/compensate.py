@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,6 +9,9 @@ from pretravel.cli.files import PICTURES, POINTS, check_files
 from pretravel.cli.options import Frame, ModelName, Picture, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+
+if TYPE_CHECKING:
+    from pretravel.maps.pretravel_map import PretravelMap
 
 
 def compensate(
@@ -75,17 +78,16 @@ def compensate(
     placement = part_in_machine(place, frame)
     readings = read_readings(touches)
     measured = with_feed(readings.touches, feed)
-    if place is None:  # a log tells how its work coordinates are turned
+    if place is None:  # a log states the rotation of its work coordinates
         placement = readings.placement
     pretravel_map = map_or_prediction(map_file, model, tip_diameter=tip_diameter)
-    surface = None if nominal is None else parse_surface(nominal)
     if frame == "machine":
         measured = moved(measured, placement.inverse)
     with working(f"compensating {len(measured)} touches"):
         points = apply(
             measured,
             pretravel_map.seen_from(placement),
-            nominal=surface,
+            nominal=None if nominal is None else parse_surface(nominal),
             extrapolate=extrapolate,
         )
     if frame == "machine":
@@ -101,10 +103,15 @@ def compensate(
         write_points(
             output,
             points,
-            f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; "
-            f"{pretravel_map.provenance.get('source', 'unknown')})",
+            _origin(touches, map_file, pretravel_map),
             nominal_points=measured.nominal_points,
             tip_radius=pretravel_map.tip_radius,
         )
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _origin(touches: Path, map_file: str, pretravel_map: PretravelMap) -> str:
+    """Names of the files from which points were computed, with the kind of the map."""
+    source = pretravel_map.provenance.get("source", "unknown")
+    return f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; {source})"

@@ -94,8 +94,7 @@ def convert(
     from pretravel.formats.source_file import opened
     from pretravel.formats.touches_csv import read_plan
 
-    inputs = [readings, *([plan] if plan else []), *([machine] if machine else [])]
-    check_files([(output, touch_endings())], inputs)
+    check_files([(output, touch_endings())], [readings, plan, machine])
     known_machine = None if machine is None else read_machine(machine)
     if tip_diameter is None and known_machine is not None:
         tip_diameter = known_machine.tip_diameter
@@ -112,7 +111,7 @@ def convert(
     known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse_features is not None:
         if output.suffix.lower() != ".csv":
-            raise PretravelError("a print-out becomes a table of features: -o features.csv")
+            raise PretravelError("a print-out is converted to a table of features: -o features.csv")
         features = known.parse_features(file, options)
         _write_features(features, output)
         typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
@@ -156,7 +155,7 @@ def _write(
 
 
 def _in_frame(found: FileReadings, frame: str | None) -> Touches:
-    """The touches in the machine's axes or in work coordinates, as asked for."""
+    """The touches in the machine's axes, or in work coordinates."""
     import math
 
     from pretravel.errors import PretravelError
@@ -164,15 +163,15 @@ def _in_frame(found: FileReadings, frame: str | None) -> Touches:
     if abs(found.rotation) > 1e-9 and frame is None:
         turn = math.degrees(found.rotation)
         raise PretravelError(
-            f"the work coordinates were turned by {turn:g}°, and a table cannot say so: "
-            "--frame machine turns the touches into the machine's axes (to qualify), --frame "
-            f"work leaves them (then: pretravel compensate --place 0,0,0,0,0,{turn:g})"
+            f"the work coordinates were turned by {turn:g}°, which a table cannot state: --frame "
+            "machine rotates the touches to the machine's axes (to qualify); --frame work keeps "
+            f"them (then use: pretravel compensate --place 0,0,0,0,0,{turn:g})"
         )
     return found.in_machine_axes().touches if frame == "machine" else found.touches
 
 
 def _warn_of_losses(touches: Touches, output: Path) -> None:
-    """Warn where the format of the output cannot contain what the touches have."""
+    """Warn of properties of the touches that the format of the output cannot contain."""
     import numpy as np
 
     lost = []
@@ -182,8 +181,8 @@ def _warn_of_losses(touches: Touches, output: Path) -> None:
         lost.append("feeds")
     if lost:
         typer.echo(
-            f"Warning: {output.suffix.lower()} has no place for {' and '.join(lost)}; they are not "
-            "in it",
+            f"Warning: {output.suffix.lower()} cannot contain {' and '.join(lost)}; the output "
+            "is without them",
             err=True,
         )
 

@@ -1,14 +1,20 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pretravel.cli.files import check_files
 from pretravel.cli.options import Units
+from pretravel.errors import PretravelError
 
-_LARGEST_TIP = 30.0  # mm
+if TYPE_CHECKING:
+    from pretravel.controls.machine import Machine
+
+_SMALLEST_TIP, _LARGEST_TIP = 0.1, 30.0
+"""Diameters of tips. [mm]"""
 
 
 def machine(
@@ -37,16 +43,13 @@ def machine(
 
     Example: pretravel machine --var linuxcnc.var --tools tool.tbl --tool 99 > mill.toml
     """
-    from dataclasses import replace
-
     from pretravel.controls.machine import Machine
-    from pretravel.errors import PretravelError
-    from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
+    from pretravel.formats.linuxcnc_files import read_work_offset
     from pretravel.formats.machine_file import machine_text
-    from pretravel.whole_file import whole_file
+    from pretravel.whole_file import write_text
 
     if tools is not None and tool is None:
-        raise PretravelError(f"--tools {tools}: say which is the probe, --tool NUMBER")
+        raise PretravelError(f"--tools {tools}: give the number of the probe too, --tool NUMBER")
     check_files([(output, (".toml",))], [parameters, tools])
     found = Machine(tool=tool or 0)
     if parameters is not None:
@@ -54,18 +57,24 @@ def machine(
         found = replace(found, work_offset=name, work=work)
     elif offset is not None:
         found = replace(found, work_offset=offset.upper())
-    if tools is not None and tool is not None:
-        entry = read_tool(tools, tool, units)
-        if not 0.1 <= entry.diameter <= _LARGEST_TIP:
-            raise PretravelError(
-                f"{tools}: T{tool} has a diameter of {entry.diameter:g} mm, which is no tip's; put "
-                "it into the table (D), say --units, or leave --tools out and edit the file"
-            )
-        stem = min(found.stem_diameter, 0.75 * entry.diameter)
-        found = replace(found, tip_diameter=entry.diameter, stem_diameter=stem)
+    if tools is not None:
+        found = _with_tip(found, tools, units)
     if output is None:
         typer.echo(machine_text(found), nl=False)
         return
-    with whole_file(output) as temporary:
-        temporary.write_text(machine_text(found), encoding="utf-8")
-    typer.echo(f"{output}: look at every line of it")
+    write_text(output, machine_text(found))
+    typer.echo(f"{output}: check every line of it")
+
+
+def _with_tip(found: Machine, tools: Path, units: Units) -> Machine:
+    """The machine with the tip's diameter of a tool table."""
+    from pretravel.formats.linuxcnc_files import read_tool
+
+    diameter = read_tool(tools, found.tool, units).diameter
+    if not _SMALLEST_TIP <= diameter <= _LARGEST_TIP:
+        raise PretravelError(
+            f"{tools}: T{found.tool} has a diameter of {diameter:g} mm, which cannot be that of a "
+            "tip; correct it in the table (D), give --units, or leave --tools out and edit the file"
+        )
+    stem = min(found.stem_diameter, 0.75 * diameter)
+    return replace(found, tip_diameter=diameter, stem_diameter=stem)

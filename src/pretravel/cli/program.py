@@ -10,8 +10,10 @@ from pretravel.cli.command import Command
 from pretravel.cli.files import check_files
 from pretravel.cli.options import Approach
 from pretravel.cli.progress import working
+from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
+    from pretravel.arrays import FloatArray
     from pretravel.controls.program import ProbingProgram
 
 app = typer.Typer(
@@ -116,32 +118,19 @@ def sphere(
 
     from pretravel.controls.program import plan_program
     from pretravel.controls.surroundings import SphereObstacle
-    from pretravel.directions import ring_pattern
-    from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
     from pretravel.frames import probe_rotation
-    from pretravel.laboratory.standards import PATTERNS
     from pretravel.probing.targets import Targets
     from pretravel.units import DEGREE
 
     check_files([(output, _ENDINGS)], [machine])
     if shank >= diameter:
         raise PretravelError(f"--shank {shank:g}: the shank must be thinner than the sphere")
-    if pattern == "rings":
-        rings = [angle * DEGREE for angle in (polar or _RINGS).degrees]
-        directions = ring_pattern(rings, 24 if count is None else count)
-    elif polar is not None or count is not None:
-        raise PretravelError(f"--polar and --count go with --pattern rings, not {pattern}")
-    else:
-        directions = PATTERNS[pattern]()
     known = read_machine(machine)
-    normals = directions @ probe_rotation(rotation=turn * DEGREE).T
+    normals = _directions(pattern, polar, count) @ probe_rotation(rotation=turn * DEGREE).T
     middle = np.array(center)
-    targets = Targets(
-        middle + 0.5 * diameter * normals,
-        normals,
-        labels=tuple(f"s{i + 1}" for i in range(len(normals))),
-    )
+    labels = tuple(f"s{i + 1}" for i in range(len(normals)))
+    targets = Targets(middle + 0.5 * diameter * normals, normals, labels=labels)
     with working("planning"):
         program = plan_program(
             targets,
@@ -152,6 +141,20 @@ def sphere(
             obstacles=[SphereObstacle(middle, 0.5 * diameter, shank)],
         )
     _write(program, output, log, compensated=False)
+
+
+def _directions(pattern: str, polar: Angles | None, count: int | None) -> FloatArray:
+    """Directions of a pattern of touches; polar angles and count are those of rings."""
+    from pretravel.directions import ring_pattern
+    from pretravel.laboratory.standards import PATTERNS
+    from pretravel.units import DEGREE
+
+    if pattern == "rings":
+        rings = [angle * DEGREE for angle in (polar or _RINGS).degrees]
+        return ring_pattern(rings, 24 if count is None else count)
+    if polar is not None or count is not None:
+        raise PretravelError(f"--polar and --count are only for --pattern rings, not {pattern}")
+    return PATTERNS[pattern]()
 
 
 @app.command(
@@ -186,7 +189,6 @@ def part(
     """Touch the targets of a plan, with moves between them that are free of collisions."""
     from pretravel.controls.program import plan_program
     from pretravel.controls.surroundings import PartObstacle
-    from pretravel.errors import PretravelError
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.touches_csv import read_targets
     from pretravel.surface.cad.part import Part
@@ -216,12 +218,11 @@ def part(
 
 def _write(program: ProbingProgram, output: Path, log: str | None, *, compensated: bool) -> None:
     from pretravel.controls.linuxcnc_program import linuxcnc_program
-    from pretravel.whole_file import whole_file
+    from pretravel.whole_file import write_text
 
     name = log or f"{output.stem}.log"
     text = linuxcnc_program(program, name, compensated=compensated)
-    with whole_file(output) as temporary:
-        temporary.write_text(text, encoding="ascii")
+    write_text(output, text, "ascii")
     typer.echo(
         f"{len(program)} touches, about {program.duration / 60.0:.1f} min; they are logged to "
         f"{name} beside the machine's INI file"
@@ -230,7 +231,7 @@ def _write(program: ProbingProgram, output: Path, log: str | None, *, compensate
         names = ", ".join(program.left_out[:20]) + ("…" if len(program.left_out) > 20 else "")
         count = len(program.left_out)
         typer.echo(f"Warning: {count} targets left out that cannot be reached: {names}", err=True)
-    for told in program.checked:
-        typer.echo(f"checked: {told}")
-    for told in program.unchecked:
-        typer.echo(f"Warning: not checked: {told}", err=True)
+    for property_ in program.checked:
+        typer.echo(f"checked: {property_}")
+    for property_ in program.unchecked:
+        typer.echo(f"Warning: not checked: {property_}", err=True)
