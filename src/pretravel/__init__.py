@@ -64,7 +64,7 @@ _PUBLIC = {
     "read_rig_trace": "formats.rig_csv",
     "RigTrace": "laboratory.rig",
     "RigTouch": "laboratory.rig",
-    "rig_touch": "laboratory.rig",
+    "rig_touch": "laboratory.rig_events",
     "RigCalibration": "laboratory.rig_calibration",
     "calibrate_rig": "laboratory.rig_calibration",
     "Covariance": "uncertainty.covariance",
@@ -122,8 +122,9 @@ if TYPE_CHECKING:
     from pretravel.identification.kinds import qualify
     from pretravel.identification.probe import identify
     from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
-    from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch
+    from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
+    from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.separation import Separation, separate
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.model.fem.condensation import ReducedModel

@@ -73,9 +73,10 @@ def rig(
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
     from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
-    from pretravel.laboratory.rig import rig_touch, warmed
+    from pretravel.laboratory.rig import at_reference_temperature
     from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
     from pretravel.laboratory.rig_calibration import calibrate_rig
+    from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.rig_map import rig_map
     from pretravel.report.laboratory_words import budget_table, rig_report
     from pretravel.whole_file import write_json
@@ -90,7 +91,10 @@ def rig(
     statements = LaboratoryStatements() if lab is None else read_laboratory(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
     with working(f"reading {len(traces)} traces"):
-        read = [warmed(read_rig_trace(path), temperature, expansion * 1e-6) for path in traces]
+        read = [
+            at_reference_temperature(read_rig_trace(path), temperature, expansion * 1e-6)
+            for path in traces
+        ]
         touches = [rig_touch(trace) for trace in read]
     if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))

@@ -11,7 +11,7 @@ import pytest
 
 from pretravel.errors import PretravelError
 from pretravel.formats.rig_csv import read_budget, read_rig_trace
-from pretravel.laboratory.rig import RigTouch, RigTrace, rig_touch, warmed
+from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
     calibration_budget,
@@ -19,6 +19,7 @@ from pretravel.laboratory.rig_budget import (
     length_budget,
 )
 from pretravel.laboratory.rig_calibration import azimuth_of, calibrate_rig, spread_from
+from pretravel.laboratory.rig_events import rig_touch
 from tests.support.examples import EXAMPLES
 
 UM = 1e-3
@@ -254,8 +255,10 @@ class TestEvents:
     def test_a_warm_ruler(self) -> None:
         """Grown by 8 ppm at 21 °C: what it calls 100 mm is 100.0008 mm."""
         trace = Made().trace()
-        assert warmed(trace, 21.0, 8e-6).ruler == pytest.approx(trace.ruler * 1.000008)
-        assert warmed(trace, 20.0, 8e-6) is trace
+        assert at_reference_temperature(trace, 21.0, 8e-6).ruler == pytest.approx(
+            trace.ruler * 1.000008
+        )
+        assert at_reference_temperature(trace, 20.0, 8e-6) is trace
 
 
 class TestCalibration:
