@@ -12,7 +12,7 @@ from pretravel.cli.options import Diameter, Picture, ProbeAxis
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.laboratory.standards import StandardCheck
+    from pretravel.laboratory.standard_check import StandardCheck
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.touches import Touches
 
@@ -85,7 +85,8 @@ def check(
     """
     from pretravel.formats.map_file import read_map
     from pretravel.formats.readings import read_readings
-    from pretravel.laboratory.standards import CHECKS, CalibratedSphere
+    from pretravel.laboratory.standard_check import CalibratedSphere
+    from pretravel.laboratory.standards import CHECKS
     from pretravel.report.laboratory_pictures import plot_check
     from pretravel.report.laboratory_words import standard_report
     from pretravel.units import MICROMETRE

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from pretravel.laboratory.standards import StandardCheck
+from pretravel.laboratory.standard_check import StandardCheck
 from pretravel.units import MICROMETRE
 
 

@@ -68,8 +68,8 @@ class RigTrace:
             )
         if np.ptp(self.ruler) < LEAST_TRAVEL:
             raise PretravelError(
-                f"{self.name}: the push rod moves by {np.ptp(self.ruler) / MICROMETRE:.2f} µm only; "
-                "is ruler_mm in mm?"
+                f"{self.name}: the push rod moves by {np.ptp(self.ruler) / MICROMETRE:.2f} µm "
+                "only; is ruler_mm in mm?"
             )
 
     @property

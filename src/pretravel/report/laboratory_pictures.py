@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_calibration import RigCalibration
     from pretravel.laboratory.separation import Separation
-    from pretravel.laboratory.standards import StandardCheck
+    from pretravel.laboratory.standard_check import StandardCheck
 
 
 _WIDEST_GAP = 65.0 * DEGREE

@@ -11,7 +11,7 @@ from pretravel.identification.probe import FREE, Identification
 from pretravel.laboratory.rig_calibration import RigCalibration, Spread
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
-from pretravel.laboratory.standards import StandardCheck
+from pretravel.laboratory.standard_check import StandardCheck
 from pretravel.report.words import labelled, table
 from pretravel.uncertainty.gum import COVERAGE, Budget
 from pretravel.units import DEGREE, MICROMETRE

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from pretravel.directions import sphere_pattern_25
-from pretravel.laboratory.standards import (
-    CalibratedSphere,
-    StandardFigure,
-    check_iso230_10,
-    check_iso10360_5,
-)
+from pretravel.laboratory.iso230_10 import check_iso230_10
+from pretravel.laboratory.iso10360_5 import check_iso10360_5
+from pretravel.laboratory.standard_check import CalibratedSphere, StandardFigure
 from pretravel.touches import Touches
 
 UM = 1e-3

@@ -1,0 +1,166 @@
+"""Form and size errors of a single stylus after ISO 10360-5.
+
+None of this was checked against the text of the standard: every figure states that its definition
+is recalled, and reports repeat it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import azimuth_angle, polar_angle, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.laboratory.standard_check import (
+    ALONG_Z,
+    CalibratedSphere,
+    StandardCheck,
+    StandardFigure,
+    surface_points,
+)
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.touches import Touches
+from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
+from pretravel.units import DEGREE
+
+PATTERN_TOLERANCE = 10.0 * DEGREE
+"""Largest angle between a touch and the nearest direction of the pattern. [rad]"""
+_LARGEST_SIZE_ERROR = 0.5  # mm
+_SPHERE_DIAMETERS = (10.0, 50.0)  # mm
+_STATUS = "recalled"
+
+
+def check_iso10360_5(
+    touches: Touches,
+    sphere: CalibratedSphere,
+    *,
+    tip_diameter: float | None = None,
+    pretravel_map: PretravelMap | None = None,
+    axis: npt.ArrayLike = ALONG_Z,
+    limits: Mapping[str, float] | None = None,
+) -> StandardCheck:
+    """Determine the form and size errors of a single stylus from 25 touches on a sphere.
+
+    Parameters
+    ----------
+    touches : Touches
+        The 25 directions of `sphere_pattern_25` about the axis, once, or each equally often.
+    sphere : CalibratedSphere
+    tip_diameter : float, optional
+        Of the tip as the machine uses it (the effective one after qualification). Without
+        it, and without a map, there is no size error. [mm]
+    pretravel_map : PretravelMap, optional
+        Compensates the touches instead of the tip's diameter.
+    axis : (3,) float
+        The probe's +z in the machine frame.
+    limits : mapping, optional
+        Maximum permissible errors by "form" and "size". [mm]
+
+    Returns
+    -------
+    StandardCheck
+
+    Raises
+    ------
+    PretravelError
+        Touches that are not the pattern.
+
+    Notes
+    -----
+    Recalled, not verified: form is the largest less the smallest distance from the centre of
+    the least-squares sphere, size its diameter less the calibrated one. The uncertainty of the
+    test value follows ISO/TS 23165 as recalled: half the sphere's form error for the form, the
+    calibration of the diameter for the size.
+
+    >>> n = sphere_pattern_25()
+    >>> check = check_iso10360_5(Touches(n * 15.5, n), CalibratedSphere(25.0), tip_diameter=6.001)
+    >>> [(f.name[:6], round(f.value * 1e3, 6) + 0.0) for f in check.figures]
+    [('P_Form', 0.0), ('P_Size', -1.0)]
+    """
+    angle = _angle_of_pattern(touches.normals @ probe_rotation(axis))
+    runs = _runs(touches, sphere_pattern_25() @ probe_rotation(axis, angle).T)
+    points = surface_points(touches, tip_diameter, pretravel_map)
+    fits = tuple(fit_sphere(points[rows]) for rows in runs)
+    given = limits or {}
+    form = StandardFigure(
+        "P_Form.Sph.1x25:SS:Tact (P_FTU in the edition of 2010)",
+        "largest less smallest distance from the centre of the least-squares sphere",
+        max(fit.form for fit in fits),
+        sphere.u_of_form,
+        given.get("form"),
+        _STATUS,
+    )
+    figures, notes = [form], []
+    if len(fits) > 1:
+        notes.append(f"there are {len(fits)} runs of 25 touches; the worst of them is stated")
+    if tip_diameter is not None or pretravel_map is not None:
+        figures.append(_size_figure(fits, sphere, given.get("size")))
+    else:
+        notes.append("a size error needs the tip's diameter, or a map")
+    smallest, largest = _SPHERE_DIAMETERS
+    if not smallest <= sphere.diameter <= largest:
+        notes.append(
+            f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm (recalled); "
+            f"this one has {sphere.diameter:g} mm"
+        )
+    return StandardCheck("ISO 10360-5, single stylus", tuple(figures), fits, tuple(notes))
+
+
+def _size_figure(
+    fits: tuple[SphereFit, ...], sphere: CalibratedSphere, limit: float | None
+) -> StandardFigure:
+    """The largest size error of all runs."""
+    worst = max((2.0 * fit.radius - sphere.diameter for fit in fits), key=abs)
+    if abs(worst) > _LARGEST_SIZE_ERROR:
+        raise PretravelError(
+            f"the diameter of the touched sphere differs by {worst:+.4f} mm from the calibrated "
+            f"{sphere.diameter:g} mm: check the diameters of sphere and tip, and that the "
+            "positions are those of the tip centre in mm",
+            inputs=("diameter", "tip_diameter"),
+        )
+    return StandardFigure(
+        "P_Size.Sph.1x25:SS:Tact (P_STU in the edition of 2010)",
+        "diameter of the least-squares sphere less the calibrated one",
+        worst,
+        sphere.u_diameter,
+        limit,
+        _STATUS,
+    )
+
+
+def _angle_of_pattern(directions: FloatArray) -> float:
+    """Angle by which the pattern of the touches is rotated about the axis. [rad]
+
+    The standard leaves the azimuth of the pattern to the user. The rings of four determine it.
+    """
+    ring = np.abs(polar_angle(directions) - 22.5 * DEGREE) < PATTERN_TOLERANCE
+    if not ring.any():
+        return 0.0
+    # Four points 90° apart: their common phase, from the fourth harmonic.
+    return float(np.angle(np.mean(np.exp(4j * azimuth_angle(directions[ring]))))) / 4.0
+
+
+def _runs(touches: Touches, directions: FloatArray) -> list[IntArray]:
+    """Rows of each run through the directions: the first touch of each, then the second, …"""
+    nearest = np.argmax(touches.normals @ directions.T, axis=1)
+    off = np.arccos(np.clip(np.sum(touches.normals * directions[nearest], axis=1), -1.0, 1.0))
+    if off.max() > PATTERN_TOLERANCE:
+        row = int(np.argmax(off))
+        raise PretravelError(
+            f"{touches.where(row)} lies {off[row] / DEGREE:.0f}° from the nearest direction of the "
+            f"pattern (the tolerance is {PATTERN_TOLERANCE / DEGREE:.0f}°): these are not the 25 "
+            "points of the test, or the axis is not that of the probe",
+            inputs=("axis",),
+        )
+    counts = np.bincount(nearest, minlength=len(directions))
+    if counts.min() != counts.max():
+        raise PretravelError(
+            f"directions of the pattern were touched {counts.min()} to {counts.max()} times; the "
+            "test needs each once, or each equally often for several runs"
+        )
+    order = np.argsort(nearest, kind="stable").reshape(len(directions), -1)
+    return [order[:, run] for run in range(order.shape[1])]
