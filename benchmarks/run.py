@@ -21,13 +21,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pretravel.compensation.compensation import apply
-from pretravel.compensation.point_errors import (
-    measured_sphere,
-    points_by_trials,
-    sphere_by_trials,
-)
+from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
+from pretravel.compensation.point_errors import points_by_trials
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.maps.bases import HarmonicBasis
+from pretravel.identification.kinds import qualify
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.model.fem.condensation import condense
@@ -41,7 +39,6 @@ from pretravel.probe.materials import material
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.qualification.qualification import qualify
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
@@ -135,7 +132,7 @@ def touches() -> None:
     many = Touches(50.0 * n, n)
     basis = pretravel_map.basis
     assert isinstance(basis, HarmonicBasis)
-    coefficients, covariance = pretravel_map.coefficients, pretravel_map.covariance
+    coefficients, covariance = pretravel_map.coefficients, pretravel_map.covariance.matrix
     radius, variance = pretravel_map.tip_radius, pretravel_map.repeatability**2
 
     def one(row: int) -> tuple[np.ndarray, float]:

@@ -14,11 +14,10 @@ from matplotlib.figure import Figure
 from published import PICTURES
 
 from pretravel.directions import five_point_pattern, from_angles
-from pretravel.maps.bases import WozniakBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis, wozniak_constant
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
-from pretravel.qualification.wozniak import wozniak_constant
 from pretravel.report.style import COLOURS, polar_axes, save
 from pretravel.trigger.predict import predict
 

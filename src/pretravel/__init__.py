@@ -53,9 +53,9 @@ _PUBLIC = {
     "apply": "compensation.compensation",
     "embed": "compensation.compensation",
     "Points": "compensation.compensation",
-    "measured_sphere": "compensation.point_errors",
-    "sphere_by_trials": "compensation.point_errors",
-    "point_sources": "compensation.compensation",
+    "measured_sphere": "compensation.measured_sphere",
+    "sphere_by_trials": "compensation.measured_sphere",
+    "point_sources": "compensation.point_errors",
     "separate": "laboratory.separation",
     "MultiStepReadings": "laboratory.multi_step_readings",
     "RepeatedPair": "laboratory.multi_step_readings",
@@ -101,8 +101,9 @@ __all__ = ["__version__", *_PUBLIC]
 
 if TYPE_CHECKING:
     from pretravel.compensation.comparison import compare_corrections
-    from pretravel.compensation.compensation import Points, apply, embed, point_sources
-    from pretravel.compensation.point_errors import measured_sphere, sphere_by_trials
+    from pretravel.compensation.compensation import Points, apply, embed
+    from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
+    from pretravel.compensation.point_errors import point_sources
     from pretravel.controls.machine import Machine
     from pretravel.controls.program import plan_program
     from pretravel.errors import (

@@ -159,6 +159,11 @@ class Touches:
         assert self.approaches is not None  # set in __post_init__
         return self.approaches
 
+    def closing(self, normals: FloatArray | None = None) -> FloatArray:
+        """Cosine between the approaches and the inward normals, (n,); their own if not given."""
+        outward = self.normals if normals is None else normals
+        return np.asarray(-np.sum(self.approach_directions * outward, axis=1))
+
     def where(self, row: int) -> str:
         """The name of a touch in messages: number, label, and line of the file.
 

@@ -19,7 +19,8 @@ from pretravel.directions import (
 )
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.maps.bases import SectorBasis, TabulatedBasis
+from pretravel.maps.kinds.sectors import SectorBasis
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
 

@@ -13,14 +13,19 @@ from pretravel.compensation.compensation import apply, embed
 from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.frames import probe_rotation
-from pretravel.maps.bases import HarmonicBasis, MeanBasis, SectorBasis, TabulatedBasis
+from pretravel.identification.kinds import qualify
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.kinds.mean import MeanBasis
+from pretravel.maps.kinds.sectors import SectorBasis
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Provenance
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
-from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
+from pretravel.uncertainty.covariance import Covariance
 
 CAP = fibonacci_cap(300, np.radians(89.0))
 ROTATION = probe_rotation(unit([0.3, -0.2, 0.9]), 0.7)
@@ -41,7 +46,7 @@ def _map(kind: str) -> PretravelMap:
     return PretravelMap(
         basis,
         0.010 + rng.normal(0.0, 2e-3, basis.size),
-        half @ half.T,
+        Covariance.full(half @ half.T),
         support,
         tip_radius=2.0,
         u_tip_radius=1e-4,
@@ -49,7 +54,7 @@ def _map(kind: str) -> PretravelMap:
         repeatability_dof=50.0,
         rotation=ROTATION,
         feed=50.0,
-        provenance={"source": "made up"},
+        provenance=Provenance(source="made up"),
     )
 
 

@@ -12,9 +12,10 @@ from pretravel.controls.lookup import (
 from pretravel.directions import ring_pattern
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kinds import qualify
-from pretravel.maps.bases import HarmonicBasis
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 from tests.support.examples import EXAMPLES
 
@@ -31,7 +32,7 @@ def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) ->
     amplitude = 1.0 / sectoral_factor(order)
     coefficients = [10.0, amplitude * np.cos(phase), amplitude * np.sin(phase)]
     return PretravelMap(
-        HarmonicBasis(terms), np.array(coefficients), np.zeros(3),
+        HarmonicBasis(terms), np.array(coefficients), Covariance.none(3),
         DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=30.0,
         rotation=np.eye(3) if rotation is None else rotation,
     )  # fmt: skip

@@ -13,10 +13,9 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kinds import KINDS, qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
-from pretravel.qualification.map_fit import KINDS, Kind
-from pretravel.qualification.qualification import qualify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from tests.support.examples import EXAMPLES
@@ -31,7 +30,7 @@ def _true(normals: np.ndarray, turn: float) -> np.ndarray:
     return predict(PROBE, normals @ rotation).pretravel
 
 
-def _qualified(seed: int, kind: Kind = "harmonic") -> tuple[PretravelMap, float]:
+def _qualified(seed: int, kind: str = "harmonic") -> tuple[PretravelMap, float]:
     rng = np.random.default_rng(seed)
     turn = rng.uniform(0.0, 2.0 * np.pi)
     n = np.repeat(sphere_pattern_25(), 3, axis=0)
@@ -40,7 +39,7 @@ def _qualified(seed: int, kind: Kind = "harmonic") -> tuple[PretravelMap, float]
     return qualify(touches, 25.0, tip_diameter=6.0, kind=kind).pretravel_map, turn
 
 
-def _part_errors(seed: int, kind: Kind = "harmonic") -> tuple[np.ndarray, np.ndarray]:
+def _part_errors(seed: int, kind: str = "harmonic") -> tuple[np.ndarray, np.ndarray]:
     """Errors of compensated points along their normals, a rigid translation taken off; and u."""
     pretravel_map, turn = _qualified(seed, kind)
     part = read_touches(EXAMPLES / "part_touches.csv")

@@ -17,8 +17,9 @@ from pretravel.directions import from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import ALL_KINDS, choose, physical_warnings, qualify
+from pretravel.identification.kinds import KINDS, choose, qualify
 from pretravel.identification.physical import PhysicalMapFit
+from pretravel.maps.provenance import QualificationSetup
 from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
@@ -76,7 +77,7 @@ def test_example_probe() -> None:
     assert isinstance(fit, PhysicalMapFit)
     assert fit.misfit > 0.05
     assert result.residuals.std() == pytest.approx(0.30e-3, rel=0.1)
-    assert physical_warnings(result) == []
+    assert result.warnings == ()
     assert result.pretravel_map.kind == "physical"
 
 
@@ -102,7 +103,7 @@ def test_another_kind_of_probe_is_noticed() -> None:
     result = qualify(wrong, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
     assert isinstance(result.fit, PhysicalMapFit)
     assert result.fit.misfit < 0.01
-    assert "six-seat kind" in physical_warnings(result)[0]
+    assert "six-seat kind" in " ".join(result.warnings)
     u = result.pretravel_map.standard_uncertainty(PART)
     assert u.min() > 0.3e-3
 
@@ -121,7 +122,7 @@ def test_gauge_is_stated() -> None:
     across, along = result.fit.gauge_uncertainty[:2].max(), result.fit.gauge_uncertainty[2]
     assert across < along
     assert np.sqrt(np.diag(result.center_covariance)) == pytest.approx(result.fit.gauge_uncertainty)
-    assert "first harmonic" in result.pretravel_map.provenance["gauge"]
+    assert "first harmonic" in result.pretravel_map.provenance.gauge
 
 
 def test_without_the_tip_diameter_points_are_the_same() -> None:
@@ -145,7 +146,6 @@ def test_shen_and_springer_1998() -> None:
     lever, support angle and tip are as described here, and compliances are fitted (their
     prior spreads are narrowed to 5 %). Predicted points are compared without a translation."""
     from pretravel.identification.probe import identify
-    from pretravel.qualification.qualification import qualify as plain
 
     probe = load_probe("omp40-2-100mm-carbide")
     true = replace(
@@ -170,7 +170,7 @@ def test_shen_and_springer_1998() -> None:
         rng = np.random.default_rng(seed)
         measured = response.pretravel(equator @ turn) + rng.normal(0.0, 0.35e-3, 24)
         touches = Touches(-equator * (12.5 - 3.0 + measured)[:, None], equator)
-        ring = plain(touches, 25.0, ring=True, tip_diameter=6.0)
+        ring = qualify(touches, 25.0, ring=True, tip_diameter=6.0)
         found = identify(ring.pretravel_map, probe, ["preload", "rotation"])
         value = probe_response(found.probe).pretravel(
             grid @ _turn(found.probe.orientation.rotation)
@@ -220,10 +220,10 @@ def test_choice_among_kinds() -> None:
     """On a six-seat probe's touches the physical kind predicts left-out directions best; on a
     sphere that is just round, one number does as well as any, and the choice says why."""
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    chosen = choose(touches, 24.9987, tip_diameter=6.0)
+    chosen = choose(touches, QualificationSetup(24.9987, tip_diameter=6.0))
     assert chosen.kind == "physical"
     assert [score.kind for score in chosen.scores][:2] == ["physical", "harmonic"]
-    assert {score.kind for score in chosen.scores} == set(ALL_KINDS)
+    assert {score.kind for score in chosen.scores} == set(KINDS)
     sectors = next(score for score in chosen.scores if score.kind == "sectors")
     assert "sector" in sectors.problem
 

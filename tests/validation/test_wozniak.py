@@ -16,12 +16,12 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.directions import five_point_pattern, from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import WozniakBasis
+from pretravel.identification.kinds import qualify
+from pretravel.maps.kinds.mean import Mean
+from pretravel.maps.kinds.wozniak import Wozniak, WozniakBasis, wozniak_constant
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
-from pretravel.qualification.qualification import qualify
-from pretravel.qualification.wozniak import wozniak_constant
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 
@@ -87,9 +87,7 @@ def test_five_points_give_the_constant(transducer: str) -> None:
         _touches(pretravel, n),
         2.0 * SPHERE,
         tip_diameter=2.0 * TIP,
-        kind="wozniak",
-        lobe_azimuth=lobe,
-        transducer=transducer,
+        kind=Wozniak(lobe, transducer),
     )
     assert result.pretravel_map.coefficients[0] == pytest.approx(constant, abs=1e-9)
     assert np.abs(result.center).max() < 1e-9
@@ -108,10 +106,10 @@ def test_lobes_are_found_from_many_directions() -> None:
 def test_five_points_do_not_tell_the_lobes() -> None:
     n = five_point_pattern()
     touches = _touches(np.full(5, 0.010), n)
-    with pytest.raises(PretravelError, match="--lobe-azimuth"):
+    with pytest.raises(PretravelError, match="azimuth of largest pretravel"):
         qualify(touches, 25.0, tip_diameter=4.0, kind="wozniak")
-    with pytest.raises(PretravelError, match="--tip-diameter"):
-        qualify(touches, 25.0, kind="wozniak", lobe_azimuth=0.0)
+    with pytest.raises(PretravelError, match="give the tip's diameter"):
+        qualify(touches, 25.0, kind=Wozniak(0.0))
 
 
 def _reduction(probe_pretravel, lobe: float, transducer: str, n: np.ndarray) -> float:
@@ -170,16 +168,15 @@ def test_compensated_sphere_is_better_than_a_mean_radius() -> None:
     probe = _contact_probe(50.0)
     five, n = five_point_pattern(), sphere_pattern_25()
     spread = {}
-    for kind in ("mean", "wozniak"):
+    for kind in (Mean(), Wozniak(180.0 * DEGREE)):
         result = qualify(
             _touches(predict(probe, five).pretravel, five),
             25.0,
             tip_diameter=4.0,
             kind=kind,
-            lobe_azimuth=180.0 * DEGREE,
             axial_pretravel=None,
         )
         points = apply(_touches(predict(probe, n).pretravel, n), result.pretravel_map)
         distance = np.linalg.norm(points.positions - result.center, axis=1)
-        spread[kind] = float(np.ptp(distance))
+        spread[kind.name] = float(np.ptp(distance))
     assert spread["wozniak"] < 0.6 * spread["mean"]

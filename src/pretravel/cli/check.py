@@ -168,7 +168,7 @@ def _write(output: Path, result: StandardCheck, title: str, report: str) -> None
 def _compensated_sphere(measured: Touches, pretravel_map: PretravelMap) -> str:
     """Report of the sphere through all touches, compensated."""
     from pretravel.compensation.compensation import apply
-    from pretravel.compensation.point_errors import measured_sphere
+    from pretravel.compensation.measured_sphere import measured_sphere
     from pretravel.report.laboratory_words import sphere_report
 
     points = apply(measured, pretravel_map)

@@ -32,8 +32,8 @@ def compare(
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
+    from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.comparison import compare_corrections
-    from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
     from pretravel.report.controls_words import comparison_report, comparison_table, plot_comparison

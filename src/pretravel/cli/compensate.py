@@ -64,8 +64,8 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
+    from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.compensation import apply, compensation_warnings, placed
-    from pretravel.formats.map_file import map_or_prediction
     from pretravel.formats.points import write_points
     from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
@@ -113,5 +113,5 @@ def compensate(
 
 def _origin(touches: Path, map_file: str, pretravel_map: PretravelMap) -> str:
     """Names of the files from which points were computed, with the kind of the map."""
-    source = pretravel_map.provenance.get("source", "unknown")
+    source = pretravel_map.provenance.source or "unknown"
     return f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; {source})"

@@ -139,7 +139,7 @@ def _read_template(path: Path) -> str:
 
 def _write_radii(output: Path, pretravel_map: PretravelMap, travel: float) -> None:
     from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.map_file import effective_radius_table
+    from pretravel.maps.grid import effective_radius_table
 
     check_files([(output, (".csv",))])
     write_csv_table(output, effective_radius_table(pretravel_map, travel))

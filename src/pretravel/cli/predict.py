@@ -57,7 +57,8 @@ def predict(
     import numpy as np
 
     from pretravel.directions import grid
-    from pretravel.formats.map_file import trigger_table, write_map
+    from pretravel.formats.map_file import write_map
+    from pretravel.formats.prediction_table import trigger_table
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
     from pretravel.report.page import write_page

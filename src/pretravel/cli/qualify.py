@@ -13,9 +13,9 @@ from pretravel.cli.showing import save_picture, show
 
 
 def _kinds() -> list[str]:
-    from pretravel.identification.kinds import ALL_KINDS, AUTO
+    from pretravel.identification.kinds import AUTO, KINDS
 
-    return [*ALL_KINDS, AUTO]
+    return [*KINDS, AUTO]
 
 
 def qualify(
@@ -83,7 +83,9 @@ def qualify(
     from pretravel.errors import PretravelError
     from pretravel.formats.map_file import write_map
     from pretravel.formats.readings import read_readings
-    from pretravel.identification.kinds import choose, physical_warnings
+    from pretravel.identification.kinds import KINDS, choose
+    from pretravel.maps.kinds.wozniak import Wozniak
+    from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
     from pretravel.units import DEGREE, MICROMETRE
@@ -96,24 +98,27 @@ def qualify(
     readings = read_readings(touches).in_machine_axes()
     measured = readings.touches
     with working(f"qualifying on {len(measured)} touches"):
-        choice = choose(
-            measured,
+        setup = QualificationSetup(
             diameter,
-            kind=kind,
-            lobe_azimuth=None if lobe_azimuth is None else lobe_azimuth * DEGREE,
-            transducer=transducer,
-            ring=ring,
             tip_diameter=tip_diameter,
+            ring=ring,
             u_diameter=u_diameter * MICROMETRE,
             axial_pretravel=axial_pretravel.millimetres,
             axis=axis,
+        )
+        wozniak = Wozniak(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
+        choice = choose(
+            measured,
+            setup,
+            wozniak if KINDS.get(kind) is Wozniak else kind,
+            candidates=[wozniak],
         )
     result = choice.qualification
     report = qualification_document(
         result,
         touches_name=touches.name,
         scores=choice.scores,
-        warnings=[*readings.notes(), *physical_warnings(result)],
+        warnings=readings.notes(),
     )
     if output is not None and output.suffix.lower() == ".html":
         write_page(output, report)

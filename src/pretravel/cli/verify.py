@@ -76,24 +76,10 @@ def verify(
         readings.touches, pretravel_map, diameter, ring=ring, false_alarm_rate=0.01 * false_alarms
     )
     decision = "kept"
-    if accept is not None and pretravel_map.delay is not None:
-        feeds = readings.touches.feeds
-        if feeds is None or len(set(feeds.tolist())) < 2:
-            raise PretravelError(
-                "--accept: the old map knows the signal delay, which touches at one feed do not "
-                "tell; touch the reference at two feeds"
-            )
     if accept is not None:
-        from pretravel.identification.kinds import qualify
+        from pretravel.identification.kinds import qualify_like
 
-        again = qualify(
-            readings.touches,
-            diameter,
-            kind=pretravel_map.kind,
-            ring=ring,
-            tip_diameter=2.0 * pretravel_map.tip_radius,
-            axis=tuple(pretravel_map.rotation[:, 2]),
-        )
+        again = qualify_like(readings.touches, pretravel_map, diameter, ring=ring)
         write_map(accept, again.pretravel_map)
         decision = f"accepted {accept.name}"
     entries = []

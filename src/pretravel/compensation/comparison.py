@@ -11,7 +11,8 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, checked_unit, fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import SectorBasis, WozniakBasis
+from pretravel.maps.kinds.sectors import SectorBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import equator, resampled_sectors, touched_sectors
 from pretravel.units import DEGREE
@@ -94,8 +95,9 @@ def compare_corrections(
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.directions import sphere_pattern_25
-    >>> from pretravel.maps.bases import MeanBasis
-    >>> flat = PretravelMap(MeanBasis(), np.array([0.016]), np.array([1e-8]),
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> flat = PretravelMap(MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
     ...                     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
     >>> round(compare_corrections(flat).rows[0].largest, 12)
     0.0

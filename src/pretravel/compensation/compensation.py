@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.compensation.point_errors import errors_of_points
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
@@ -17,7 +18,7 @@ from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.touches import Touches, at_rest, refuse_glancing
-from pretravel.units import DEGREE, delay_travel
+from pretravel.units import DEGREE
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches further off the normal than this are warned about. [rad]"""
@@ -109,19 +110,17 @@ def apply(
     Rodrigues 2021, equation 3.36; with a nominal surface iterated to the true contact.
 
     >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.bases import MeanBasis
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
     >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
     >>> points = apply(Touches([[0.0, 0.0, 2.990]], up), mean)
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
-    u_travel: FloatArray | float = 0.0
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
-        u_travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
-    approaches = touches.approach_directions
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)
         normals = contact.normal
@@ -129,70 +128,24 @@ def apply(
     else:
         normals, deviation = touches.normals, None
     pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
-    closing = -np.sum(approaches * normals, axis=1)
+    errors = errors_of_points(touches, normals, pretravel_map)
     if nominal is None:
-        travel = pretravel / closing
+        travel = pretravel / errors.closing
         positions = (
-            touches.positions - travel[:, None] * approaches - pretravel_map.tip_radius * normals
+            touches.positions
+            - travel[:, None] * errors.approaches
+            - pretravel_map.tip_radius * normals
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    # Map and delay err together: what a longer delay takes from the one it adds to the other.
-    by_delay = pretravel_map.change_by_delay(normals)
-    of_map = np.maximum(u_map**2 - by_delay**2, 0.0) / closing**2
-    along = pretravel_map.repeatability**2 + of_map + (by_delay / closing + u_travel) ** 2
-    covariance = along[:, None, None] * (approaches[:, :, None] * approaches[:, None, :])
-    covariance += pretravel_map.u_tip_radius**2 * (normals[:, :, None] * normals[:, None, :])
     return Points(
         positions=frozen(positions),
         normals=frozen(normals),
         pretravel=frozen(pretravel),
-        covariance=frozen(covariance),
+        covariance=frozen(errors.covariance(u_map)),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
     )
-
-
-def point_sources(
-    touches: Touches, points: Points, pretravel_map: PretravelMap
-) -> dict[str, FloatArray]:
-    """Where the points' errors along their normals come from, and how they hang together.
-
-    Parameters
-    ----------
-    touches : Touches
-    points : Points
-        The same touches, compensated with the map.
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    dict of str to (n,) variances or (n, n) covariance
-        repeatability (each point its own), map, tip radius and, where the map knows it, signal
-        delay (common to all). Their sum has `Points.standard_uncertainty` squared on its
-        diagonal. [mm²]
-
-    >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.bases import MeanBasis
-    >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
-    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
-    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
-    >>> sorted(point_sources(touches, apply(touches, mean), mean))
-    ['map', 'repeatability', 'tip radius']
-    """
-    closing = -np.sum(touches.approach_directions * points.normals, axis=1)
-    by_delay = pretravel_map.change_by_delay(points.normals)
-    sources = {
-        # Along the approach; its share along the normal.
-        "repeatability": (pretravel_map.repeatability * closing) ** 2,
-        "map": pretravel_map.value_covariance(points.normals) - np.outer(by_delay, by_delay),
-        "tip radius": np.full((len(points), len(points)), pretravel_map.u_tip_radius**2),
-    }
-    if pretravel_map.delay is not None:
-        travel = delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay) * closing
-        sources["signal delay"] = np.outer(by_delay + travel, by_delay + travel)
-    return sources
 
 
 def _on_nominal(
@@ -241,9 +194,10 @@ def compensation_warnings(
     """What a user should know before believing the points, as sentences.
 
     >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.bases import MeanBasis
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
     >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([1e-8]),
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0)
     >>> touches = Touches([[0.0, 0.0, 2.990]], up)
     >>> compensation_warnings(touches, apply(touches, mean), mean)
@@ -348,9 +302,10 @@ def embed(
         Normals that the map does not support.
 
     >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.bases import MeanBasis
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
     >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), np.array([0.0]),
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([0.0]),
     ...                     DirectionSupport(up), tip_radius=3.0)
     >>> embed([[0.0, 0.0, 0.0]], up, mean).positions.round(9).tolist()
     [[0.0, 0.0, 2.99]]

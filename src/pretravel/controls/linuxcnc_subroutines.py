@@ -58,7 +58,7 @@ def linuxcnc_subroutines(
     """
     common = {
         "map": pretravel_map,
-        "source": pretravel_map.provenance.get("source", ""),
+        "source": pretravel_map.provenance.source,
         "form": form,
         "description": describe_form(form),
         "lowest_deg": form.band.lowest / DEGREE,

@@ -13,10 +13,8 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import azimuth_angle, grid, polar_angle
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import HarmonicBasis, MeanBasis
+from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.trigger.response import ProbeResponse, ResponseBasis
-from pretravel.trigger.six_seats import SixSeatBasis
 from pretravel.units import DEGREE, MICROMETRE
 
 _FINE = 1.0 * DEGREE
@@ -236,7 +234,7 @@ class LookupSeats:
 
     Attributes
     ----------
-    response : ProbeResponse
+    response : CondensedProbe
         With the criterion first_contact.
     scale, constant : float
         Of its pretravel, and added to it. [mm]
@@ -247,7 +245,7 @@ class LookupSeats:
         Against the map, within the band. [mm]
     """
 
-    response: ProbeResponse
+    response: CondensedProbe
     scale: float
     constant: float
     shift: FloatArray
@@ -270,16 +268,17 @@ def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | No
     ----------
     pretravel_map : PretravelMap
     """
-    if isinstance(pretravel_map.basis, HarmonicBasis | MeanBasis):
+    form = pretravel_map.basis.form_on_control(pretravel_map.coefficients)
+    if isinstance(form, SeriesForm):
         return lookup_series(pretravel_map)
-    basis, c = pretravel_map.basis, pretravel_map.coefficients
-    if not isinstance(basis, SixSeatBasis | ResponseBasis):
-        return None
-    if basis.response.criterion != "first_contact" or np.any(c[5:]):
-        return None
-    rest = np.zeros(4) if isinstance(basis, ResponseBasis) else c[1:5]
+    if isinstance(form, SixSeatForm):
+        return _lookup_seats(pretravel_map, form)
+    return None
+
+
+def _lookup_seats(pretravel_map: PretravelMap, form: SixSeatForm) -> LookupSeats:
     band = supported_band(pretravel_map)
-    seats = LookupSeats(basis.response, float(c[0]), float(rest[0]), frozen(rest[1:]), band)
+    seats = LookupSeats(form.probe, form.scale, form.constant, form.shift, band)
     return replace(seats, largest_error=_Judge(pretravel_map, band).largest_error(seats))
 
 
@@ -296,18 +295,16 @@ def lookup_series(pretravel_map: PretravelMap) -> LookupSeries:
     PretravelError
         A map of another kind.
     """
-    basis = pretravel_map.basis
-    if isinstance(basis, MeanBasis):
-        terms = np.array([[0, 0]])
-    elif isinstance(basis, HarmonicBasis):
-        terms = basis.terms
-    else:
+    form = pretravel_map.basis.form_on_control(pretravel_map.coefficients)
+    if not isinstance(form, SeriesForm):
         raise PretravelError(
-            f"a map of kind {pretravel_map.kind} is no series; export it as a table (--form table)"
+            f"a map of kind {pretravel_map.kind} is no series; export it as a table",
+            inputs=("form",),
         )
+    terms = form.terms
     size = int(terms[:, 0].max()) + 1
     cosines, sines = np.zeros((size, size)), np.zeros((size, size))
-    for (degree, order), value in zip(terms, pretravel_map.coefficients, strict=True):
+    for (degree, order), value in zip(terms, form.coefficients, strict=True):
         (sines if order < 0 else cosines)[degree, abs(order)] += value
     band = supported_band(pretravel_map)
     series = LookupSeries(frozen(cosines), frozen(sines), band)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pretravel.controls.gcode import render
 from pretravel.controls.lookup import LookupTable, catmull_rom_text, describe_form
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import SECTOR_NAMES
+from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
 from pretravel.units import DEGREE, MICROMETRE

@@ -1,35 +1,100 @@
-"""Qualification with every kind of map, physical among them, and the choice of kind."""
+"""All kinds of map by name, and qualification with any of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Unpack
 
 from pretravel.errors import PretravelError
 from pretravel.identification.kind_choice import KindScore, compare_kinds
-from pretravel.identification.physical import MISFIT_LEVEL, PhysicalMapFit, fit_physical
+from pretravel.identification.physical import Physical
+from pretravel.maps.basis import MapBasis, StoredBasis
+from pretravel.maps.kind import KindOfMap
+from pretravel.maps.kinds.harmonic import Harmonic, HarmonicBasis
+from pretravel.maps.kinds.mean import Mean, MeanBasis
+from pretravel.maps.kinds.sectors import SectorBasis, Sectors
+from pretravel.maps.kinds.tabulated import TabulatedBasis
+from pretravel.maps.kinds.wozniak import Wozniak, WozniakBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import QualificationSetup, SetupOptions
 from pretravel.qualification import qualification
-from pretravel.qualification.map_fit import KINDS, Kind
-from pretravel.qualification.qualification import FitMap, Qualification
+from pretravel.qualification.delay import several_feeds
+from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
+from pretravel.trigger.response import ResponseBasis
+from pretravel.trigger.six_seats import SixSeatBasis
 
-ALL_KINDS: Mapping[str, Kind | FitMap] = {kind: kind for kind in KINDS} | {"physical": fit_physical}
+KINDS: Mapping[str, type[KindOfMap]] = {
+    kind.name: kind for kind in (Mean, Sectors, Wozniak, Harmonic, Physical)
+}
+"""Kinds that are fitted to touches, by name. A new kind is one file, listed here."""
+
+BASES: tuple[type[MapBasis], ...] = (
+    MeanBasis,
+    SectorBasis,
+    WozniakBasis,
+    HarmonicBasis,
+    TabulatedBasis,
+    SixSeatBasis,
+    ResponseBasis,
+)
+"""Bases of maps in files."""
+
 AUTO = "auto"
-FEW_DIRECTIONS = 15
-"""Below this a physical map is warned about."""
+
+
+def kind_named(name: str, **settings: Any) -> KindOfMap:
+    """A kind of map by its name.
+
+    Parameters
+    ----------
+    name : str
+    **settings
+        Fields of the kind itself, such as ``lobe_azimuth`` of wozniak.
+
+    Raises
+    ------
+    PretravelError
+        No such kind; a setting that it does not have.
+
+    >>> kind_named("wozniak", transducer="piezo").transducer
+    'piezo'
+    """
+    if name not in KINDS:
+        known = ", ".join([*KINDS, AUTO])
+        raise PretravelError(f"map kind '{name}' is not known; there are {known}", inputs=("kind",))
+    try:
+        return KINDS[name](**settings)
+    except TypeError as error:
+        raise PretravelError(f"kind {name} has no setting of this name: {error}") from None
+
+
+def restored_basis(kind: str, stored: StoredBasis) -> MapBasis:
+    """The basis of a stored map.
+
+    Raises
+    ------
+    PretravelError
+        A kind that this version does not contain.
+    """
+    for basis in BASES:
+        found = basis.restored(stored) if basis.kind == kind else None
+        if found is not None:
+            return found
+    raise PretravelError(f"maps of kind '{kind}' are not known to this version")
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """A qualification with how its kind compared with the others.
+    """A qualification, with the comparison of kinds that led to it.
 
     Attributes
     ----------
     qualification : Qualification
     kind : str
-    scores : list of KindScore
-        The best first; empty where the kind was told.
+    scores : tuple of KindScore
+        The best first; empty where the kind was given.
     """
 
     qualification: Qualification
@@ -38,7 +103,11 @@ class Choice:
 
 
 def qualify(
-    touches: Touches, diameter: float, *, kind: str = "harmonic", **settings: Any
+    touches: Touches,
+    diameter: float,
+    *,
+    kind: str | KindOfMap = "harmonic",
+    **options: Unpack[SetupOptions],
 ) -> Qualification:
     """Qualify a probe on a reference sphere or ring, with any kind of map.
 
@@ -47,12 +116,12 @@ def qualify(
     touches : Touches
     diameter : float
         Calibrated diameter of the sphere or ring. [mm]
-    kind : str
-        mean, sectors, wozniak, harmonic, physical; or auto, the one of them that predicts
+    kind : str or KindOfMap
+        mean, sectors, wozniak, harmonic, physical; or auto, the one of these that predicts
         touches left out of its fit best.
-    **settings
-        As `pretravel.qualification.qualification.qualify` takes them: ring, tip_diameter,
-        u_diameter, axis, ...
+    **options
+        ring, tip_diameter, u_diameter, axial_pretravel, axis, search_outliers: see
+        `QualificationSetup`.
 
     Returns
     -------
@@ -61,7 +130,7 @@ def qualify(
     Raises
     ------
     PretravelError
-        As there; an unknown kind.
+        As `pretravel.qualification.qualification.qualify`; an unknown kind.
 
     >>> from pretravel.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
@@ -69,48 +138,97 @@ def qualify(
     >>> qualify(touches, 25.0, tip_diameter=6.0, kind="mean").pretravel_map.kind
     'mean'
     """
-    return choose(touches, diameter, kind=kind, **settings).qualification
+    return choose(touches, setup_of(diameter, options), kind).qualification
 
 
-def choose(touches: Touches, diameter: float, *, kind: str = AUTO, **settings: Any) -> Choice:
+def setup_of(diameter: float, options: SetupOptions) -> QualificationSetup:
+    """Diameter and keywords as one value."""
+    return QualificationSetup(diameter, **options)  # type: ignore[arg-type]  # axis: any array
+
+
+def choose(
+    touches: Touches,
+    setup: QualificationSetup,
+    kind: str | KindOfMap = AUTO,
+    *,
+    candidates: Sequence[KindOfMap] = (),
+) -> Choice:
     """As `qualify`, with the comparison that led to the kind.
 
-    Parameters, errors: see `qualify`.
+    Parameters
+    ----------
+    touches : Touches
+    setup : QualificationSetup
+    kind : str or KindOfMap
+    candidates : sequence of KindOfMap
+        Kinds with settings of their own, in place of those of the same name that ``auto``
+        compares.
 
     Returns
     -------
     Choice
+
+    Raises
+    ------
+    PretravelError
+        As `qualify`.
     """
-    if kind != AUTO and kind not in ALL_KINDS:
-        known = ", ".join([*ALL_KINDS, AUTO])
-        raise PretravelError(f"map kind '{kind}' is not known; there are {known}")
-    scores: list[KindScore] = []
+    scores: tuple[KindScore, ...] = ()
     if kind == AUTO:
-        scores = compare_kinds(touches, diameter, ALL_KINDS, **settings)
-        kind = scores[0].kind
-        if scores[0].problem:
-            raise PretravelError(f"no kind of map fits these touches: {scores[0].problem}")
-    chosen: Any = ALL_KINDS[kind]
-    result = qualification.qualify(touches, diameter, kind=chosen, **settings)
-    return Choice(result, kind, tuple(scores))
+        kinds = {name: made() for name, made in KINDS.items()}
+        kinds |= {candidate.name: candidate for candidate in candidates}
+        scores = tuple(compare_kinds(touches, setup, kinds))
+        best = scores[0]
+        if best.problem:
+            raise PretravelError(f"no kind of map fits these touches: {best.problem}")
+        kind = kinds[best.kind]
+    elif isinstance(kind, str):
+        kind = kind_named(kind)
+    result = qualification.qualify(touches, setup, kind)
+    return Choice(result, kind.name, scores)
 
 
-def physical_warnings(result: Qualification) -> list[str]:
-    """What to know before believing a physical map, as sentences; empty for other kinds."""
-    fit = result.fit
-    if not isinstance(fit, PhysicalMapFit):
-        return []
-    found = []
-    count = int(result.groups.max()) + 1
-    if count < FEW_DIRECTIONS:
-        found.append(
-            f"{count} directions are few for a six-seat probe: another one may explain them as "
-            "well, and u of the map does not know that; touch 25"
+def qualify_like(
+    touches: Touches, earlier: PretravelMap, diameter: float, *, ring: bool = False
+) -> Qualification:
+    """A new map of the same kind and with the same setup as an earlier one.
+
+    Parameters
+    ----------
+    touches : Touches
+        New ones on the reference.
+    earlier : PretravelMap
+        Of a qualification.
+    diameter : float
+        Of the reference. [mm]
+    ring : bool
+        The reference is a ring.
+
+    Returns
+    -------
+    Qualification
+
+    Raises
+    ------
+    PretravelError
+        As `qualify`; a map with a signal delay and touches that do not determine one.
+
+    Notes
+    -----
+    Maps of earlier versions do not contain their setup. What they contain is used: tip, axis and
+    the uncertainty of the radius, which is half that of the reference's diameter.
+    """
+    if earlier.delay is not None and not several_feeds(touches):
+        raise PretravelError(
+            "the old map contains the signal delay, which touches at one feed do not determine; "
+            "touch the reference at two feeds"
         )
-    if fit.misfit < MISFIT_LEVEL:
-        found.append(
-            "this probe is not quite of the six-seat kind: the residuals are larger than repeats "
-            f"scatter (chance {fit.misfit:.2g} for a good one). What the model misses is in u of "
-            "the map; compare with --kind auto"
-        )
-    return found
+    made = earlier.provenance
+    setup = made.setup or QualificationSetup(
+        diameter,
+        tip_diameter=2.0 * earlier.tip_radius,
+        u_diameter=2.0 * earlier.u_tip_radius,
+        axis=tuple(earlier.rotation[:, 2]),
+    )
+    kind = kind_named(earlier.kind, **made.kind_settings)
+    return qualification.qualify(touches, replace(setup, diameter=diameter, ring=ring), kind)

@@ -1,17 +1,21 @@
-"""The physical kind of qualification: a six-seat probe fitted to touches on a reference."""
+"""Kind physical: a six-seat probe fitted to touches on a reference.
+
+Its basis is `pretravel.trigger.six_seats.SixSeatBasis`.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
+from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.model.hertz import curved_part_factor
-from pretravel.qualification.map_fit import MapFit
-from pretravel.qualification.observation import Observation
 from pretravel.trigger.six_seats import (
     IDEAL,
     PARAMETERS,
@@ -20,20 +24,23 @@ from pretravel.trigger.six_seats import (
     six_seat_response,
     six_seat_slopes,
 )
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE, MICROMETRE
 
 FEWEST_DIRECTIONS = 8
-"""Ideal probe, centre and level are ten numbers; priors help, but not below this."""
+"""Ideal probe, centre and level are ten numbers; with priors this many directions suffice."""
+FEW_DIRECTIONS = 15
+"""A physical map from fewer directions than this is warned about."""
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0)
-"""How asymmetric a probe may be, as multiples of the spreads of `ASYMMETRIES`; the likelihood
-chooses."""
+"""Scales of asymmetry, as multiples of the spreads of `ASYMMETRIES`; the likelihood chooses
+one."""
 _TYPICAL_ASYMMETRY, _ASYMMETRY_SPREAD = math.log(0.3), 1.2
 _TYPICAL_NOISE = 0.3 * MICROMETRE
 _LEAST_NOISE = 1e-3 * MICROMETRE
 _WELL_KNOWN_NOISE = 10.0
-"""Degrees of freedom among repeats from which these alone give the noise."""
+"""Degrees of freedom among repeats from which these alone determine the noise."""
 MISFIT_LEVEL = 0.01
-"""Chance that a good six-seat probe is said to be none."""
+"""Probability that a good six-seat probe is reported as not of this kind."""
 _STEEPEST = (5.0 * DEGREE, 80.0 * DEGREE)
 _ASYMMETRIC = slice(len(IDEAL), None)
 _NAMES = [parameter.name for parameter in PARAMETERS]
@@ -41,7 +48,7 @@ _NAMES = [parameter.name for parameter in PARAMETERS]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PhysicalMapFit(MapFit):
-    """A map fitted as a six-seat probe, with all that the fit says about itself.
+    """A map fitted as a six-seat probe.
 
     Attributes
     ----------
@@ -49,14 +56,14 @@ class PhysicalMapFit(MapFit):
     parameter_covariance : (18, 18) float
         Of `PARAMETERS`, posterior.
     learned : (18,) float
-        Share of each number's prior variance that the touches took away: 0, nothing was
-        learned; 1, the prior does not matter.
+        Share of the prior variance of each parameter that the touches removed: 0, the touches
+        contain nothing about it; 1, the prior has no effect.
     asymmetry_scale : float
-        Which of `ASYMMETRY_SCALES` the likelihood chose.
+        The one of `ASYMMETRY_SCALES` that the likelihood chose.
     gauge_uncertainty : (axes,) float
-        Of the shift that touches cannot tell from the map. [mm]
+        Of the shift that touches cannot separate from the map. [mm]
     misfit : float
-        Chance of residuals this large were the probe of this kind; nan without repeats.
+        Probability of residuals this large for a six-seat probe; nan without repeats.
     """
 
     basis: SixSeatBasis
@@ -70,7 +77,7 @@ class PhysicalMapFit(MapFit):
 class _Problem:
     """Residuals and slopes of touches and priors together, in units of their spreads.
 
-    Unknowns: shift of the centre (axes), tip radius where it was not told, `PARAMETERS`.
+    Unknowns: shift of the centre (axes), tip radius where it was not given, `PARAMETERS`.
     """
 
     def __init__(self, observation: Observation, noise: float, scale: float) -> None:
@@ -96,26 +103,26 @@ class _Problem:
 
     def misses(self, x: FloatArray) -> FloatArray:
         """Observed less modelled pretravel, (n,). [mm]"""
-        seen, values = self.moved(x), x[self.extra :]
+        moved, values = self.moved(x), x[self.extra :]
         response = six_seat_response(values, self.observation.tip_radius)
-        modelled = along_normal(response, seen.directions, self.compression)
-        return np.asarray(seen.values + self.level(x) - modelled)
+        modelled = along_normal(response, moved.directions, self.compression)
+        return np.asarray(moved.values + self.level(x) - modelled)
 
     def residuals(self, x: FloatArray) -> FloatArray:
         try:
             misses = self.misses(x)
-        except PretravelError:  # seats that hold nothing: far away from every prior
+        except PretravelError:  # seats that do not hold the tripod: far from every prior
             misses = np.full(len(self.observation.groups), 1.0)
         misses = np.where(np.isfinite(misses), misses, 1.0)
         return np.concatenate([misses / self.noise, (x[self.extra :] - self.prior) / self.spread])
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        seen, values = self.moved(x), x[self.extra :]
+        moved, values = self.moved(x), x[self.extra :]
         slopes = six_seat_slopes(
-            values, self.observation.tip_radius, seen.directions, self.compression
+            values, self.observation.tip_radius, moved.directions, self.compression
         )
-        # Moving the centre by s adds n·s to what is observed (in a ring as on a sphere).
-        shift = seen.directions[:, : self.axes]
+        # A centre moved by s adds n·s to the observed pretravel, on a sphere as in a ring.
+        shift = moved.directions[:, : self.axes]
         level = np.ones((len(shift), self.extra - self.axes))
         rows = np.hstack([shift, level, -slopes]) / self.noise
         priors = np.hstack([np.zeros((len(values), self.extra)), np.diag(1.0 / self.spread)])
@@ -156,21 +163,51 @@ def _evidence(problem: _Problem, x: FloatArray, cost: float) -> float:
 
 
 def _effective_dof(problem: _Problem, x: FloatArray) -> float:
-    """Touches less the numbers they had to pay for."""
+    """Number of touches less the effective number of fitted parameters."""
     jacobian = problem.jacobian(x)
     touches = jacobian[: len(problem.observation.groups)]
     spent = np.trace(np.linalg.solve(jacobian.T @ jacobian, touches.T @ touches))
     return float(max(len(touches) - spent, 1.0))
 
 
-def fit_physical(observation: Observation, noise: float, noise_dof: float) -> PhysicalMapFit:
+@dataclass(frozen=True)
+class Physical(KindOfMap):
+    """A six-seat probe: statics of the tripod, linear compliance, Hertz contact."""
+
+    name: ClassVar[str] = "physical"
+    title: ClassVar[str] = "six-seat probe"
+
+    def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
+        return fit_physical(observation, repeats)
+
+    def warnings(self, fit: MapFit, repeatability: float) -> list[str]:
+        del repeatability
+        assert isinstance(fit, PhysicalMapFit)
+        found = []
+        count = fit.observation.direction_count
+        if count < FEW_DIRECTIONS:
+            found.append(
+                f"{count} directions are few for a six-seat probe: another one may explain them "
+                "as well, and u of the map does not contain that; touch 25"
+            )
+        if fit.misfit < MISFIT_LEVEL:
+            found.append(
+                "this probe is not quite of the six-seat kind: the residuals are larger than the "
+                f"scatter of repeats (probability {fit.misfit:.2g} for a six-seat probe). The part "
+                "of pretravel that the model does not represent is in u of the map; compare the "
+                "kinds of map (auto)"
+            )
+        return found
+
+
+def fit_physical(observation: Observation, repeats: Scatter) -> PhysicalMapFit:
     """The six-seat probe that explains touches on a sphere or in a ring best.
 
     Parameters
     ----------
     observation : Observation
-    noise, noise_dof : float
-        Standard deviation among repeats [mm], and its degrees of freedom (0: none).
+    repeats : Scatter
+        Of repeated touches.
 
     Returns
     -------
@@ -183,23 +220,25 @@ def fit_physical(observation: Observation, noise: float, noise_dof: float) -> Ph
 
     Notes
     -----
-    Posterior mode of touches and priors (`pretravel.trigger.six_seats.PARAMETERS`), from
-    several orientations of the tripod. How asymmetric the probe may be is chosen by the
-    likelihood. The map's covariance is that of distances: what a shift of the
-    reference explains is taken out of it and stated as `gauge_uncertainty`.
+    Posterior mode of touches and priors (`pretravel.trigger.six_seats.PARAMETERS`), from several
+    orientations of the tripod. The likelihood chooses the scale of asymmetry. The covariance of the
+    map is that of distances: the part that a shift of the reference explains is removed from it
+    and stated as `gauge_uncertainty`.
 
     References
     ----------
     Shen & Springer 1998 and Estler 1996, 1997 fit such models; Woźniak and Rodrigues 2021
-    have the same statics.
+    use the same statics.
     """
-    count = int(observation.groups.max()) + 1
+    count = observation.direction_count
     if count < FEWEST_DIRECTIONS:
         raise PretravelError(
-            f"{count} directions are too few for kind physical: a six-seat probe has seven numbers "
-            f"beside centre and asymmetry; touch at least {FEWEST_DIRECTIONS}, 25 are good"
+            f"{count} directions are too few for kind physical: a six-seat probe has seven "
+            "parameters beside centre and asymmetry; touch at least "
+            f"{FEWEST_DIRECTIONS} directions, 25 are good"
         )
-    sigma = max(noise, _LEAST_NOISE) if noise_dof >= _WELL_KNOWN_NOISE else _TYPICAL_NOISE
+    well_known = repeats.dof >= _WELL_KNOWN_NOISE
+    sigma = max(repeats.deviation, _LEAST_NOISE) if well_known else _TYPICAL_NOISE
     starts = _oriented(_Problem(observation, sigma, ASYMMETRY_SCALES[0]))
     for _ in range(8):
         found = [_asymmetric(observation, sigma, start) for start in starts]
@@ -207,18 +246,21 @@ def fit_physical(observation: Observation, noise: float, noise_dof: float) -> Ph
         # From the second round on the better of two explanations alone.
         starts = [x]
         dof = _effective_dof(problem, x)
-        misses = problem.misses(x)
-        seen = math.sqrt(float(misses @ misses) / dof)
-        if noise_dof >= _WELL_KNOWN_NOISE:
+        if well_known:
             break
-        last, sigma = sigma, max(seen, _LEAST_NOISE)
+        last, sigma = sigma, max(_deviation(problem, x, dof), _LEAST_NOISE)
         if abs(sigma / last - 1.0) < 0.02:
             break
-    return _concluded(problem, x, scale, dof, sigma, noise_dof)
+    return _concluded(problem, x, scale, Scatter(sigma, repeats.dof))
+
+
+def _deviation(problem: _Problem, x: FloatArray, dof: float) -> float:
+    misses = problem.misses(x)
+    return math.sqrt(float(misses @ misses) / dof)
 
 
 def _oriented(problem: _Problem) -> list[FloatArray]:
-    """The ideal probe, from eight azimuths of the tripod: the best, and another like it."""
+    """The ideal probe from eight azimuths of the tripod: the best fit, and one nearly as good."""
     start = np.concatenate([np.zeros(problem.extra), problem.prior])
     start[problem.axes : problem.extra] = 10.0 * MICROMETRE
     turned = problem.extra + _NAMES.index("rod_azimuth")
@@ -238,7 +280,7 @@ def _oriented(problem: _Problem) -> list[FloatArray]:
 
 
 def _apart(first: float, second: float) -> float:
-    """Between two azimuths of a tripod, of which every third of a turn is alike. [rad]"""
+    """Angle between two azimuths of a tripod, which repeats every third of a turn. [rad]"""
     third = 120.0 * DEGREE
     return abs((first - second + 0.5 * third) % third - 0.5 * third)
 
@@ -246,7 +288,7 @@ def _apart(first: float, second: float) -> float:
 def _asymmetric(
     observation: Observation, sigma: float, start: FloatArray
 ) -> tuple[float, float, _Problem, FloatArray]:
-    """Minus its log evidence, and the scale of asymmetry that is likeliest, with the fit at it."""
+    """The most likely scale of asymmetry: minus the log evidence, scale, problem, fit."""
     best: tuple[float, float, _Problem, FloatArray] | None = None
     x = start
     for scale in ASYMMETRY_SCALES:
@@ -260,70 +302,87 @@ def _asymmetric(
     return best
 
 
-def _concluded(
-    problem: _Problem, x: FloatArray, scale: float, dof: float, sigma: float, noise_dof: float
-) -> PhysicalMapFit:
+def _concluded(problem: _Problem, x: FloatArray, scale: float, repeats: Scatter) -> PhysicalMapFit:
+    """The fit at the posterior mode as a map with covariance."""
     observation, axes = problem.observation, problem.axes
-    misses = problem.misses(x)
-    seen = math.sqrt(float(misses @ misses) / dof)
-    misfit = math.nan
-    if noise_dof >= _WELL_KNOWN_NOISE:
-        from scipy.stats import f as fisher
-
-        # Lack of fit: what the residuals have beyond the scatter of repeats, against it.
-        beyond = max(float(misses @ misses) - noise_dof * sigma**2, 0.0)
-        free = max(dof - noise_dof, 1.0)
-        misfit = float(fisher.sf(beyond / free / sigma**2, free, noise_dof))
-    # As for the other kinds: what the model misses is its uncertainty in any direction.
-    missed = max(seen**2 - sigma**2, 0.0) if misfit < MISFIT_LEVEL else 0.0
+    misses, dof = problem.misses(x), _effective_dof(problem, x)
+    deviation = _deviation(problem, x, dof)
+    misfit = _misfit(misses, dof, repeats)
+    # As for the other kinds: what the model does not represent is its uncertainty in any direction.
+    missed = max(deviation**2 - repeats.deviation**2, 0.0) if misfit < MISFIT_LEVEL else 0.0
     jacobian = problem.jacobian(x)
     covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(np.float64)
-    values, of_values = x[problem.extra :], slice(problem.extra, None)
-    basis = SixSeatBasis(values, observation.tip_radius)
-    moved = problem.moved(x)
-    slopes = basis.slopes(moved.directions)
-    # What a shift explains of each slope, as a least-squares reference would take it up.
-    to_sphere = moved.to_sphere
-    explained = np.zeros((5, len(PARAMETERS)))
-    explained[2 : 2 + axes] = -(to_sphere @ slopes)[1:]
-    to_coefficients = np.zeros((basis.size, len(x)))
-    to_coefficients[:5, of_values] = explained
-    to_coefficients[5:, of_values] = np.eye(len(PARAMETERS))
-    if not observation.tip_known:
-        to_coefficients[1, axes] = -1.0  # a larger tip is less pretravel
+    of_values = slice(problem.extra, None)
+    basis = SixSeatBasis(x[of_values], observation.tip_radius)
+    to_coefficients = _to_coefficients(problem, x, basis)
     of_map = to_coefficients @ covariance @ to_coefficients.T
     of_map[1, 1] += missed
     gauge = covariance[:axes, :axes]
-    u_gauge = np.sqrt(np.diag(gauge))
-    tip = ""
-    if not observation.tip_known:
-        u_tip = math.sqrt(covariance[axes, axes])
-        tip = (
-            f"; the tip's diameter, {2.0 * (observation.tip_radius + problem.level(x)):.4f} mm, "
-            f"u = {2.0 * u_tip / MICROMETRE:.1f} µm, is what the model makes of it, no measurement"
-        )
-    along = "" if axes == 2 else f", {u_gauge[2] / MICROMETRE:.2f} along"
     to_mean = observation.to_sphere[0]
-    prior_variance = problem.spread**2
     return PhysicalMapFit(
+        observation=observation,
         basis=basis,
-        coefficients=np.concatenate([[1.0], np.zeros(basis.size - 1)]),
-        covariance=0.5 * (of_map + of_map.T),
+        coefficients=np.eye(basis.size)[0],
+        covariance=Covariance.full(0.5 * (of_map + of_map.T)),
         mean=float(to_mean @ observation.values),
-        u_mean=float(np.linalg.norm(to_mean)) * sigma,
+        u_mean=float(np.linalg.norm(to_mean)) * repeats.deviation,
         shift=-x[:axes],
         shift_covariance=gauge,
         residuals=misses,
         dof=dof,
-        noise=seen,
-        gauge="the six-seat model: a shift of the reference looks like its first harmonic, which "
-        f"the model and its priors tell to {float(np.max(u_gauge[:2])) / MICROMETRE:.2f} µm across "
-        f"the axis{along} (u of the map is of distances, without that shift){tip}",
+        noise=deviation,
+        gauge=_gauge(problem, x, covariance),
         noise_is_repeatability=not misfit < MISFIT_LEVEL,
         tip_radius=None if observation.tip_known else observation.tip_radius + problem.level(x),
         parameter_covariance=covariance[of_values, of_values],
-        learned=1.0 - np.diag(covariance)[of_values] / prior_variance,
+        learned=1.0 - np.diag(covariance)[of_values] / problem.spread**2,
         asymmetry_scale=scale,
-        gauge_uncertainty=u_gauge,
+        gauge_uncertainty=np.sqrt(np.diag(gauge)),
         misfit=misfit,
+    )
+
+
+def _misfit(misses: FloatArray, dof: float, repeats: Scatter) -> float:
+    """Lack of fit: the part of the residuals beyond the scatter of repeats, against it."""
+    if repeats.dof < _WELL_KNOWN_NOISE:
+        return math.nan
+    from scipy.stats import f as fisher
+
+    variance = repeats.deviation**2
+    beyond = max(float(misses @ misses) - repeats.dof * variance, 0.0)
+    free = max(dof - repeats.dof, 1.0)
+    return float(fisher.sf(beyond / free / variance, free, repeats.dof))
+
+
+def _to_coefficients(problem: _Problem, x: FloatArray, basis: SixSeatBasis) -> FloatArray:
+    """Change of the map's coefficients with each unknown, (k, unknowns)."""
+    moved = problem.moved(x)
+    # The part of each slope that a least-squares reference takes up as a shift.
+    explained = np.zeros((5, len(PARAMETERS)))
+    explained[2 : 2 + problem.axes] = -(moved.to_sphere @ basis.slopes(moved.directions))[1:]
+    found = np.zeros((basis.size, len(x)))
+    found[:5, problem.extra :] = explained
+    found[5:, problem.extra :] = np.eye(len(PARAMETERS))
+    if not problem.observation.tip_known:
+        found[1, problem.axes] = -1.0  # a larger tip means less pretravel
+    return found
+
+
+def _gauge(problem: _Problem, x: FloatArray, covariance: FloatArray) -> str:
+    """What pretravel is relative to, in words."""
+    axes = problem.axes
+    u_gauge = np.sqrt(np.diag(covariance)[:axes]) / MICROMETRE
+    along = "" if axes == 2 else f", {u_gauge[2]:.2f} along"
+    tip = ""
+    if not problem.observation.tip_known:
+        radius = problem.observation.tip_radius + problem.level(x)
+        u_tip = math.sqrt(covariance[axes, axes])
+        tip = (
+            f"; the tip's diameter, {2.0 * radius:.4f} mm, u = {2.0 * u_tip / MICROMETRE:.1f} µm, "
+            "follows from the model and is not measured"
+        )
+    return (
+        "the six-seat model: a shift of the reference looks like its first harmonic, which the "
+        f"model and its priors determine to {float(np.max(u_gauge[:2])):.2f} µm across the "
+        f"axis{along} (u of the map is of distances, without that shift){tip}"
     )

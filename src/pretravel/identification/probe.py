@@ -11,7 +11,6 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, polar_angle
 from pretravel.errors import DescriptionError, PretravelError
-from pretravel.maps.bases import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.description import Probe, StylusSegment
 from pretravel.trigger.compliance.base import ComplianceModel
@@ -232,8 +231,9 @@ def identify(
         return found
 
     # A shift of the reference; and a level, where the map is relative to its mean.
-    relative = "tip" in pretravel_map.provenance.get("gauge", "")
-    nuisance = np.hstack([directions, np.ones((len(directions), 1))])[:, : 4 if relative else 3]
+    nuisance = np.hstack([directions, np.ones((len(directions), 1))])[
+        :, : 3 if pretravel_map.provenance.level_known else 4
+    ]
 
     k, extra = len(numbers), nuisance.shape[1]
 
@@ -279,7 +279,7 @@ def identify(
                     f"{name} ran into the limit of what a description allows ({error}): its value "
                     "and u mean nothing"
                 )
-    if isinstance(pretravel_map.basis, TabulatedBasis) and pretravel_map.states_uncertainty:
+    if pretravel_map.basis.interpolates and pretravel_map.states_uncertainty:
         unknown.append(
             "this map is a table, which does not say how its errors hang together: u is too small; "
             "use the .nc that qualify writes"
@@ -348,7 +348,7 @@ def _coded(number: FreeNumber, value: float) -> float:
 def _spread(pretravel_map: PretravelMap) -> FloatArray:
     """Directions over all that the map supports, machine frame."""
     nodes = pretravel_map.support.nodes
-    if isinstance(pretravel_map.basis, TabulatedBasis):
+    if pretravel_map.basis.interpolates:
         # Between its nodes a table cuts kinks off.
         return np.asarray(nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T)
     spread = fibonacci_cap(_DIRECTIONS, float(polar_angle(nodes).max()))

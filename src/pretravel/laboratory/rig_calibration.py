@@ -13,11 +13,10 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch
+from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
 from pretravel.uncertainty.gum import COVERAGE
 from pretravel.units import MICROMETRE
 
-LARGEST_PRETRAVEL, LARGEST_NEGATIVE_PRETRAVEL = 0.15, 0.002
-"""Pretravel beyond these is an error of units or signs. [mm]"""
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
 
 
@@ -224,7 +223,7 @@ def _plausible_touches(touches: Sequence[RigTouch]) -> list[RigTouch]:
             + "; ".join(f"{t.trace}: {', '.join(t.notes) or 'no events'}" for t in touches)
         )
     for touch in evaluated:
-        if not -LARGEST_NEGATIVE_PRETRAVEL < touch.pretravel < LARGEST_PRETRAVEL:
+        if not -BEFORE_CONTACT < touch.pretravel < LARGEST_PRETRAVEL:
             raise PretravelError(
                 f"{touch.trace}: pretravel r1 - r0 is {touch.pretravel / MICROMETRE:.1f} µm; usual "
                 "values are 1 to 80 µm. Are ruler_mm and laser_mm in mm, does the ruler reading "

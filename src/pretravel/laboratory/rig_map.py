@@ -18,9 +18,11 @@ from pretravel.laboratory.rig_budget import (
     rig_sources,
 )
 from pretravel.laboratory.rig_calibration import RigCalibration
-from pretravel.maps.bases import TabulatedBasis
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
 
 
 def rig_map(
@@ -64,17 +66,18 @@ def rig_map(
     return PretravelMap(
         basis=TabulatedBasis(support),
         coefficients=np.array([d.pretravel for d in directions]),
-        covariance=np.diag(variances) + common**2,
+        covariance=Covariance.full(np.diag(variances) + common**2),
         support=support,
         tip_radius=tip_radius,
         repeatability=spread.value if known else 0.0,
         repeatability_dof=spread.dof if known else math.inf,
         feed=float(np.mean([t.feed for t in calibration.touches])),
-        provenance={
-            "source": "qualified on a calibration rig",
-            "touches": f"{sum(d.count for d in directions)} in {len(directions)} directions",
-            "gauge": "pretravel is absolute: rod against laser",
-        },
+        provenance=Provenance(
+            Origin.CALIBRATED,
+            "qualified on a calibration rig",
+            touches=f"{sum(d.count for d in directions)} in {len(directions)} directions",
+            gauge="pretravel is absolute: rod against laser",
+        ),
     )
 
 

@@ -1,14 +1,13 @@
-"""PretravelMap: pretravel over directions, predicted or measured. The other shared type.
+"""PretravelMap: pretravel over directions, predicted or measured. The second shared type.
 
-A map is linear: pretravel(n) = sum of basis functions of n times coefficients.
-So its covariance is carried exactly, and every kind (mean radius, sector table,
-harmonics, table of predicted directions) is used in the same way.
+A map is linear: pretravel(n) is a sum of basis functions of n times coefficients. Its covariance
+is therefore propagated exactly, and every kind (mean radius, sector table, harmonics, table of
+predicted directions) is used in the same way.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,16 +17,18 @@ from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.frames import Placement
-from pretravel.maps.bases import KnowsDisplacement, KnowsValue, MapBasis
+from pretravel.maps.basis import MapBasis
+from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
 
 AXIAL_RATIO = 0.05
-"""Compliance along the probe axis over that across it, where a map does not tell: stems of
-50 to 100 mm have 0.02 to 0.1. It moves the contact along the surface, and so comes into a point
-only by the surface's curvature: by less than 0.05 µm on radii above 5 mm."""
+"""Compliance along the probe axis over that across it, where a map does not contain it: stems of
+50 to 100 mm have 0.02 to 0.1. It moves the contact along the surface, and so it affects a point
+only through the curvature of the surface: by less than 0.05 µm on radii above 5 mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,9 @@ class PretravelMap:
     basis : MapBasis
     coefficients : (k,) float
         [mm]
-    covariance : (k, k) float, or (k,) variances
-        Variances alone stand for errors that neighbouring coefficients share wholly, so
-        that uncertainties, not variances, are interpolated between them. [mm²]
+    covariance : Covariance
+        Of the coefficients. In a table neighbouring coefficients share their errors (fully
+        shared), so that uncertainties, not variances, are interpolated between them. [mm²]
     support : DirectionSupport
         Directions (probe frame) that the map rests on.
     tip_radius : float
@@ -52,32 +53,33 @@ class PretravelMap:
     repeatability : float
         Standard deviation of a single touch along its approach. [mm]
     repeatability_dof : float
-        Degrees of freedom of that, infinite where it was told.
+        Its degrees of freedom; infinite where it was given.
     rotation : (3, 3) float
         Probe to machine frame; see `pretravel.frames`.
     feed : float, optional
-        Feed rate of the touches behind the map, whose delay travel is in it; zero where
-        the signal delay was told apart. [mm/min]
+        Feed rate of the touches that the map was made from; the map contains the delay travel at
+        this feed. Zero where the signal delay was separated. [mm/min]
     delay : float, optional
-        Signal delay, where it was told apart: feed times this comes on top. [s]
+        Signal delay, where it was separated: feed times delay adds to the map's pretravel. [s]
     u_delay : float
         Its standard uncertainty. [s]
     delay_effect : (k,) float, optional
-        Change of the coefficients were the delay one standard uncertainty longer: map and delay
-        come from the same touches, and their errors cancel at the feeds of these. In
-        the uncertainties beside `covariance`. [mm]
-    provenance : mapping of str to str
-        Where the map comes from, in words.
+        Change of the coefficients for a delay longer by one standard uncertainty: map and delay
+        come from the same touches, and their errors cancel at the feeds of these touches. It adds
+        to the uncertainties beside `covariance`. [mm]
+    provenance : Provenance
+        How the map was made.
 
     Raises
     ------
     PretravelError
-        Sizes that do not fit, a covariance with negative variances.
+        Sizes that do not fit, values that are not finite.
 
     >>> from pretravel.directions import sphere_pattern_25
-    >>> from pretravel.maps.bases import MeanBasis
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
     >>> pretravel_map = PretravelMap(
-    ...     MeanBasis(), np.array([0.016]), np.array([1e-8]),
+    ...     MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
     ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
     >>> pretravel_map.pretravel([[0.0, 0.0, 1.0]]).tolist()
     [0.016]
@@ -86,12 +88,12 @@ class PretravelMap:
     ...
     pretravel.errors.ExtrapolationError: 1 of 1 directions lie outside the map, \
 the first at polar 180.0°, azimuth 0.0° (90.0° away from the nearest supported one). \
-Touch the reference there too, or allow extrapolation (--extrapolate).
+Touch the reference there too, or allow extrapolation.
     """
 
     basis: MapBasis
     coefficients: FloatArray
-    covariance: FloatArray
+    covariance: Covariance
     support: DirectionSupport
     tip_radius: float
     u_tip_radius: float = 0.0
@@ -102,40 +104,27 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
     delay: float | None = None
     u_delay: float = 0.0
     delay_effect: FloatArray | None = None
-    provenance: Mapping[str, str] = field(default_factory=dict)
+    provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
         size = self.basis.size
         coefficients = frozen(self.coefficients)
-        covariance = frozen(self.covariance)
         if coefficients.shape != (size,):
             raise PretravelError(
                 f"a {self.basis.kind} map needs {size} coefficients, got {coefficients.shape}"
             )
-        if covariance.shape not in ((size, size), (size,)):
+        if len(self.covariance) != size:
             raise PretravelError(
-                f"the covariance of {size} coefficients has shape ({size}, {size}) or "
-                f"({size},), got {covariance.shape}"
+                f"the covariance is of {len(self.covariance)} coefficients; the map has {size}"
             )
-        variances = covariance if covariance.ndim == 1 else np.diagonal(covariance)
-        if not (np.all(np.isfinite(coefficients)) and np.all(np.isfinite(covariance))):
-            raise PretravelError("a map's coefficients and covariance must be finite")
-        if np.any(variances < 0.0):
-            raise PretravelError("a map's variances cannot be negative")
-        if covariance.ndim == 2:
-            lowest, highest = np.linalg.eigvalsh(covariance)[[0, -1]]
-            if not np.allclose(covariance, covariance.T, atol=1e-12 * max(highest, 0.0)) or (
-                lowest < -1e-9 * highest
-            ):
-                raise PretravelError("this is not a covariance: symmetric, no negative variance")
+        if not np.all(np.isfinite(coefficients)):
+            raise PretravelError("the coefficients of a map must be finite")
         if not self.tip_radius > 0.0:
-            raise PretravelError(f"tip radius {self.tip_radius} mm: it must be positive")
+            raise PretravelError(f"the tip radius is {self.tip_radius} mm; it must be positive")
         object.__setattr__(self, "coefficients", coefficients)
-        object.__setattr__(self, "covariance", covariance)
         object.__setattr__(self, "rotation", frozen(self.rotation))
         if self.delay_effect is not None:
             object.__setattr__(self, "delay_effect", frozen(self.delay_effect))
-        object.__setattr__(self, "provenance", dict(self.provenance))
 
     @property
     def kind(self) -> str:
@@ -143,7 +132,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         return self.basis.kind
 
     def seen_from(self, part: Placement) -> PretravelMap:
-        """The same map for a part that is turned in the machine, in that part's frame."""
+        """The same map in the frame of a part that is turned in the machine."""
         return replace(self, rotation=part.rotation.T @ self.rotation)
 
     def probe_directions(self, normals: npt.ArrayLike) -> FloatArray:
@@ -151,7 +140,7 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         return np.asarray(checked_unit(normals, "normals") @ self.rotation)
 
     def supports(self, normals: npt.ArrayLike, margin: float = MARGIN) -> BoolArray:
-        """Which normals, (n, 3) in the machine frame, the map may be asked for: (n,) bool."""
+        """Whether the map holds for each normal, (n, 3) in the machine frame: (n,) bool."""
         return self.support.supports(self.probe_directions(normals), margin)
 
     def pretravel(self, normals: npt.ArrayLike, *, extrapolate: bool = False) -> FloatArray:
@@ -174,7 +163,10 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         ExtrapolationError
             Directions outside the support, unless extrapolation is allowed.
         """
-        return self._evaluate(normals, extrapolate=extrapolate, with_uncertainty=False)[0]
+        directions = self.probe_directions(normals)
+        if not extrapolate:
+            self._refuse_outside(directions)
+        return self._evaluate(directions, with_uncertainty=False)[0]
 
     def tip_displacement(
         self,
@@ -183,17 +175,17 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         *,
         extrapolate: bool = False,
     ) -> FloatArray:
-        """Where the tip goes between first contact and trigger, seen from the spindle.
+        """Displacement of the tip between first contact and trigger, relative to the spindle.
 
-        Its part along n is the pretravel. Its part along the surface, by which the
-        contact slides, is that of a stem with `AXIAL_RATIO`, unless the map knows it.
+        Its component along n is the pretravel. Its component along the surface, by which the
+        contact slides, is that of a stem with `AXIAL_RATIO`, unless the map contains it.
 
         Parameters
         ----------
         normals : (n, 3) float
             Outward unit normals of the part, machine frame.
         curvatures : (n, 2) float, optional
-            The part's principal curvatures, for maps that know what they change. [1/mm]
+            Principal curvatures of the part, for maps that depend on them. [1/mm]
         extrapolate : bool
             Also outside the supported directions.
 
@@ -208,22 +200,21 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
             As `pretravel`.
         """
         directions = self.probe_directions(normals)
-        if isinstance(self.basis, KnowsDisplacement):
-            if not extrapolate:
-                self._refuse_outside(directions)
-            moved = self.basis.displacement(directions, curvatures)
-        else:
-            pretravel = self.pretravel(normals, extrapolate=extrapolate)
+        if not extrapolate:
+            self._refuse_outside(directions)
+        moved = self.basis.displacement(directions, curvatures)
+        if moved is None:
+            pretravel = self._evaluate(directions, with_uncertainty=False)[0]
             # Compliances 1, 1, ratio: the displacement C n, scaled so that n C n is the pretravel.
-            given = directions * np.array([1.0, 1.0, AXIAL_RATIO])
-            along = np.sum(given * directions, axis=1)
-            moved = (pretravel / along)[:, None] * given
+            along_axes = directions * np.array([1.0, 1.0, AXIAL_RATIO])
+            along = np.sum(along_axes * directions, axis=1)
+            moved = (pretravel / along)[:, None] * along_axes
         return np.asarray(moved @ self.rotation.T)
 
     def standard_uncertainty(self, normals: npt.ArrayLike) -> FloatArray:
         """Standard uncertainty of the map's value: coefficients only.
 
-        Repeatability of a touch and tip radius come on top in compensation.
+        Compensation adds the repeatability of a touch and the uncertainty of the tip radius.
 
         Parameters
         ----------
@@ -235,12 +226,12 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         (n,) float
             [mm]
         """
-        return self._evaluate(normals, extrapolate=True, with_uncertainty=True)[1]
+        return self._evaluate(self.probe_directions(normals), with_uncertainty=True)[1]
 
     def pretravel_and_uncertainty(
         self, normals: npt.ArrayLike, *, extrapolate: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        """Both at once, at the cost of one.
+        """Pretravel and its standard uncertainty, at the cost of one of them.
 
         Parameters, errors: see `pretravel`.
 
@@ -249,37 +240,34 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         pretravel, standard_uncertainty : (n,) float each
             [mm]
         """
-        return self._evaluate(normals, extrapolate=extrapolate, with_uncertainty=True)
-
-    def _evaluate(
-        self, normals: npt.ArrayLike, *, extrapolate: bool, with_uncertainty: bool
-    ) -> tuple[FloatArray, FloatArray]:
         directions = self.probe_directions(normals)
         if not extrapolate:
             self._refuse_outside(directions)
+        return self._evaluate(directions, with_uncertainty=True)
+
+    def _evaluate(
+        self, directions: FloatArray, *, with_uncertainty: bool
+    ) -> tuple[FloatArray, FloatArray]:
+        """Value and standard uncertainty in directions of the probe frame, in chunks."""
         value, variance = np.empty(len(directions)), np.zeros(len(directions))
-        extra = np.zeros(len(directions))
         with_uncertainty = with_uncertainty and self.states_uncertainty
         rows = max(_CHUNK_VALUES // self.basis.size, 1)
         for start in range(0, len(directions), rows):
             part = slice(start, start + rows)
-            if isinstance(self.basis, KnowsValue) and not with_uncertainty:
+            if not with_uncertainty:
                 value[part] = self.basis.value(directions[part], self.coefficients)
                 continue
             design = self.basis.design(directions[part])
             value[part] = design @ self.coefficients
-            if with_uncertainty and self.delay_effect is not None:
-                extra[part] = (design @ self.delay_effect) ** 2
-            if with_uncertainty and self.covariance.ndim == 1:
-                variance[part] = (design @ np.sqrt(self.covariance)) ** 2
-            elif with_uncertainty:
-                variance[part] = np.sum((design @ self.covariance) * design, axis=1)
-        return value, np.sqrt(np.maximum(variance, 0.0) + extra)
+            variance[part] = np.maximum(self.covariance.variance_of(design), 0.0)
+            if self.delay_effect is not None:
+                variance[part] += (design @ self.delay_effect) ** 2
+        return value, np.sqrt(variance)
 
     @property
     def states_uncertainty(self) -> bool:
-        """Whether the map knows anything of its own errors; predicted ones do not."""
-        return bool(self.covariance.any())
+        """Whether the map states an uncertainty of its own; predicted maps do not."""
+        return self.covariance.states_uncertainty
 
     def value_covariance(self, normals: npt.ArrayLike) -> FloatArray:
         """Covariance between the map's values in different directions.
@@ -294,17 +282,12 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
         (n, n) float
             [mm²]
         """
-        design = self.basis.design(self.probe_directions(normals))
-        if self.covariance.ndim == 1:
-            deviation = design @ np.sqrt(self.covariance)
-            found = np.outer(deviation, deviation)
-        else:
-            found = design @ self.covariance @ design.T
+        found = self.covariance.carried(self.basis.design(self.probe_directions(normals)))
         by_delay = self.change_by_delay(normals)
         return np.asarray(found + np.outer(by_delay, by_delay))
 
     def change_by_delay(self, normals: npt.ArrayLike) -> FloatArray:
-        """Change of the map were the signal delay one standard uncertainty longer, (n,). [mm]"""
+        """Change of the map for a signal delay longer by one standard uncertainty, (n,). [mm]"""
         directions = self.probe_directions(normals)
         if self.delay_effect is None:
             return np.zeros(len(directions))
@@ -319,5 +302,6 @@ Touch the reference there too, or allow extrapolation (--extrapolate).
                 f"{int(outside.sum())} of {len(directions)} directions lie outside the map, "
                 f"the first at {describe(directions[first])} "
                 f"({distance[first] / DEGREE:.1f}° away from the nearest supported one). "
-                "Touch the reference there too, or allow extrapolation (--extrapolate)."
+                "Touch the reference there too, or allow extrapolation.",
+                inputs=("extrapolate",),
             )

@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import SECTOR_NAMES, SectorBasis
+from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.units import DEGREE
 

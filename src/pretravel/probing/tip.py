@@ -10,13 +10,14 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.maps.basis import CondensedProbe
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import contact_modulus
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material, material
 from pretravel.trigger.compliance.base import ComplianceModel
-from pretravel.trigger.response import ProbeResponse, ResponseBasis, probe_response
+from pretravel.trigger.response import probe_response
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ class TipBehaviour(Protocol):
 class PredictedTip:
     """The tip of a described probe; see `predicted_tip`."""
 
-    response: ProbeResponse
+    response: CondensedProbe
     rotation: FloatArray
     radius: float
     shear_ratio: float
@@ -167,8 +168,9 @@ class MeasuredTip:
         Whether the map is used outside its directions too.
 
     >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.bases import MeanBasis
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.01]), np.array([0.0]),
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.01]), Covariance.independent([0.0]),
     ...                     DirectionSupport(np.eye(3)[2:]), tip_radius=3.0)
     >>> MeasuredTip(mean).state(np.eye(3)[2:]).deflection.tolist()
     [[0.0, 0.0, 0.01]]
@@ -222,9 +224,9 @@ def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip
     -------
     TipBehaviour
     """
-    basis = pretravel_map.basis
-    if isinstance(basis, ResponseBasis):
-        return PredictedTip(basis.response, pretravel_map.rotation, pretravel_map.tip_radius, 0.0)
+    probe = pretravel_map.basis.condensed_probe
+    if probe is not None:
+        return PredictedTip(probe, pretravel_map.rotation, pretravel_map.tip_radius, 0.0)
     return MeasuredTip(pretravel_map, extrapolate)
 
 

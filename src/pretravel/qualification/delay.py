@@ -1,4 +1,4 @@
-"""Signal delay told apart from pretravel at rest: touches at two or more feeds."""
+"""Separates the signal delay from the pretravel at rest, from touches at two or more feeds."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.qualification.map_fit import HarmonicMapFit
+from pretravel.maps.kinds.harmonic import HarmonicMapFit
+from pretravel.maps.observation import Scatter
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE, SECONDS_PER_MINUTE
 
 SAME_FEED = 0.01
 """Feeds that differ by less than this, relatively, are one feed."""
-_WELL_KNOWN = 10.0  # degrees of freedom among repeats from which these give the noise
-_USUAL_NOISE, _USUAL_DOF = 0.3 * MICROMETRE, 4.0  # what is held usual, and how firmly
+_WELL_KNOWN = 10.0  # degrees of freedom among repeats from which these determine the noise
+_USUAL_NOISE, _USUAL_DOF = 0.3 * MICROMETRE, 4.0  # a usual repeatability, and its weight
 COSTLY = 0.5 * MICROMETRE
-"""A delay whose uncertainty moves the map by more than this is not told apart. [mm]"""
+"""A delay whose uncertainty moves the map by more than this is not separated. [mm]"""
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class SignalDelay:
     delay, u_delay : float
         [s]
     slowest, fastest : float
-        Feeds it was told from. [mm/min]
+        Feeds that it was determined from. [mm/min]
     """
 
     delay: float
@@ -39,7 +40,7 @@ class SignalDelay:
 
 
 def several_feeds(touches: Touches) -> bool:
-    """Whether the feeds differ enough to tell a delay apart.
+    """Whether the feeds differ enough to separate a delay.
 
     >>> several_feeds(Touches([[0, 0, 1], [0, 0, 1]], [[0, 0, 1], [0, 0, 1]], feeds=[50, 100]))
     True
@@ -50,31 +51,29 @@ def several_feeds(touches: Touches) -> bool:
 
 
 def travel_per_second(touches: Touches) -> FloatArray:
-    """What one second of delay adds to the observed pretravel of each touch, (n,). [mm/s]"""
+    """Travel that one second of delay adds to the pretravel of each touch, (n,). [mm/s]"""
     assert touches.feeds is not None  # callers ask `several_feeds` first
     closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
     return np.asarray(touches.feeds / SECONDS_PER_MINUTE * closing)
 
 
-def signal_delay(
-    touches: Touches, fit: HarmonicMapFit, noise: float, noise_dof: float
-) -> SignalDelay:
-    """The delay that best explains what feeds change.
+def signal_delay(touches: Touches, fit: HarmonicMapFit, repeats: Scatter) -> SignalDelay:
+    """The delay that best explains the change of the touches with the feed.
 
     Parameters
     ----------
     touches : Touches
         At several feeds.
     fit : HarmonicMapFit
-        Of the same touches, the delay's travel still in them.
-    noise, noise_dof : float
-        Standard deviation among repeats [mm] and its degrees of freedom.
+        Of the same touches, which still contain the delay travel.
+    repeats : Scatter
+        Of repeated touches.
 
     Returns
     -------
     SignalDelay
-        With an infinite uncertainty where feeds go with the directions, so that map and delay
-        look alike.
+        With an infinite uncertainty where the feeds change with the directions, so that map and
+        delay cannot be separated.
 
     Notes
     -----
@@ -90,10 +89,11 @@ def signal_delay(
     if not information > 1e-3 * float(np.sum((f - f.mean()) ** 2)):
         return SignalDelay(0.0, math.inf, slowest, fastest)
     delay = float(f @ observed) / information
-    sigma = noise
-    if noise_dof < _WELL_KNOWN:
-        # Few repeats: what the map left, which may be next to nothing, beside what is usual.
-        left_over = float(np.sum((observed - left * delay) ** 2)) + noise_dof * noise**2
-        dof = max(fit.dof - 1.0, 1.0) + noise_dof
+    sigma = repeats.deviation
+    if repeats.dof < _WELL_KNOWN:
+        # Few repeats: the residuals of the map, which may be very small, with a usual value.
+        residual = float(np.sum((observed - left * delay) ** 2))
+        left_over = residual + repeats.dof * repeats.deviation**2
+        dof = max(fit.dof - 1.0, 1.0) + repeats.dof
         sigma = math.sqrt((left_over + _USUAL_DOF * _USUAL_NOISE**2) / (dof + _USUAL_DOF))
     return SignalDelay(delay, sigma / math.sqrt(information), slowest, fastest)

@@ -1,118 +1,40 @@
-"""Touches on a reference, seen about its centre; and refusals of what cannot be right."""
+"""Touches on a reference become an observation; touches that cannot be right are refused."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.directions import describe, unit
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import describe
 from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.maps.observation import Observation
+from pretravel.maps.plausibility import SMALLEST_PRETRAVEL, largest_plausible
+from pretravel.maps.provenance import QualificationSetup
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.units import DEGREE, INCH, MICROMETRE, delay_travel
+from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
+from pretravel.units import DEGREE, INCH, MICROMETRE
 
-LARGEST_PRETRAVEL = 0.15
-"""A mean pretravel above this says that a diameter is wrong. [mm]
-
-Probes give by 1 to 80 um."""
-LONGEST_DELAY = 0.03
-"""Signal delay that is allowed for on top, where the touches tell their feed. [s]"""
-SMALLEST_PRETRAVEL = -0.02
-"""A mean pretravel below this says the same: no probe triggers before contact. [mm]"""
 NORMAL_TOLERANCE = 10.0 * DEGREE
-"""How far a given normal may be from that of the fitted sphere or ring. [rad]"""
+"""Largest angle between a given normal and that of the fitted sphere or ring. [rad]"""
 _SAME_DIRECTION = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """Touches about a centre: what the map is fitted to. All in the probe frame."""
-
-    positions: FloatArray
-    groups: IntArray
-    center: FloatArray
-    reference_radius: float
-    tip_radius: float
-    ring: bool
-    tip_known: bool = True
-    """Whether the tip radius was told; else it is what the touches themselves imply."""
-
-    @property
-    def axes(self) -> int:
-        """How many coordinates of the centre the reference tells: a ring not the axis's."""
-        return 2 if self.ring else 3
-
-    @cached_property
-    def _offset(self) -> FloatArray:
-        return np.asarray((self.positions - self.center)[:, : self.axes])
-
-    @cached_property
-    def directions(self) -> FloatArray:
-        """Contact normals, (n, 3)."""
-        outward = unit(self._offset)
-        if self.ring:
-            return np.hstack([-outward, np.zeros((len(outward), 1))])
-        return outward
-
-    @cached_property
-    def values(self) -> FloatArray:
-        """Observed pretravel, (n,). [mm]"""
-        distance = np.linalg.norm(self._offset, axis=1)
-        if self.ring:
-            return np.asarray(distance - (self.reference_radius - self.tip_radius))
-        return np.asarray(self.reference_radius + self.tip_radius - distance)
-
-    def take(self, mask: BoolArray) -> Observation:
-        """The touches of a mask, about the same centre."""
-        groups = np.unique(self.groups[mask], return_inverse=True)[1]
-        return replace(self, positions=self.positions[mask], groups=groups)
-
-    @property
-    def free_terms(self) -> IntArray:
-        """Harmonics that are the mean, and what a shift of the centre looks like."""
-        return np.array([(0, 0), (1, 1), (1, -1), (1, 0)][: self.axes + 1], dtype=np.int64)
-
-    @cached_property
-    def free_design(self) -> FloatArray:
-        """Columns 1, n_x, n_y (and n_z), (n, axes + 1)."""
-        return np.hstack([np.ones((len(self.groups), 1)), self.directions[:, : self.axes]])
-
-    @cached_property
-    def to_sphere(self) -> FloatArray:
-        """What a least-squares sphere makes of any values: mean, then shift, (axes + 1, n)."""
-        return np.asarray(np.linalg.pinv(self.free_design))
-
-    @cached_property
-    def group_directions(self) -> FloatArray:
-        """Mean contact normal of each direction, (g, 3)."""
-        total = np.zeros((int(self.groups.max()) + 1, 3))
-        np.add.at(total, self.groups, self.directions)
-        return unit(total)
+_FEWEST = {"sphere": 5, "ring": 4}  # directions
+_WRONG_RADIUS = 0.1  # mm: two readings of a diameter closer than this are the same
 
 
 def observe(
-    touches: Touches,
-    diameter: float,
-    ring: bool,
-    tip_diameter: float | None,
-    rotation: FloatArray,
+    touches: Touches, setup: QualificationSetup, rotation: FloatArray | None = None
 ) -> Observation:
-    """Touches about their least-squares centre, once everything was seen to fit together.
+    """Touches about their least-squares centre, after a check that everything fits together.
 
     Parameters
     ----------
     touches : Touches
-    diameter : float
-        Of the reference. [mm]
-    ring : bool
-    tip_diameter : float or None
-        [mm]
-    rotation : (3, 3) float
-        Probe to machine frame.
+    setup : QualificationSetup
+    rotation : (3, 3) float, optional
+        Probe to machine frame; that of the setup's axis when not given.
 
     Returns
     -------
@@ -121,59 +43,58 @@ def observe(
     Raises
     ------
     PretravelError
-        Too few touches, all in one plane, diameters or units that do not fit, normals
-        that do not.
+        Too few touches, all in one plane, diameters or units that do not fit, normals that do not
+        fit.
     """
-    what = "ring" if ring else "sphere"
-    for name, value in ((f"the {what}'s diameter", diameter), ("the tip diameter", tip_diameter)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise PretravelError(f"{name} is {value:g} mm; it must be positive")
     source = f"{touches.source}: " if touches.source else ""
+    if rotation is None:
+        rotation = probe_rotation(setup.axis)
     groups = _repeats(touches.normals)
-    directions = int(groups.max()) + 1
-    least = 4 if ring else 5
-    if directions < least:
-        raise PretravelError(
-            f"{source}{len(touches)} touches in {directions} "
-            f"direction{'s' if directions > 1 else ''} are too few: a {what} needs "
-            f"touches in at least {least} directions"
-            + ("" if ring else ", one of them far from the plane of the others")
-        )
-    _refuse_strays(touches, 0.5 * diameter, source)
-    in_probe = touches.positions @ rotation
-    if not ring:
+    _refuse_few(len(touches), int(groups.max()) + 1, setup.reference, source)
+    _refuse_strays(touches, 0.5 * setup.diameter, source)
+    if not setup.ring:
         _refuse_plane(touches, source)
-    try:
-        fit = fit_sphere(in_probe[:, :2] if ring else in_probe)
-    except ConvergenceError as error:
-        hint = "" if not ring else " (is this a ring, touched inside at one height?)"
-        raise PretravelError(f"{source}{error}{hint}") from None
-    except PretravelError as error:
-        raise PretravelError(f"{source}{error}") from None
+    in_probe = touches.positions @ rotation
+    fit = _least_squares(in_probe, setup, source)
+    feed = None if touches.feeds is None else float(touches.feeds.max())
     observation = Observation(
         positions=in_probe,
         groups=groups,
-        center=np.append(fit.center, in_probe[:, 2].mean()) if ring else np.array(fit.center),
-        reference_radius=0.5 * diameter,
-        tip_radius=_checked_tip_radius(
-            fit.radius, 0.5 * diameter, tip_diameter, ring, source, _allowed_pretravel(touches)
-        ),
-        ring=ring,
-        tip_known=tip_diameter is not None,
+        center=np.append(fit.center, in_probe[:, 2].mean()) if setup.ring else np.array(fit.center),
+        reference_radius=0.5 * setup.diameter,
+        tip_radius=_tip_radius(fit.radius, setup, source, largest_plausible(feed)),
+        ring=setup.ring,
+        tip_known=setup.tip_diameter is not None,
     )
-    _check_normals(touches, observation.directions @ rotation.T, what, source)
+    _check_normals(touches, observation.directions @ rotation.T, setup.reference, source)
     return observation
 
 
-def _allowed_pretravel(touches: Touches) -> float:
-    feed = 0.0 if touches.feeds is None else float(touches.feeds.max())
-    return LARGEST_PRETRAVEL + delay_travel(feed, LONGEST_DELAY)
+def _refuse_few(touches: int, directions: int, reference: str, source: str) -> None:
+    least = _FEWEST[reference]
+    if directions < least:
+        raise PretravelError(
+            f"{source}{touches} touches in {directions} "
+            f"direction{'s' if directions > 1 else ''} are too few: a {reference} needs touches in "
+            f"at least {least} directions"
+            + ("" if reference == "ring" else ", one of them far from the plane of the others")
+        )
+
+
+def _least_squares(in_probe: FloatArray, setup: QualificationSetup, source: str) -> SphereFit:
+    try:
+        return fit_sphere(in_probe[:, :2] if setup.ring else in_probe)
+    except ConvergenceError as error:
+        hint = "" if not setup.ring else " (is this a ring, touched inside at one height?)"
+        raise PretravelError(f"{source}{error}{hint}") from None
+    except PretravelError as error:
+        raise PretravelError(f"{source}{error}") from None
 
 
 def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> None:
-    """Single touches that lie nowhere near the others, before they bend the fit."""
+    """Refuse single touches that lie far from the others, before they bend the fit."""
     distance = np.max(np.abs(touches.positions - np.median(touches.positions, axis=0)), axis=1)
-    # Within two radii of reference and tip, were the tip as big as the reference.
+    # Within two radii of reference and tip, for a tip as large as the reference.
     strays = np.flatnonzero(distance > 4.0 * reference_radius)
     if 0 < len(strays) <= 0.2 * len(touches):
         row = int(strays[0])
@@ -185,7 +106,7 @@ def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> No
 
 
 def _repeats(normals: FloatArray) -> IntArray:
-    """Number the directions in order of appearance; touches of one direction share it."""
+    """Number the directions in order of appearance; touches of one direction share the number."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -205,9 +126,10 @@ def _refuse_plane(touches: Touches, source: str) -> None:
     if spread[1][-1] <= 0.02 * spread[1][0]:
         across = spread[2][-1]
         raise PretravelError(
-            f"{source}all touches lie in one plane (normal to {_axis_name(across)}): the sphere's "
-            "centre cannot be found across it. Touch the sphere also away from that plane, at "
-            "least at the pole; for a ring gauge say --ring"
+            f"{source}all touches lie in one plane (normal to {_axis_name(across)}): they do not "
+            "determine the centre of a sphere across it. Touch the sphere also away from that "
+            "plane, at least at the pole; or is the reference a ring gauge?",
+            inputs=("ring",),
         )
 
 
@@ -218,67 +140,86 @@ def _axis_name(vector: FloatArray) -> str:
     return "(" + ", ".join(f"{v:.3f}" for v in vector) + ")"
 
 
-def _checked_tip_radius(
-    fitted_radius: float,
-    reference_radius: float,
-    tip_diameter: float | None,
-    ring: bool,
-    source: str,
-    allowed: float,
+def _tip_radius(
+    fitted_radius: float, setup: QualificationSetup, source: str, largest: float
 ) -> float:
-    """The tip radius, once fitted radius and diameters were seen to fit together."""
-    what = "ring" if ring else "sphere"
-    sign = -1.0 if ring else 1.0
-    tip = 0.5 * tip_diameter if tip_diameter is not None else None
-    expected = reference_radius + sign * (tip if tip is not None else 0.0)
+    """The tip radius, after a check that fitted radius and diameters fit together. [mm]"""
+    sign = -1.0 if setup.ring else 1.0
+    radius = 0.5 * setup.diameter
+    tip = None if setup.tip_diameter is None else 0.5 * setup.tip_diameter
+    expected = radius + sign * (tip or 0.0)
+    _refuse_inches(fitted_radius, expected, 0.02 if tip is not None else 0.0, setup, source)
+    implied = sign * (fitted_radius - radius)
+    if tip is None:
+        _refuse_implied_tip(implied, fitted_radius, setup, source)
+        return implied
+    pretravel = sign * (expected - fitted_radius)
+    if not SMALLEST_PRETRAVEL <= pretravel <= largest:
+        raise PretravelError(
+            f"{source}the touches lie on a {setup.reference} of diameter {2 * fitted_radius:.4f} "
+            f"mm, which means a mean pretravel of {pretravel / MICROMETRE:.1f} µm; probes deflect "
+            f"by 1 to 80, and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {largest / MICROMETRE:.0f} "
+            "µm is accepted (more with a column feed_mm_min, for the delay travel): "
+            + _likely_mistake(fitted_radius, implied, tip, setup),
+            inputs=("diameter", "tip_diameter"),
+        )
+    return tip
+
+
+def _refuse_inches(
+    fitted_radius: float,
+    expected: float,
+    tolerance: float,
+    setup: QualificationSetup,
+    source: str,
+) -> None:
     for factor, story in (
         (1.0 / INCH, "the coordinates look like inches; convert them to mm"),
         (INCH, "the diameters look like inches; give them in mm"),
     ):
-        if abs(fitted_radius / (expected * factor) - 1.0) < (0.02 if tip is not None else 0.0):
+        if abs(fitted_radius / (expected * factor) - 1.0) < tolerance:
             raise PretravelError(
-                f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f}, but "
-                f"{2 * expected:.4f} mm was expected, {INCH:g} times "
+                f"{source}the touches lie on a {setup.reference} of diameter "
+                f"{2 * fitted_radius:.4f}, but {2 * expected:.4f} mm was expected, {INCH:g} times "
                 f"{'as much' if factor < 1.0 else 'less'}: {story}"
             )
-    implied = sign * (fitted_radius - reference_radius)
-    if tip is None:
-        if not 0.05 <= implied <= 0.6 * reference_radius:
-            hint = (
-                " The coordinates may be inches." if fitted_radius < reference_radius / 10.0 else ""
-            )
-            raise PretravelError(
-                f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f} mm; with "
-                f"the calibrated diameter of {2 * reference_radius:.4f} mm that would mean a tip "
-                f"of {2 * implied:.4f} mm diameter. Check --diameter (a diameter, not a radius, "
-                "in mm), and that the positions are those of the tip centre, not of the surface; "
-                f"or give --tip-diameter.{hint}"
-            )
-        return implied
-    pretravel = sign * (expected - fitted_radius)
-    if not SMALLEST_PRETRAVEL <= pretravel <= allowed:
-        if abs(implied) < 0.1:
-            advice = (
-                "the positions look like surface points, already compensated by the tip radius; "
-                "tip-centre positions are needed"
-            )
-        elif abs(implied - 2.0 * tip) < 0.1:
-            advice = "was the tip's radius given as its diameter?"
-        elif abs(fitted_radius - sign * tip - 2.0 * reference_radius) < 0.1:
-            advice = f"was the {what}'s radius given as its diameter?"
-        else:
-            advice = (
-                f"check --diameter ({2 * reference_radius:.4f}) and --tip-diameter "
-                f"({2 * tip:.4f}): with this tip the {what} would measure "
-                f"{2 * (fitted_radius - sign * tip):.4f} mm"
-            )
-        raise PretravelError(
-            f"{source}the touches lie on a {what} of diameter {2 * fitted_radius:.4f} mm, which "
-            f"means a mean pretravel of {pretravel / MICROMETRE:.1f} µm; probes give by 1 to 80, "
-            f"and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {allowed / MICROMETRE:.0f} µm is "
-            f"accepted (more with a column feed_mm_min, for the delay travel): {advice}"
+
+
+def _refuse_implied_tip(
+    implied: float, fitted_radius: float, setup: QualificationSetup, source: str
+) -> None:
+    radius = 0.5 * setup.diameter
+    if 0.05 <= implied <= 0.6 * radius:
+        return
+    hint = " The coordinates may be inches." if fitted_radius < radius / 10.0 else ""
+    raise PretravelError(
+        f"{source}the touches lie on a {setup.reference} of diameter {2 * fitted_radius:.4f} mm; "
+        f"with the calibrated diameter of {setup.diameter:.4f} mm that would mean a tip of "
+        f"{2 * implied:.4f} mm diameter. Check the diameter of the {setup.reference} (a diameter, "
+        "not a radius, in mm), and that the positions are those of the tip centre, not of the "
+        f"surface; or give the tip's diameter.{hint}",
+        inputs=("diameter", "tip_diameter"),
+    )
+
+
+def _likely_mistake(
+    fitted_radius: float, implied: float, tip: float, setup: QualificationSetup
+) -> str:
+    sign = -1.0 if setup.ring else 1.0
+    if abs(implied) < _WRONG_RADIUS:
+        return (
+            "the positions look like surface points, already compensated by the tip radius; "
+            "tip-centre positions are needed"
         )
-    return tip
+    if abs(implied - 2.0 * tip) < _WRONG_RADIUS:
+        return "was the tip's radius given as its diameter?"
+    if abs(fitted_radius - sign * tip - setup.diameter) < _WRONG_RADIUS:
+        return f"was the {setup.reference}'s radius given as its diameter?"
+    return (
+        f"check the diameter of the {setup.reference} ({setup.diameter:.4f}) and that of the tip "
+        f"({2 * tip:.4f}): with this tip the {setup.reference} would measure "
+        f"{2 * (fitted_radius - sign * tip):.4f} mm"
+    )
 
 
 def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str) -> None:
@@ -289,7 +230,8 @@ def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str
             "material, towards the tip"
             + (" (in a ring: towards its axis)" if what == "ring" else "")
             + ". Change the sign of nx, ny, nz"
-            + ("" if what == "ring" else ", or say --ring if this is a ring gauge")
+            + ("" if what == "ring" else "; or is this a ring gauge?"),
+            inputs=() if what == "ring" else ("ring",),
         )
     bad = np.flatnonzero(cosine < math.cos(NORMAL_TOLERANCE))
     if len(bad):
@@ -302,14 +244,3 @@ def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str
             f"{len(bad)} of {len(touches)} touches are more than "
             f"{NORMAL_TOLERANCE / DEGREE:.0f}° off"
         )
-
-
-def pure_error(observation: Observation) -> tuple[float, float]:
-    """Pooled standard deviation among repeats, and its degrees of freedom (0: no repeats)."""
-    count = np.bincount(observation.groups).astype(np.float64)
-    dof = float(len(observation.values) - len(count))
-    if dof == 0.0:
-        return 0.0, 0.0
-    mean = np.bincount(observation.groups, observation.values) / count
-    scatter = float(np.sum((observation.values - mean[observation.groups]) ** 2))
-    return math.sqrt(scatter / dof), dof

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.directions import describe
-from pretravel.qualification.map_fit import HarmonicMapFit, fit_harmonic
-from pretravel.qualification.observation import Observation
+from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
+from pretravel.maps.observation import Observation
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 

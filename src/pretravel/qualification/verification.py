@@ -1,4 +1,4 @@
-"""Has a probe changed since it was qualified? A test with a stated rate of false alarms."""
+"""Test whether a probe has changed since it was qualified, with a stated false-alarm rate."""
 
 from __future__ import annotations
 
@@ -10,49 +10,49 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
-from pretravel.maps.bases import HarmonicBasis
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observation import observe
 from pretravel.touches import Touches, at_rest
 from pretravel.units import DEGREE
 
 _RESOLUTION = 2e-5
-"""Repeatabilities below this are that of the last digit of a reading. [mm]"""
+"""A repeatability below this is that of the last digit of a reading. [mm]"""
 _TURN = 0.5 * DEGREE
 _TESTS = 3
 _POWER = 0.95
 _DISTINCT = 1e-4
-"""Ways to change that are more alike than this are not told apart."""
-_COARSE = ("mean", "sectors", "wozniak")
+"""Changes that are more alike than this are not separated."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """One way in which a probe can have changed, with what was found of it.
+    """One way in which a probe can have changed, with its estimate.
 
     Attributes
     ----------
     value, u : float
         Estimate and standard uncertainty.
-    seen : float
-        Size that the test would see with 95 % probability.
+    detectable : float
+        Size that the test detects with 95 % probability.
     """
 
     value: float
     u: float
-    seen: float
+    detectable: float
 
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """New touches on the reference held against a map.
+    """New touches on the reference, compared with a map.
 
     Attributes
     ----------
     changed : bool
-        Whether any of the three tests says so.
+        Whether any of the three tests finds a change.
     false_alarm_rate : float
-        Probability that an unchanged probe is called changed, all tests together.
+        Probability that an unchanged probe is reported as changed, all tests together.
     p_form, p_map, p_repeatability : float
         Of the tests: size, amplitude and turn together; all directions together; scatter of
         repeats (nan without repeats).
@@ -67,7 +67,7 @@ class Verification:
     directions : (g, 3) float
         Probe frame.
     differences, u_differences : (g,) float
-        Mean pretravel less map, and what is expected of it. [mm]
+        Mean pretravel less map, and its standard uncertainty. [mm]
     touches : int
     warnings : tuple of str
     """
@@ -105,7 +105,7 @@ def verify(
     touches : Touches
         New ones on the reference, wherever it stands now.
     pretravel_map : PretravelMap
-        Qualified, of the same tip, at the same feed (or with its signal delay told apart).
+        Qualified, of the same tip, at the same feed (or with its signal delay separated).
     diameter : float
         Of the reference, that of the qualification. [mm]
     ring : bool
@@ -119,119 +119,178 @@ def verify(
     Raises
     ------
     PretravelError
-        A map that states no uncertainty; a rate that is none; fewer than 5 directions (4 on a
-        ring); touches that cannot be of this reference; a feed that is not the map's.
+        A map that states no uncertainty; a rate outside its range; fewer than 5 directions (4 on
+        a ring); touches that cannot be of this reference; another feed than the map's.
     ExtrapolationError
         Directions outside the map.
 
     Notes
     -----
     The centre is fitted. Differences of direction means from the map have the covariance of
-    the map plus that of the repeatability. An unchanged probe is called changed if one of three
-    tests at a third of the rate each says so: size, amplitude and turn against F with 3, all
+    the map plus that of the repeatability. A probe is reported as changed if one of three tests,
+    each at a third of the rate, rejects: size, amplitude and turn against F with 3, all
     directions against F with their number less the centre's, the variance of repeats
     (two-sided); with the degrees of freedom of the map's repeatability in the denominator.
     """
-    from scipy import stats
-
-    if not 0.0 < false_alarm_rate < 0.5:
-        raise PretravelError(
-            f"false-alarm rate {false_alarm_rate:g}: it lies between 0 and 0.5 (0.01 is usual)"
-        )
-    if not pretravel_map.states_uncertainty:
-        raise PretravelError(
-            "this map states no uncertainty (a prediction, or a table), so what counts as a change "
-            "cannot be said; use a map of pretravel qualify"
-        )
-    if pretravel_map.kind in _COARSE:
-        raise PretravelError(
-            f"a map of kind {pretravel_map.kind} does not follow the probe closely enough: what it "
-            "misses would look like a change. Qualify with --kind harmonic or physical"
-        )
+    _refuse_unusable(pretravel_map, false_alarm_rate)
     warnings = _feed_warnings(touches, pretravel_map)
-    if touches.source and f"from {touches.source}" in pretravel_map.provenance.get("touches", ""):
+    if touches.source and touches.source == pretravel_map.provenance.touches_file:
         warnings.append(
             f"the map was made from touches of a file of this name, {touches.source}: on its own "
             "touches a map shows no change. Touch the reference anew"
         )
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
-    seen = observe(touches, diameter, ring, 2.0 * pretravel_map.tip_radius, pretravel_map.rotation)
-    groups = seen.groups
-    count = np.bincount(groups)
-    directions = seen.group_directions
-    if len(count) < seen.axes + 2:
-        raise PretravelError(
-            f"{len(count)} directions: the centre takes {seen.axes}, and at least {seen.axes + 2} "
-            "are needed to see a change"
-        )
-    machine = directions @ pretravel_map.rotation.T
-    value = pretravel_map.pretravel(machine)
-    # Single values less the map's own slope within a group: directions differ by 0.1° at most.
-    mean = np.bincount(groups, seen.values) / count
-    sigma = max(pretravel_map.repeatability, _RESOLUTION)
-    dof = pretravel_map.repeatability_dof
-    noise = sigma**2 / count
-    variation = value - float(np.mean(value))
-    turned = directions @ probe_rotation(rotation=_TURN).T @ pretravel_map.rotation.T
-    slope = (pretravel_map.pretravel(turned, extrapolate=True) - value) / _TURN
-    center = directions[:, : seen.axes]
-    # A probe turned by +a has the map that it had a before.
-    design = np.column_stack([center, np.ones(len(value)), variation, -slope])
-    covariance = pretravel_map.value_covariance(machine) + np.diag(noise)
-    if isinstance(pretravel_map.basis, HarmonicBasis):
-        # Its covariance holds for the lobes' azimuth that was found, whose own variance is about
-        # what touches like the new ones leave of a turn.
-        information = np.linalg.pinv((design.T / noise) @ design, hermitian=True)
-        covariance += information[-1, -1] * np.outer(slope, slope)
-    whitened = np.linalg.cholesky(covariance)
-    y = np.linalg.solve(whitened, mean - value)
-    x = np.linalg.solve(whitened, design)
-    only_center = x[:, : seen.axes]
-    shift = np.linalg.lstsq(only_center, y, rcond=None)[0]
-    left = y - only_center @ shift
-    p_map = _p_value(float(left @ left), len(value) - seen.axes, dof)
-    usable = _told_apart(x, seen.axes)
-    used = [*range(seen.axes), *usable]
-    estimate, own_covariance = _least_squares(x[:, used], y)
-    wanted = slice(seen.axes, None)
-    b, c = estimate[wanted], own_covariance[wanted, wanted]
-    p_form = _p_value(float(b @ np.linalg.solve(c, b)), len(b), dof)
+    setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
+    comparison = _compared(observe(touches, setup, pretravel_map.rotation), pretravel_map)
     rate = false_alarm_rate / _TESTS
-    detectable = _noncentrality(len(b), rate)
-    changes = {
-        index: Change(float(b[i]), math.sqrt(c[i, i]), math.sqrt(detectable * c[i, i]))
-        for i, index in enumerate(usable)
-    }
-    unseen = Change(0.0, math.inf, math.inf)
-    free = int(np.sum(count - 1))
-    repeatability, p_repeatability = math.nan, math.nan
-    if free > 0:
-        scatter = seen.values - mean[groups]
-        repeatability = math.sqrt(float(scatter @ scatter) / free)
-        ratio = (max(repeatability, _RESOLUTION) / sigma) ** 2
-        law = stats.f(free, dof) if math.isfinite(dof) else stats.chi2(free, scale=1.0 / free)
-        p_repeatability = float(2.0 * min(law.sf(ratio), law.cdf(ratio), 0.5))
+    p_map, shift = _test_of_all_directions(comparison)
+    p_form, changes = _test_of_form(comparison, rate)
+    repeats, p_repeatability = _test_of_repeatability(comparison)
     tests = [p for p in (p_form, p_map, p_repeatability) if not math.isnan(p)]
-    differences = mean - value - center @ shift
+    differences = comparison.differences - comparison.center @ shift
     return Verification(
         changed=min(tests) < rate,
         false_alarm_rate=false_alarm_rate,
         p_form=p_form,
         p_map=p_map,
         p_repeatability=p_repeatability,
-        size=changes.get(seen.axes, unseen),
-        amplitude=changes.get(seen.axes + 1, unseen),
-        turn=changes.get(seen.axes + 2, unseen),
-        repeatability=repeatability,
-        repeatability_dof=float(free),
+        size=changes[0],
+        amplitude=changes[1],
+        turn=changes[2],
+        repeatability=repeats.deviation if repeats.dof > 0.0 else math.nan,
+        repeatability_dof=repeats.dof,
         largest=float(np.max(np.abs(differences))),
-        directions=directions,
+        directions=comparison.observation.group_directions,
         differences=differences,
-        u_differences=np.sqrt(np.diagonal(covariance)),
+        u_differences=np.sqrt(np.diagonal(comparison.covariance)),
         touches=len(touches),
         warnings=tuple(warnings),
     )
+
+
+def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> None:
+    if not 0.0 < false_alarm_rate < 0.5:
+        raise PretravelError(
+            f"the false-alarm rate is {false_alarm_rate:g}; it lies between 0 and 0.5 (0.01 is "
+            "usual)",
+            inputs=("false_alarm_rate", "false_alarms"),
+        )
+    if not pretravel_map.states_uncertainty:
+        raise PretravelError(
+            "this map states no uncertainty (a prediction, or a table), so there is no limit "
+            "beyond which a difference is a change; use a map of pretravel qualify"
+        )
+    if not pretravel_map.basis.follows_probe:
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} does not follow the probe closely enough: the "
+            "part of pretravel that it does not represent would look like a change. Qualify with "
+            "kind harmonic or physical"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """Mean touches of each direction beside the map, and the ways in which they can differ."""
+
+    observation: Observation
+    differences: FloatArray
+    """Mean less map, (g,). [mm]"""
+    mean: FloatArray
+    center: FloatArray
+    """Columns of a shift of the centre, (g, axes)."""
+    covariance: FloatArray
+    """Of the differences, (g, g). [mm²]"""
+    whitened_design: FloatArray
+    """Columns of centre, size, amplitude and turn."""
+    whitened_differences: FloatArray
+    sigma: float
+    """Repeatability of the map. [mm]"""
+    dof: float
+
+
+def _compared(observation: Observation, pretravel_map: PretravelMap) -> _Compared:
+    count = np.bincount(observation.groups)
+    axes = observation.axes
+    if len(count) < axes + 2:
+        raise PretravelError(
+            f"{len(count)} directions: the centre takes {axes}, and at least {axes + 2} are needed "
+            "to detect a change"
+        )
+    directions = observation.group_directions
+    machine = directions @ pretravel_map.rotation.T
+    value = pretravel_map.pretravel(machine)
+    # Directions within a group differ by 0.1° at most: the map's slope within it is left out.
+    mean = np.bincount(observation.groups, observation.values) / count
+    sigma = max(pretravel_map.repeatability, _RESOLUTION)
+    noise = sigma**2 / count
+    variation = value - float(np.mean(value))
+    turned = directions @ probe_rotation(rotation=_TURN).T @ pretravel_map.rotation.T
+    slope = (pretravel_map.pretravel(turned, extrapolate=True) - value) / _TURN
+    center = directions[:, :axes]
+    # A probe turned by +a has the map that it had a before.
+    design = np.column_stack([center, np.ones(len(value)), variation, -slope])
+    covariance = pretravel_map.value_covariance(machine) + np.diag(noise)
+    turn_variance = pretravel_map.basis.turn_variance(design, noise)
+    if turn_variance:
+        covariance = covariance + turn_variance * np.outer(slope, slope)
+    root = np.linalg.cholesky(covariance)
+    return _Compared(
+        observation=observation,
+        differences=mean - value,
+        mean=mean,
+        center=center,
+        covariance=covariance,
+        whitened_design=np.linalg.solve(root, design),
+        whitened_differences=np.linalg.solve(root, mean - value),
+        sigma=sigma,
+        dof=pretravel_map.repeatability_dof,
+    )
+
+
+def _test_of_all_directions(compared: _Compared) -> tuple[float, FloatArray]:
+    """P of all differences together, the centre fitted; and the shift of the centre. [mm]"""
+    only_center = compared.whitened_design[:, : compared.center.shape[1]]
+    y = compared.whitened_differences
+    shift = np.linalg.lstsq(only_center, y, rcond=None)[0]
+    left = y - only_center @ shift
+    freedom = len(y) - compared.center.shape[1]
+    p_value = _p_value(float(left @ left), freedom, compared.dof)
+    return p_value, np.asarray(shift, dtype=np.float64)
+
+
+def _test_of_form(compared: _Compared, rate: float) -> tuple[float, list[Change]]:
+    """P of size, amplitude and turn together, and each of them."""
+    axes, x = compared.center.shape[1], compared.whitened_design
+    usable = _separable(x, axes)
+    estimate, own_covariance = _least_squares(
+        x[:, [*range(axes), *usable]], compared.whitened_differences
+    )
+    b, c = estimate[axes:], own_covariance[axes:, axes:]
+    p_form = _p_value(float(b @ np.linalg.solve(c, b)), len(b), compared.dof)
+    detectable = _noncentrality(len(b), rate)
+    changes = [Change(0.0, math.inf, math.inf)] * 3
+    for i, column in enumerate(usable):
+        changes[column - axes] = Change(
+            float(b[i]), math.sqrt(c[i, i]), math.sqrt(detectable * c[i, i])
+        )
+    return p_form, changes
+
+
+def _test_of_repeatability(compared: _Compared) -> tuple[Scatter, float]:
+    """Scatter of the new repeats, and its two-sided p; nan without repeats."""
+    from scipy import stats
+
+    groups, dof = compared.observation.groups, compared.dof
+    free = int(np.sum(np.bincount(groups) - 1))
+    if free == 0:
+        return Scatter(0.0, 0.0), math.nan
+    scatter = compared.observation.values - compared.mean[groups]
+    deviation = math.sqrt(float(scatter @ scatter) / free)
+    ratio = (max(deviation, _RESOLUTION) / compared.sigma) ** 2
+    law = stats.f(free, dof) if math.isfinite(dof) else stats.chi2(free, scale=1.0 / free)
+    p_value = float(2.0 * min(law.sf(ratio), law.cdf(ratio), 0.5))
+    return Scatter(deviation, float(free)), p_value
 
 
 def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
@@ -240,7 +299,7 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
     if touches.feeds is None:
         return [
             (
-                "the touches do not tell their feed, and another than that of the map "
+                "the touches do not state their feed; another feed than that of the map "
                 f"({pretravel_map.feed:g} mm/min) looks like a change of size"
             ),
         ]
@@ -253,10 +312,10 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
     return []
 
 
-def _told_apart(x: FloatArray, axes: int) -> list[int]:
-    """Columns beside the centre's that the directions tell apart: size, then amplitude, then turn.
+def _separable(x: FloatArray, axes: int) -> list[int]:
+    """Columns beside the centre's that the directions separate: size, then amplitude, then turn.
 
-    A flat map has no amplitude and no turn; few directions leave no room for them.
+    A flat map has no amplitude and no turn; few directions do not determine them.
     """
     chosen = list(range(axes))
     scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)

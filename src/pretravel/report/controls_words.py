@@ -142,7 +142,7 @@ def verification_report(result: Verification, decision: str) -> str:
             return f"  {name:18s} cannot be seen in this map"
         return (
             f"  {name:18s} {change.value / unit:+.2f} {word}, u = {change.u / unit:.2f} {word} "
-            f"({change.seen / unit:.2f} {word} would be seen in 95 of 100)"
+            f"({change.detectable / unit:.2f} {word} would be seen in 95 of 100)"
         )
 
     def told(p: float) -> str:

@@ -18,7 +18,7 @@ from pretravel.formats.map_file import write_map
 from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_choice import distances_from_reference
-from pretravel.identification.kinds import ALL_KINDS, qualify
+from pretravel.identification.kinds import KINDS, qualify
 from pretravel.qualification.qualification import Qualification
 from pretravel.report.controls_words import comparison_report, plot_comparison
 from pretravel.report.page import write_text_page
@@ -134,7 +134,7 @@ def left_out_errors(
             tip_diameter=TIP_DIAMETER,
             search_outliers=False,
         )
-        distance, _ = distances_from_reference(made, touches.take(~mask), diameter, ring)
+        distance, _ = distances_from_reference(made, touches.take(~mask))
         errors.append(-distance if not ring else distance)
     return np.concatenate(errors)
 
@@ -227,7 +227,7 @@ def _sphere_and_part(sphere: Touches, part: Touches, best: Qualification) -> str
         kind: best
         if kind == BEST
         else qualify(sphere, SPHERE_DIAMETER, kind=kind, tip_diameter=TIP_DIAMETER)
-        for kind in ALL_KINDS
+        for kind in KINDS
     }
     groups = best.groups
     shown = [groups % 5 != fold for fold in range(5)]
@@ -259,7 +259,7 @@ def _read_ring(path: Path) -> Touches:
 def _ring_table(ring: Touches) -> str:
     even = np.arange(len(ring)) % 2 == 0
     rows = []
-    for kind in ALL_KINDS:
+    for kind in KINDS:
         fitted = [
             qualify(
                 ring.take(half), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
@@ -274,7 +274,7 @@ def _ring_table(ring: Touches) -> str:
 def _ring_picture(ring: Touches) -> Figure:
     made = {
         kind: qualify(ring, RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER)
-        for kind in ALL_KINDS
+        for kind in KINDS
     }
     first = made["mean"]
     return plot_ring_kinds(

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pretravel.compensation.point_errors import MeasuredSphere
+from pretravel.compensation.measured_sphere import MeasuredSphere
 from pretravel.identification.probe import FREE, Identification
 from pretravel.laboratory.rig_calibration import RigCalibration, Spread
 from pretravel.laboratory.separation import Separation

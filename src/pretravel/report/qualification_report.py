@@ -10,12 +10,13 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, from_angles, polar_angle
-from pretravel.formats.map_file import map_grid
 from pretravel.identification.kind_choice import KindScore
 from pretravel.identification.physical import PhysicalMapFit
+from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
-from pretravel.qualification.qualification import Qualification, over_support
+from pretravel.qualification.plausibility import over_support
+from pretravel.qualification.qualification import Qualification
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes
@@ -56,13 +57,13 @@ def qualification_document(
     title += f"map kind {pretravel_map.kind}"
     return Document(
         title=title,
-        verdict=f"{pretravel_map.provenance['source']}, {pretravel_map.provenance['touches']}",
+        verdict=f"{pretravel_map.provenance.source}, {pretravel_map.provenance.touches}",
         figures=(
             *_reference_figures(result),
             *_map_figures(result),
             *(() if result.delay is None else (_delay_figure(result.delay),)),
             *(KeyFigure("OUTLIER", outlier.message) for outlier in result.outliers),
-            KeyFigure("reference of map", pretravel_map.provenance["gauge"], detail=True),
+            KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
         ),
         tables=(_scores_table(scores),) if scores else (),
         sections=(_six_seat_section(result.fit),) if isinstance(result.fit, PhysicalMapFit) else (),
@@ -136,8 +137,10 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
             Column.of("kind", [score.kind for score in fitted]),
             Column.of("left-out rms", [score.rms / MICROMETRE for score in fitted], "µm"),
             Column.of("±", [score.u_rms / MICROMETRE for score in fitted], "µm"),
-            Column.of("(error/u)²", [score.honesty for score in fitted]),
-            Column.of("score", [score.surprise for score in fitted], digits=signed_decimals(2)),
+            Column.of("(error/u)²", [score.reduced_chi_square for score in fitted]),
+            Column.of(
+                "score", [score.logarithmic_score for score in fitted], digits=signed_decimals(2)
+            ),
         ),
         title=f"Kind {fitted[0].kind} best predicts directions that were left out of its fit:",
         explanation="left-out rms: of the touches that were left out, repeatability included, "

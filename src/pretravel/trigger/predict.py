@@ -11,8 +11,9 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import TabulatedBasis
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.probe.description import Probe, default_workpiece
 from pretravel.probe.materials import Material
@@ -20,6 +21,7 @@ from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.trigger.loading import loaded_to_trigger
 from pretravel.trigger.seats import statics_in_machine
+from pretravel.uncertainty.covariance import Covariance
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,10 +190,12 @@ def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
     return PretravelMap(
         basis=TabulatedBasis(support),
         coefficients=trigger.pretravel[keep],
-        covariance=np.zeros(len(keep)),
+        covariance=Covariance.none(len(keep)),
         support=support,
         tip_radius=probe.tip.radius,
         u_tip_radius=probe.tip.u_radius,
         rotation=probe.orientation.matrix,
-        provenance={"source": f"predicted, model {trigger.model}", "probe": probe.name},
+        provenance=Provenance(
+            Origin.PREDICTED, f"predicted, model {trigger.model}", probe=probe.name
+        ),
     )

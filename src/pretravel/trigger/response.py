@@ -7,13 +7,16 @@ all of it, for any direction, without the description and without interpolation.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import ConvergenceError
+from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.description import Probe, default_workpiece
@@ -23,6 +26,7 @@ from pretravel.trigger.event import trigger_force, watched_loads
 from pretravel.trigger.loading import Loading
 from pretravel.trigger.predict import Trigger, predict, predicted_map
 from pretravel.trigger.seats import seat_coefficient, statics_in_machine
+from pretravel.uncertainty.covariance import Covariance
 
 _AGREEMENT = 1e-10
 """Response and model: the same to this. [mm]"""
@@ -126,7 +130,7 @@ def _hertz_power(reactions: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseBasis:
+class ResponseBasis(MapBasis):
     """A map's values from a response: exact in every direction, nothing is interpolated.
 
     >>> from pretravel.probe.catalogue import load_probe
@@ -136,8 +140,15 @@ class ResponseBasis:
     """
 
     response: ProbeResponse
-    kind: str = "physical"
-    size: int = 1
+    kind: ClassVar[str] = "physical"
+
+    @property
+    def size(self) -> int:
+        return 1
+
+    @property
+    def constant(self) -> None:
+        return None
 
     def design(self, directions: FloatArray) -> FloatArray:
         return self.response.pretravel(directions)[:, None]
@@ -152,6 +163,62 @@ class ResponseBasis:
             approach = approach * np.where(np.isfinite(factor), factor, 1.0)
         with np.errstate(invalid="ignore"):
             return self.response.deflection(directions, force) + approach[:, None] * directions
+
+    @property
+    def condensed_probe(self) -> ProbeResponse:
+        return self.response
+
+    def form_on_control(self, coefficients: FloatArray) -> SixSeatForm | None:
+        if self.response.criterion != "first_contact":
+            return None
+        return SixSeatForm(self.response, float(coefficients[0]), 0.0, frozen(np.zeros(3)))
+
+    def arrays(self) -> Mapping[str, StoredArray]:
+        return {
+            f"response_{name}": StoredArray(axes, np.asarray(getattr(self.response, name)), unit)
+            for name, (axes, unit) in _STORED.items()
+        }
+
+    def attributes(self) -> Mapping[str, str | float]:
+        return {"criterion": self.response.criterion}
+
+    def checksummed(self) -> list[npt.ArrayLike]:
+        return [getattr(self.response, name) for name in _STORED]
+
+    @classmethod
+    def restored(cls, stored: StoredBasis) -> Self | None:
+        if "response_compliance" not in stored.arrays:
+            return None
+        values = {
+            name: np.asarray(stored.arrays[f"response_{name}"].values, dtype=np.float64)
+            for name in _STORED
+        }
+        return cls(
+            ProbeResponse(
+                reaction_change=values["reaction_change"],
+                rest_reactions=values["rest_reactions"],
+                criterion=str(stored.attributes["criterion"]),
+                threshold=float(values["threshold"]),
+                compliance=values["compliance"],
+                seat_motion=values["seat_motion"],
+                seat_coefficient=float(values["seat_coefficient"]),
+                tip_coefficient=float(values["tip_coefficient"]),
+                tip_radius=float(values["tip_radius"]),
+            )
+        )
+
+
+_STORED: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "reaction_change": (("seat", "axis"), "1"),
+    "rest_reactions": (("seat",), "N"),
+    "compliance": (("axis", "other_axis"), "mm/N"),
+    "seat_motion": (("axis", "seat"), "1"),
+    "threshold": ((), "N"),
+    "seat_coefficient": ((), "mm/N^(2/3)"),
+    "tip_coefficient": ((), "mm/N^(2/3)"),
+    "tip_radius": ((), "mm"),
+}
+"""Axes and units of a response in files."""
 
 
 def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> PretravelMap:
@@ -181,7 +248,7 @@ def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> Pre
         table,
         basis=ResponseBasis(response),
         coefficients=np.ones(1),
-        covariance=np.zeros(1),
+        covariance=Covariance.none(1),
     )
 
 

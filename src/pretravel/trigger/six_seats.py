@@ -11,12 +11,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
 from pretravel.probe.seat_frame import seat_triads, tip_wrenches
 from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.units import DEGREE, MICROMETRE
@@ -140,7 +142,7 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
 
 
 @dataclass(frozen=True, eq=False)
-class SixSeatBasis:
+class SixSeatBasis(MapBasis):
     """A map from a fitted six-seat probe: its value, and how that changes with what was fitted.
 
     Functions: the pretravel itself, a constant, the three components of the direction (a
@@ -161,8 +163,15 @@ class SixSeatBasis:
 
     values: FloatArray
     tip_radius: float
-    kind: str = "physical"
-    size: int = 5 + len(PARAMETERS)
+    kind: ClassVar[str] = "physical"
+
+    @property
+    def size(self) -> int:
+        return 5 + len(PARAMETERS)
+
+    @property
+    def constant(self) -> FloatArray:
+        return np.asarray(np.eye(self.size)[1])
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", frozen(self.values))
@@ -201,6 +210,34 @@ class SixSeatBasis:
         self, directions: FloatArray, curvatures: FloatArray | None = None
     ) -> FloatArray:
         return ResponseBasis(self.response).displacement(directions, curvatures)
+
+    def form_on_control(self, coefficients: FloatArray) -> SixSeatForm | None:
+        if self.response.criterion != "first_contact" or np.any(coefficients[5:]):
+            return None
+        scale, constant, *shift = (float(c) for c in coefficients[:5])
+        return SixSeatForm(self.response, scale, constant, frozen(shift))
+
+    def arrays(self) -> Mapping[str, StoredArray]:
+        return {
+            "six_seat_values": StoredArray(("parameter",), self.values),
+            "parameter": StoredArray(("parameter",), [p.name for p in PARAMETERS]),
+        }
+
+    def checksummed(self) -> list[npt.ArrayLike]:
+        return [self.values]
+
+    @classmethod
+    def restored(cls, stored: StoredBasis) -> Self | None:
+        if "six_seat_values" not in stored.arrays:
+            return None
+        if [str(name) for name in stored.arrays["parameter"].values] != [
+            p.name for p in PARAMETERS
+        ]:
+            raise PretravelError(
+                "this physical map has other parameters than this version of pretravel uses"
+            )
+        values = np.asarray(stored.arrays["six_seat_values"].values, dtype=np.float64)
+        return cls(values, stored.tip_radius)
 
 
 _STEP = 1e-5  # of numbers of order one: rounding and curvature both below 1e-8 of the slope

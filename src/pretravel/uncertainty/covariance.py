@@ -73,8 +73,6 @@ class Covariance:
             raise PretravelError("a covariance must be finite")
         if self.correlation is not Correlation.FULL and np.any(values < 0.0):
             raise PretravelError("variances cannot be negative")
-        if self.correlation is Correlation.FULL:
-            _check_matrix(values)
 
     @classmethod
     def independent(cls, variances: npt.ArrayLike) -> Covariance:
@@ -92,8 +90,11 @@ class Covariance:
 
     @classmethod
     def full(cls, matrix: npt.ArrayLike) -> Covariance:
-        """From the matrix (n, n) itself."""
-        return cls(Correlation.FULL, np.asarray(matrix, dtype=np.float64))
+        """From the matrix (n, n) itself, which is checked for negative variances of any sum."""
+        given = np.asarray(matrix, dtype=np.float64)
+        if given.ndim == 2:
+            _check_matrix(given)
+        return cls(Correlation.FULL, given)
 
     @classmethod
     def none(cls, size: int) -> Covariance:
@@ -162,32 +163,38 @@ class Covariance:
             return np.outer(deviation, deviation)
         return np.asarray(weights @ self.values @ weights.T)
 
-    def errors(self, generator: np.random.Generator, trials: int) -> FloatArray:
-        """Normal errors of the quantities, drawn with this covariance.
+    def errors(
+        self, generator: np.random.Generator, trials: int, weights: FloatArray | None = None
+    ) -> FloatArray:
+        """Normal errors with this covariance, drawn.
 
         Parameters
         ----------
         generator : numpy.random.Generator
         trials : int
+        weights : (m, n) float, optional
+            Of weighted sums; the quantities themselves when not given.
 
         Returns
         -------
-        (trials, n) float
+        (trials, m) float
         """
+        rows = np.eye(len(self)) if weights is None else weights
         if self.correlation is Correlation.FULLY_SHARED:
-            return generator.standard_normal((trials, 1)) * np.sqrt(self.values)
+            return generator.standard_normal((trials, 1)) * (rows @ np.sqrt(self.values))
+        draws = generator.standard_normal((trials, len(self)))
         if self.correlation is Correlation.INDEPENDENT:
-            return generator.standard_normal((trials, len(self))) * np.sqrt(self.values)
+            return np.asarray((draws * np.sqrt(self.values)) @ rows.T)
         eigenvalues, vectors = np.linalg.eigh(self.values)
         root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
-        return np.asarray(generator.standard_normal((trials, len(self))) @ root.T)
+        return np.asarray((draws @ root.T) @ rows.T)
 
 
 def _check_matrix(matrix: FloatArray) -> None:
     if matrix.shape[0] != matrix.shape[1]:
         raise PretravelError(f"a covariance matrix is square; this one has shape {matrix.shape}")
-    if not len(matrix):
-        return
+    if not len(matrix) or not np.all(np.isfinite(matrix)):
+        return  # the constructor refuses what is not finite
     lowest, highest = np.linalg.eigvalsh(matrix)[[0, -1]]
     asymmetry = 1e-12 * max(highest, 0.0)
     if not np.allclose(matrix, matrix.T, atol=asymmetry) or lowest < -_ROUNDING * highest:

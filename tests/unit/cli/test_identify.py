@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pretravel.probe.catalogue import load_probe
+from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 
@@ -57,7 +58,10 @@ class TestIdentify:
         from pretravel.identification.probe import identify
 
         made = qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="wozniak")
-        sharp = replace(made.pretravel_map, covariance=1e-4 * made.pretravel_map.covariance)
+        sharp = replace(
+            made.pretravel_map,
+            covariance=Covariance.full(1e-4 * made.pretravel_map.covariance.matrix),
+        )
         found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
         assert any("another kind" in sentence for sentence in found.unknown)
         true = identify(

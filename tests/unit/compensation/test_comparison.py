@@ -12,9 +12,11 @@ from pretravel.directions import ring_pattern
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.map_file import write_map
 from pretravel.frames import probe_rotation
-from pretravel.maps.bases import HarmonicBasis, WozniakBasis
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE, MICROMETRE
 from tests.support.commands import rows, run
 from tests.support.example_maps import example_map, lobes
@@ -35,7 +37,7 @@ class TestComparison:
     def test_wozniak_finds_itself(self) -> None:
         basis = WozniakBasis(17 * DEGREE)
         own = PretravelMap(
-            basis, np.array([0.004, 0.0, 0.0]), np.zeros(3),
+            basis, np.array([0.004, 0.0, 0.0]), Covariance.none(3),
             DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=3.0,
             rotation=probe_rotation(rotation=25 * DEGREE),
         )  # fmt: skip
@@ -51,7 +53,7 @@ class TestComparison:
 
     def test_a_map_that_does_not_hold_on_the_equator(self) -> None:
         cap = PretravelMap(
-            HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), np.zeros(1),
+            HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.none(1),
             DirectionSupport(ring_pattern(np.array([0, 30, 60]) * DEGREE, 24)), tip_radius=3.0,
         )  # fmt: skip
         with pytest.raises(ExtrapolationError):

@@ -14,11 +14,12 @@ from pretravel.directions import fibonacci_cap, unit
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.points import write_points
-from pretravel.maps.bases import MeanBasis
+from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
 
 
 class TestCompensation:
@@ -26,7 +27,7 @@ class TestCompensation:
 
     def _map(self) -> PretravelMap:
         return PretravelMap(
-            MeanBasis(), np.array([0.012]), np.array([[4e-8]]), self.SUPPORT,
+            MeanBasis(), np.array([0.012]), Covariance.independent([4e-8]), self.SUPPORT,
             tip_radius=3.0, u_tip_radius=1.5e-4, repeatability=3e-4,
         )  # fmt: skip
 
@@ -56,7 +57,7 @@ class TestCompensation:
         points = apply(Touches([[0.0, 0.0, 3.0]], n, a), quiet)
         assert np.allclose(points.covariance[0], 4.0 * 4e-8 * np.outer(a[0], a[0]), atol=1e-18)
         assert points.standard_uncertainty[0] == pytest.approx(2e-4)
-        noisy = replace(quiet, repeatability=3e-4, covariance=np.zeros((1, 1)))
+        noisy = replace(quiet, repeatability=3e-4, covariance=Covariance.none(1))
         along = apply(Touches([[0.0, 0.0, 3.0]], n, a), noisy).standard_uncertainty[0]
         assert along == pytest.approx(0.5 * 3e-4)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply, point_sources
+from pretravel.compensation.compensation import apply
+from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
 from pretravel.compensation.point_errors import (
     map_by_trials,
-    measured_sphere,
+    point_sources,
     points_by_trials,
-    sphere_by_trials,
     total_covariance,
 )
 from pretravel.directions import sphere_pattern_25, unit
@@ -60,7 +60,7 @@ def test_points_share_what_they_share(made: PretravelMap) -> None:
     n = sphere_pattern_25()
     touches = Touches(n * 15.49, n)
     points = apply(touches, made)
-    stated = total_covariance(point_sources(touches, points, made))
+    stated = total_covariance(point_sources(touches, points, made)).matrix
     trials = points_by_trials(touches, points, made, trials=TRIALS)
     along = np.einsum("tni,ni->tn", trials - points.positions, n)
     assert np.cov(along, rowvar=False) == pytest.approx(stated, abs=0.04 * np.diag(stated).max())

@@ -17,13 +17,14 @@ from pretravel.controls.lookup import (
 )
 from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import HarmonicBasis
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
 from pretravel.trigger.predict import predict
 from pretravel.trigger.response import probe_response, response_map
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 from tests.support.example_maps import example_map, lobes
 
@@ -74,7 +75,7 @@ class TestLookup:
         terms = degrees_and_orders(6)
         rng = np.random.default_rng(0)
         whole = PretravelMap(
-            HarmonicBasis(terms), rng.standard_normal(len(terms)), np.zeros(len(terms)),
+            HarmonicBasis(terms), rng.standard_normal(len(terms)), Covariance.none(len(terms)),
             DirectionSupport(sphere_pattern_25()), tip_radius=3.0,
         )  # fmt: skip
         assert lookup_series(whole).largest_error < 1e-12
@@ -113,7 +114,7 @@ class TestLookup:
     def test_table_of_a_ring(self) -> None:
         around = ring_pattern(np.array([90.0]) * DEGREE, 72)
         ring = PretravelMap(
-            HarmonicBasis(np.array([[0, 0], [3, 3]])), np.array([0.01, 0.002]), np.zeros(2),
+            HarmonicBasis(np.array([[0, 0], [3, 3]])), np.array([0.01, 0.002]), Covariance.none(2),
             DirectionSupport(around), tip_radius=3.0,
         )  # fmt: skip
         band = supported_band(ring)
@@ -127,7 +128,7 @@ class TestLookup:
         with pytest.raises(PretravelError, match="does not hold all around"):
             supported_band(
                 PretravelMap(
-                    HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), np.zeros(1),
+                    HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.none(1),
                     DirectionSupport(half), tip_radius=3.0,
                 )
             )  # fmt: skip

@@ -11,8 +11,9 @@ from pretravel.directions import grid
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.map_file import read_map
 from pretravel.formats.touches_csv import read_touches
-from pretravel.qualification.qualification import qualify
+from pretravel.identification.kinds import qualify
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import EXAMPLES
 
 
@@ -35,10 +36,10 @@ def test_not_a_map(tmp_path: Path) -> None:
         read_map(tmp_path / "none.nc")
     table = tmp_path / "t.csv"
     table.write_text("polar_deg,azimuth_deg,pretravel_um\n90,0,5\n")
-    with pytest.raises(InputError, match="give --tip-diameter"):
+    with pytest.raises(InputError, match="give the tip's diameter"):
         read_map(table)
     table.write_text("polar_deg,azimuth_deg,pretravel_um\n90,0,5\n90,360,6\n")
-    with pytest.raises(InputError, match="line 3: this direction is there twice"):
+    with pytest.raises(InputError, match="line 3: this direction is in the table twice"):
         read_map(table, tip_diameter=6.0)
 
 
@@ -80,13 +81,14 @@ class TestMapFiles:
 
         rotation = probe_rotation(axis, 0.4)
         nodes = grid(np.radians(np.arange(5, 90, 5)), np.radians(np.arange(0, 360, 10)))
-        from pretravel.maps.bases import TabulatedBasis
+        from pretravel.maps.kinds.tabulated import TabulatedBasis
         from pretravel.maps.pretravel_map import PretravelMap
         from pretravel.maps.support import DirectionSupport
 
         support = DirectionSupport(nodes)
         made = PretravelMap(
-            TabulatedBasis(support), 0.01 + 0.002 * nodes[:, 0], np.full(len(nodes), 4e-8), support,
+            TabulatedBasis(support), 0.01 + 0.002 * nodes[:, 0],
+            Covariance.fully_shared(np.full(len(nodes), 4e-8)), support,
             tip_radius=3.0, u_tip_radius=2e-4, repeatability=3e-4, rotation=rotation,
         )  # fmt: skip
         pretravel.write_map(tmp_path / "map.csv", made)

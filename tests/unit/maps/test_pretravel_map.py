@@ -7,10 +7,13 @@ import pytest
 
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
-from pretravel.maps.bases import HarmonicBasis, MeanBasis, SectorBasis
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.kinds.mean import MeanBasis
+from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
 
 
 class TestMapValidation:
@@ -20,32 +23,35 @@ class TestMapValidation:
         ("coefficients", "covariance", "words"),
         [
             (np.zeros(2), np.zeros(1), "needs 1 coefficients"),
-            (np.zeros(1), np.zeros((2, 2)), "covariance of 1"),
+            (np.zeros(1), np.zeros((2, 2)), "covariance is of 2 coefficients; the map has 1"),
             (np.array([np.nan]), np.zeros(1), "must be finite"),
             (np.zeros(1), np.array([-1.0]), "cannot be negative"),
         ],
     )
     def test_sizes(self, coefficients: np.ndarray, covariance: np.ndarray, words: str) -> None:
+        made = Covariance.full if covariance.ndim == 2 else Covariance.independent
         with pytest.raises(PretravelError, match=words):
-            PretravelMap(MeanBasis(), coefficients, covariance, self.SUPPORT, tip_radius=3.0)
+            PretravelMap(MeanBasis(), coefficients, made(covariance), self.SUPPORT, tip_radius=3.0)
 
     def test_not_a_covariance(self) -> None:
         bad = np.array([[1e-8, -9e-8], [-9e-8, 1e-8]])
-        basis = HarmonicBasis(np.array([[0, 0], [1, 0]]))
         with pytest.raises(PretravelError, match="not a covariance"):
-            PretravelMap(basis, np.zeros(2), bad, self.SUPPORT, tip_radius=3.0)
+            Covariance.full(bad)
 
-    def test_variances_alone_are_shared_errors(self) -> None:
+    def test_shared_errors_are_interpolated_as_uncertainties(self) -> None:
         """Halfway between sectors of 2 and 4 µm u is 3 µm, not less than either's share."""
         variances = np.full(10, 4e-6)
         variances[3] = 16e-6
-        made = PretravelMap(SectorBasis(), np.zeros(10), variances, self.SUPPORT, tip_radius=3.0)
+        shared = Covariance.fully_shared(variances)
+        made = PretravelMap(SectorBasis(), np.zeros(10), shared, self.SUPPORT, tip_radius=3.0)
         between = from_angles(np.pi / 2, np.radians([45.0, 30.0]))
         assert np.allclose(made.standard_uncertainty(between), [3e-3, 2e-3])
         assert np.allclose(made.value_covariance(between), np.outer([3e-3, 2e-3], [3e-3, 2e-3]))
 
     def test_values_cannot_be_written_to(self) -> None:
-        made = PretravelMap(MeanBasis(), np.zeros(1), np.zeros(1), self.SUPPORT, tip_radius=3.0)
+        made = PretravelMap(
+            MeanBasis(), np.zeros(1), Covariance.none(1), self.SUPPORT, tip_radius=3.0
+        )
         with pytest.raises(ValueError, match="read-only"):
             made.coefficients[0] = 1.0  # type: ignore[index]
 
@@ -55,7 +61,11 @@ class TestMapValidation:
         rng = np.random.default_rng(0)
         half = rng.normal(size=(basis.size, basis.size)) * 1e-5
         made = PretravelMap(
-            basis, rng.normal(size=basis.size), half @ half.T, self.SUPPORT, tip_radius=3.0
+            basis,
+            rng.normal(size=basis.size),
+            Covariance.full(half @ half.T),
+            self.SUPPORT,
+            tip_radius=3.0,
         )
         n = fibonacci_cap(50_001, 1.5)
         assert np.allclose(made.pretravel(n)[-3:], made.pretravel(n[-3:]), atol=1e-13)

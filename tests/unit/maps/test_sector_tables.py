@@ -10,7 +10,7 @@ import pytest
 from pretravel.controls.macro_b import renishaw_variables
 from pretravel.directions import from_angles
 from pretravel.frames import probe_rotation
-from pretravel.maps.bases import SECTOR_NAMES
+from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
 from pretravel.units import DEGREE
 from tests.support.example_maps import example_map, lobes
@@ -29,7 +29,7 @@ class TestSectors:
         """No other radii leave less, by an optimiser that knows only the residual."""
         from scipy.optimize import linprog
 
-        from pretravel.maps.bases import SectorBasis
+        from pretravel.maps.kinds.sectors import SectorBasis
 
         pretravel_map = example_map()
         found = resampled_sectors(pretravel_map)

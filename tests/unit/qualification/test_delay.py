@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply, embed, point_sources
+from pretravel.compensation.compensation import apply, embed
+from pretravel.compensation.point_errors import point_sources
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
-from pretravel.identification.kinds import ALL_KINDS, qualify
+from pretravel.identification.kinds import KINDS, qualify
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict
@@ -33,7 +34,7 @@ def _touches(rng: np.random.Generator, noise: float = NOISE) -> Touches:
     return Touches(n * distance[:, None] + [10.0, 20.0, 30.0], n, feeds=feeds)
 
 
-@pytest.mark.parametrize("kind", [k for k in ALL_KINDS if k != "sectors"])
+@pytest.mark.parametrize("kind", [k for k in KINDS if k != "sectors"])
 def test_delay_is_told_apart(kind: str) -> None:
     """Four standard uncertainties; u itself is 0.07 ms: noise over root 100 touches over the spread
     of 1.67 mm/s between the feeds."""
@@ -163,7 +164,7 @@ def test_map_and_delay_err_together() -> None:
     at_mean = replace(touches, feeds=np.full(100, 100.0))
     sources = point_sources(at_mean, apply(at_mean, made), made)
     equator = np.abs(touches.normals[:, 2]) < 0.01
-    assert np.sqrt(np.diag(sources["signal delay"])[equator].max()) < 0.02e-3
+    assert np.sqrt(sources["signal delay"].variances[equator].max()) < 0.02e-3
 
 
 @pytest.mark.parametrize("ending", [".nc", ".csv"])
@@ -188,7 +189,7 @@ def test_sources_add_up_to_what_points_state() -> None:
     made = qualify(touches, 25.0, tip_diameter=6.0, u_diameter=2e-4).pretravel_map
     points = apply(touches, made)
     sources = point_sources(touches, points, made)
-    total = sum(part if part.ndim == 1 else np.diag(part) for part in sources.values())
+    total = sum(part.variances for part in sources.values())
     assert np.sqrt(total) == pytest.approx(points.standard_uncertainty, rel=1e-9)
     assert sorted(sources) == ["map", "repeatability", "signal delay", "tip radius"]
 

@@ -12,9 +12,8 @@ from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.maps.bases import HarmonicBasis
-from pretravel.qualification.map_fit import Kind
-from pretravel.qualification.qualification import qualify
+from pretravel.identification.kinds import qualify
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.examples import EXAMPLES
@@ -64,7 +63,7 @@ class TestQualification:
         assert rows == [(60,)]
 
     @pytest.mark.parametrize("kind", ["mean", "sectors", "harmonic"])
-    def test_tip_uncertainty_comes_from_the_sphere(self, kind: Kind) -> None:
+    def test_tip_uncertainty_comes_from_the_sphere(self, kind: str) -> None:
         result = qualify(self._touches(), 25.0, tip_diameter=6.0, kind=kind, u_diameter=4e-4)
         assert result.pretravel_map.u_tip_radius == pytest.approx(2e-4)
         assert result.u_effective_radius > 2e-4
@@ -144,7 +143,7 @@ class TestQualification:
         assert isinstance(made.basis, HarmonicBasis)
         across = (made.basis.terms[:, 0] == 1) & (made.basis.terms[:, 1] != 0)
         assert np.abs(made.coefficients[across]).max() < 1e-15
-        assert np.abs(made.covariance[across]).max() < 1e-9 * made.covariance.max()
+        assert np.abs(made.covariance.matrix[across]).max() < 1e-9 * made.covariance.matrix.max()
         n = result.contact_normals
         shift = np.linalg.pinv(np.hstack([np.ones((75, 1)), n]))[3]
         assert abs(shift @ made.pretravel(n)) < 1e-9
@@ -275,9 +274,9 @@ class TestWhatAQualificationWarnsOf:
         ("keep", "options", "words"),
         [
             (slice(None), {"diameter": 24.93}, "no probe triggers before contact"),
-            (slice(None), {"tip_diameter": 6.2}, "probes give by 1 to 80"),
-            (slice(None), {"tip_diameter": None}, "without --tip-diameter"),
-            (slice(0, 15), {}, "from a cap"),
+            (slice(None), {"tip_diameter": 6.2}, "probes deflect by 1 to 80"),
+            (slice(None), {"tip_diameter": None}, "diameter was not given"),
+            (slice(0, 15), {}, "a cap hardly"),
         ],
     )
     def test_warnings(self, keep: slice, options: dict[str, float | None], words: str) -> None:
@@ -307,4 +306,4 @@ class TestWhatAQualificationWarnsOf:
     def test_a_pole_that_was_not_touched_is_told(self) -> None:
         touches = self._example()
         result = qualify(touches.take(np.arange(3, 75)), 24.9987, tip_diameter=6.0)
-        assert "the pole was not touched" in result.pretravel_map.provenance["gauge"]
+        assert "the pole was not touched" in result.pretravel_map.provenance.gauge

@@ -10,7 +10,7 @@ import pytest
 from pretravel.directions import sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.qualification.qualification import qualify
+from pretravel.identification.kinds import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.reference_touches import sphere_touches
@@ -59,13 +59,13 @@ def _one_wrong_normal(touches: Touches) -> Touches:
             "diameters look like",
         ),
         (lambda t: t, {"diameter": 24.0}, "with this tip the sphere would measure 24.966"),
-        (lambda t: t, {"diameter": 25.4}, "probes give by 1 to 80"),
+        (lambda t: t, {"diameter": 25.4}, "probes deflect by 1 to 80"),
         (_stray, {}, "touch 21 (line 22) lies 1000"),
         (_stray, {"tip_diameter": None}, "its position is wrong"),
         (lambda t: t, {"diameter": 12.49935}, "radius given as its diameter"),
         (lambda t: t, {"tip_diameter": 3.0}, "tip's radius given as its diameter"),
         (lambda t: t, {"diameter": 30.9987}, "pretravel"),
-        (lambda t: t, {"diameter": 30.9987, "tip_diameter": None}, "Check --diameter"),
+        (lambda t: t, {"diameter": 30.9987, "tip_diameter": None}, "Check the diameter"),
         (lambda t: t, {"diameter": -25.0}, "must be positive"),
         (lambda t: t, {"diameter": float("nan")}, "must be positive"),
         (lambda t: t, {"tip_diameter": 0.0}, "must be positive"),

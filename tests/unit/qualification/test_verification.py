@@ -20,12 +20,15 @@ from pretravel.formats.probe_history import add_verification, read_history
 from pretravel.formats.touches_csv import write_touches
 from pretravel.frames import probe_rotation
 from pretravel.identification.kinds import qualify
-from pretravel.maps.bases import MeanBasis
+from pretravel.maps.kinds.mean import MeanBasis
+from pretravel.maps.kinds.sectors import SectorBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.verification import Verification, verify
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 from tests.support.commands import rows, run
 
@@ -134,7 +137,7 @@ class TestWhatIsSeen:
 
     def test_what_would_be_seen_is_seen(self) -> None:
         """A change of size that is promised to be seen in 95 of 100 cases, 30 times."""
-        promised = check(touches(6), rate=0.05).size.seen
+        promised = check(touches(6), rate=0.05).size.detectable
         seen = sum(
             check(touches(700 + seed, size=promised), rate=0.05).changed for seed in range(30)
         )
@@ -153,7 +156,7 @@ class TestWhatIsSeen:
         result = check(touches(21).take(few))
         assert not result.changed
         assert result.p_form > 0.01
-        assert result.turn.seen == np.inf
+        assert result.turn.detectable == np.inf
         assert check(touches(21, size=0.004).take(few)).changed
 
     def test_physical_maps_and_few_directions(self) -> None:
@@ -186,8 +189,11 @@ class TestRefused:
 
     @pytest.mark.parametrize("kind", ["mean", "sectors", "wozniak"])
     def test_maps_that_do_not_follow_the_probe(self, kind: str) -> None:
-        coarse = replace(old_map(), basis=MeanBasis(kind), coefficients=np.array([0.01]),
-                         covariance=np.array([1e-9]))  # fmt: skip
+        basis = {"mean": MeanBasis(), "sectors": SectorBasis(), "wozniak": WozniakBasis(0.0)}[kind]
+        coarse = replace(
+            old_map(), basis=basis, coefficients=np.full(basis.size, 0.01),
+            covariance=Covariance.fully_shared(np.full(basis.size, 1e-9)),
+        )  # fmt: skip
         with pytest.raises(PretravelError, match=f"kind {kind} does not follow"):
             verify(touches(1), coarse, 25.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import five_point_pattern
-from pretravel.maps.bases import WozniakBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.trigger.compliance import analytic
 from pretravel.trigger.compliance.base import ComplianceModel
 from pretravel.trigger.loading import Loading, loaded_to_trigger

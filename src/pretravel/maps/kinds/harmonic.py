@@ -1,0 +1,222 @@
+"""Kind harmonic: real spherical harmonics about the probe axis, by a regression with priors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
+from pretravel.maps.harmonic_regression import (
+    HarmonicFit,
+    fit_harmonics,
+    ring_terms,
+    sphere_terms,
+)
+from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit, shifted_center
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
+from pretravel.units import MICROMETRE
+
+_POLE = np.array([[0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicBasis(MapBasis):
+    """Real spherical harmonics about the probe axis.
+
+    Parameters
+    ----------
+    terms : (k, 2) int
+        Degree and order of each function.
+
+    >>> HarmonicBasis(np.array([[0, 0], [3, 3]])).size
+    2
+    """
+
+    terms: IntArray
+    kind: ClassVar[str] = "harmonic"
+
+    @property
+    def size(self) -> int:
+        return len(self.terms)
+
+    def design(self, directions: FloatArray) -> FloatArray:
+        return real_spherical_harmonics(directions, self.terms)
+
+    @property
+    def constant(self) -> FloatArray:
+        return np.asarray(np.all(self.terms == 0, axis=1), dtype=np.float64)
+
+    def form_on_control(self, coefficients: FloatArray) -> SeriesForm:
+        return SeriesForm(self.terms, coefficients)
+
+    def arrays(self) -> Mapping[str, StoredArray]:
+        return {
+            "degree": StoredArray(("coefficient",), self.terms[:, 0]),
+            "order": StoredArray(("coefficient",), self.terms[:, 1]),
+        }
+
+    @classmethod
+    def restored(cls, stored: StoredBasis) -> Self:
+        terms = [np.asarray(stored.arrays[name].values) for name in ("degree", "order")]
+        return cls(np.stack(terms, axis=1).astype(np.int64))
+
+    def turn_variance(self, design: FloatArray, noise: FloatArray) -> float:
+        # The covariance holds for the azimuth of the lobes that was found. Its own variance is
+        # about what touches like the new ones leave of a turn.
+        information = np.linalg.pinv((design.T / noise) @ design, hermitian=True)
+        return float(information[-1, -1])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HarmonicMapFit(MapFit):
+    """A harmonic fit, with the posterior of the regression before the centre was separated.
+
+    Attributes
+    ----------
+    basis : HarmonicBasis
+    posterior : HarmonicFit
+        About the centre of the observation.
+    hat : (n, n) float
+        Fitted values per observed value.
+    shift_covariance_with_map : (axes, k) float
+        [mm²]
+    """
+
+    basis: HarmonicBasis
+    posterior: HarmonicFit
+    hat: FloatArray
+    shift_covariance_with_map: FloatArray
+
+    @property
+    def leverage(self) -> FloatArray:
+        """Fitted value per observed value of the same touch, (n,)."""
+        return np.asarray(np.diag(self.hat))
+
+
+@dataclass(frozen=True)
+class Harmonic(KindOfMap):
+    """Spherical harmonics, with priors of a three-rod probe.
+
+    Across the axis the centre is where the map has no first harmonic. Along the axis the map is
+    given a pretravel at the pole: pole and equator differ by 5 to 15 um, which a least-squares
+    sphere takes for a shift.
+    """
+
+    name: ClassVar[str] = "harmonic"
+    title: ClassVar[str] = "harmonic map"
+    fits_harmonics: ClassVar[bool] = True
+
+    def fit(self, observation: Observation, repeats: Scatter) -> HarmonicMapFit:
+        del repeats
+        return fit_harmonic(observation)
+
+    def refit(self, fit: MapFit, observation: Observation) -> HarmonicMapFit:
+        assert isinstance(fit, HarmonicMapFit)
+        return fit_harmonic(observation, fit.posterior.amplitudes)
+
+    def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
+        assert isinstance(fit, HarmonicMapFit)
+        observation = fit.observation
+        if axial_pretravel is None or observation.ring or not observation.tip_known:
+            return shifted_center(fit)
+        if not DirectionSupport(observation.group_directions).supports(_POLE)[0]:
+            found = shifted_center(fit)
+            note = " (its height is not better known, because no touch is near the pole)"
+            return replace(found, gauge=found.gauge + note)
+        return _with_pretravel_at_pole(fit, axial_pretravel)
+
+
+def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> CenteredFit:
+    at_pole = fit.basis.design(_POLE)[0]
+    axial = float(at_pole @ fit.coefficients) - axial_pretravel
+    # The map less its own value at the pole, which scatters with the touches as well.
+    move = np.eye(len(fit.coefficients))
+    first_zonal = (fit.basis.terms == (1, 0)).all(axis=1)
+    move[first_zonal] -= at_pole / math.sqrt(3.0)
+    coefficients = fit.coefficients.copy()
+    coefficients[first_zonal] -= axial / math.sqrt(3.0)
+    center = shifted_center(fit).center
+    center[2] -= axial
+    along = np.array([0.0, 0.0, 1.0])
+    mixed = np.outer(fit.shift_covariance_with_map @ at_pole, along)
+    covariance = fit.covariance.matrix
+    u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
+    gauge = (
+        f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
+        "(assumed: touches on a sphere do not determine it) and has no first harmonic across"
+    )
+    if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
+        gauge += (
+            "; the pole was not touched, its value is interpolated "
+            f"(u {u_pole / MICROMETRE:.1f} µm)"
+        )
+    return CenteredFit(
+        center=center,
+        center_covariance=fit.shift_covariance
+        + mixed
+        + mixed.T
+        + u_pole**2 * np.outer(along, along),
+        coefficients=coefficients,
+        covariance=Covariance.full(move @ covariance @ move.T),
+        gauge=gauge,
+    )
+
+
+def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None) -> HarmonicMapFit:
+    """Fit a harmonic map.
+
+    Parameters
+    ----------
+    observation : Observation
+    amplitudes : (7,) float, optional
+        Of an earlier fit, which are kept; else the likelihood chooses them.
+
+    Returns
+    -------
+    HarmonicMapFit
+    """
+    fit = fit_harmonics(
+        observation.directions,
+        observation.values,
+        observation.groups,
+        observation.free_terms,
+        ring_terms() if observation.ring else sphere_terms(observation.direction_count),
+        amplitudes,
+    )
+    basis = HarmonicBasis(fit.terms)
+    design = basis.design(observation.directions)
+    mean_of, shift_of = np.split(observation.to_sphere @ design, [1])
+    # Across the axis the centre is where the map has no first harmonic. The least-squares sphere
+    # lies beside it: rings of four and eight touches see three lobes as a shift of up to 1 um.
+    shift_of[:2] = 0.0
+    for axis, order in ((0, 1), (1, -1)):
+        shift_of[axis, (fit.terms == (1, order)).all(axis=1)] = math.sqrt(3.0)
+    # What the centre takes up is taken from the map.
+    move = np.eye(len(fit.terms))
+    move[1 : observation.axes + 1] -= shift_of / math.sqrt(3.0)
+    return HarmonicMapFit(
+        observation=observation,
+        basis=basis,
+        coefficients=move @ fit.coefficients,
+        covariance=Covariance.full(move @ fit.covariance @ move.T),
+        mean=(mean_of @ fit.coefficients).item(),
+        u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
+        shift=shift_of @ fit.coefficients,
+        shift_covariance=shift_of @ fit.covariance @ shift_of.T,
+        residuals=observation.values - design @ fit.coefficients,
+        dof=float(len(observation.values) - np.trace(fit.hat)),
+        noise=fit.noise,
+        hat=fit.hat,
+        posterior=fit,
+        shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
+        gauge="a centre about which the map has no first harmonic across the axis, and which is "
+        "least-squares along it",
+    )

@@ -1,0 +1,106 @@
+"""Kind mean: one radius for all directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
+from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.uncertainty.covariance import Covariance
+
+
+@dataclass(frozen=True)
+class MeanBasis(MapBasis):
+    """One number for all directions: the mean effective radius of today's controls.
+
+    >>> MeanBasis().design(np.array([[0.0, 0.0, 1.0]])).tolist()
+    [[1.0]]
+    """
+
+    kind: ClassVar[str] = "mean"
+    follows_probe: ClassVar[bool] = False
+
+    @property
+    def size(self) -> int:
+        return 1
+
+    @property
+    def constant(self) -> FloatArray:
+        return np.ones(1)
+
+    def design(self, directions: FloatArray) -> FloatArray:
+        return np.ones((len(directions), 1))
+
+    def form_on_control(self, coefficients: FloatArray) -> SeriesForm:
+        return SeriesForm(np.array([[0, 0]]), coefficients)
+
+    @classmethod
+    def restored(cls, stored: StoredBasis) -> Self:
+        del stored
+        return cls()
+
+
+@dataclass(frozen=True)
+class Mean(KindOfMap):
+    """The mean over all touches, about the least-squares centre."""
+
+    name: ClassVar[str] = "mean"
+    title: ClassVar[str] = "one mean radius"
+
+    def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
+        del repeats
+        return averaged(observation, MeanBasis(), lambda _, mean: np.array([mean]))
+
+    def refit(self, fit: MapFit, observation: Observation) -> MapFit:
+        del fit
+        return self.fit(observation, Scatter(0.0, 0.0))
+
+
+def averaged(
+    observation: Observation, basis: MapBasis, average: Callable[[FloatArray, float], FloatArray]
+) -> MapFit:
+    """A least-squares sphere or ring, then averages of pretravel about its centre.
+
+    Parameters
+    ----------
+    observation : Observation
+    basis : MapBasis
+    average : callable
+        Coefficients (k,) from the pretravel (n,) about the fitted centre, and its mean. [mm]
+
+    Returns
+    -------
+    MapFit
+        Each coefficient stands for many directions. The standard deviation of the residuals is
+        therefore the uncertainty in any one direction, and it is common to all coefficients.
+    """
+    free, to_sphere = observation.free_design, observation.to_sphere
+    solution = to_sphere @ observation.values
+    centred = observation.values - free[:, 1:] @ solution[1:]
+    coefficients = average(centred, float(solution[0]))
+    residuals = centred - basis.design(observation.directions) @ coefficients
+    dof = float(max(len(centred) - observation.axes - basis.size, 1))
+    variance = float(np.sum(residuals**2)) / dof
+    sphere_dof = max(len(centred) - free.shape[1], 1)
+    sphere_variance = float(np.sum((centred - solution[0]) ** 2)) / sphere_dof
+    sphere_covariance = to_sphere @ to_sphere.T * sphere_variance
+    return MapFit(
+        observation=observation,
+        basis=basis,
+        coefficients=coefficients,
+        covariance=Covariance.fully_shared(np.full(basis.size, variance)),
+        mean=float(solution[0]),
+        u_mean=math.sqrt(float(sphere_covariance[0, 0])),
+        shift=solution[1:],
+        shift_covariance=sphere_covariance[1:, 1:],
+        residuals=residuals,
+        dof=dof,
+        noise=math.sqrt(variance),
+    )

@@ -1,0 +1,142 @@
+"""Pretravel observed in directions about the centre of a reference: what maps are fitted to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.directions import unit
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """Touches on a reference about a centre, in the probe frame.
+
+    Made from touches by `pretravel.qualification.observation.observe`.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+        Spindle points. [mm]
+    groups : (n,) int
+        Number of the direction of each touch; repeats share it.
+    center : (3,) float
+        [mm]
+    reference_radius, tip_radius : float
+        [mm]
+    ring : bool
+        The reference is a ring gauge, touched inside.
+    tip_known : bool
+        Whether the tip's diameter was given; else `tip_radius` is the one that the touches imply.
+    """
+
+    positions: FloatArray
+    groups: IntArray
+    center: FloatArray
+    reference_radius: float
+    tip_radius: float
+    ring: bool
+    tip_known: bool = True
+
+    @property
+    def axes(self) -> int:
+        """Number of centre coordinates that the reference determines: 3, on a ring 2."""
+        return 2 if self.ring else 3
+
+    @cached_property
+    def _offset(self) -> FloatArray:
+        return np.asarray((self.positions - self.center)[:, : self.axes])
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Contact normals, (n, 3)."""
+        outward = unit(self._offset)
+        if self.ring:
+            return np.hstack([-outward, np.zeros((len(outward), 1))])
+        return outward
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """Observed pretravel, (n,). [mm]"""
+        distance = np.linalg.norm(self._offset, axis=1)
+        if self.ring:
+            return np.asarray(distance - (self.reference_radius - self.tip_radius))
+        return np.asarray(self.reference_radius + self.tip_radius - distance)
+
+    @property
+    def direction_count(self) -> int:
+        """Number of different directions."""
+        return int(self.groups.max()) + 1
+
+    def take(self, mask: BoolArray) -> Observation:
+        """The touches of a mask, about the same centre."""
+        groups = np.unique(self.groups[mask], return_inverse=True)[1]
+        return replace(self, positions=self.positions[mask], groups=groups)
+
+    @property
+    def free_terms(self) -> IntArray:
+        """Harmonics of the mean and of a shift of the centre: degree and order, (axes + 1, 2)."""
+        return np.array([(0, 0), (1, 1), (1, -1), (1, 0)][: self.axes + 1], dtype=np.int64)
+
+    @cached_property
+    def free_design(self) -> FloatArray:
+        """Columns 1, n_x, n_y (and n_z), (n, axes + 1)."""
+        return np.hstack([np.ones((len(self.groups), 1)), self.directions[:, : self.axes]])
+
+    @cached_property
+    def to_sphere(self) -> FloatArray:
+        """Least-squares sphere of any values: mean, then shift, (axes + 1, n)."""
+        return np.asarray(np.linalg.pinv(self.free_design))
+
+    @cached_property
+    def group_directions(self) -> FloatArray:
+        """Mean contact normal of each direction, (g, 3)."""
+        total = np.zeros((self.direction_count, 3))
+        np.add.at(total, self.groups, self.directions)
+        return unit(total)
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Standard deviation of a single touch, and how well it is known.
+
+    Attributes
+    ----------
+    deviation : float
+        [mm]
+    dof : float
+        Degrees of freedom; zero without repeats.
+    """
+
+    deviation: float
+    dof: float
+
+
+def scatter_of_repeats(observation: Observation) -> Scatter:
+    """Pooled standard deviation among repeats of the same direction.
+
+    Parameters
+    ----------
+    observation : Observation
+
+    Returns
+    -------
+    Scatter
+        Both numbers zero without repeats.
+
+    >>> touches = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 3.002]])
+    >>> seen = Observation(touches, np.array([0, 0]), np.zeros(3), 1.0, 2.0, ring=False)
+    >>> round(scatter_of_repeats(seen).deviation, 6), scatter_of_repeats(seen).dof
+    (0.001414, 1.0)
+    """
+    count = np.bincount(observation.groups).astype(np.float64)
+    dof = float(len(observation.values) - len(count))
+    if dof == 0.0:
+        return Scatter(0.0, 0.0)
+    mean = np.bincount(observation.groups, observation.values) / count
+    squares = float(np.sum((observation.values - mean[observation.groups]) ** 2))
+    return Scatter(math.sqrt(squares / dof), dof)

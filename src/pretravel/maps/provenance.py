@@ -1,0 +1,199 @@
+"""How a map was made: typed, so that no decision depends on the words of a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from enum import Enum
+from typing import Any, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.errors import PretravelError
+from pretravel.units import MICROMETRE
+
+AXIAL_PRETRAVEL = 1.0 * MICROMETRE
+"""Pretravel along the probe axis that a harmonic map is given where nothing better is known. [mm]
+
+Along its axis a probe is stiff: the seats, the stylus and the tip contact of an OMP40-2 deflect by
+1.2 um."""
+
+
+class Origin(Enum):
+    """Where a map comes from."""
+
+    QUALIFIED = "qualified"
+    """Touches on a reference sphere or ring."""
+    PREDICTED = "predicted"
+    """The description of a probe."""
+    CALIBRATED = "calibrated"
+    """Traces of a calibration rig."""
+    MADE = "made"
+    """A program of the user's own."""
+
+
+class SetupOptions(TypedDict, total=False):
+    """Fields of `QualificationSetup` beside the diameter, as keywords of `qualify`."""
+
+    tip_diameter: float | None
+    ring: bool
+    u_diameter: float
+    axial_pretravel: float | None
+    axis: npt.ArrayLike
+    search_outliers: bool
+
+
+@dataclass(frozen=True)
+class QualificationSetup:
+    """The reference of a qualification, and the conventions that it was made with.
+
+    Parameters
+    ----------
+    diameter : float
+        Calibrated diameter of the sphere or ring. [mm]
+    tip_diameter : float, optional
+        Not given: only differences of pretravel are determined; the mean of the map is zero and
+        its tip radius the effective one. Points come out the same, except for the height:
+        without an absolute pretravel the centre along the axis is that of the least-squares
+        sphere. [mm]
+    ring : bool
+        The reference is a ring gauge, touched inside; its axis is that of the probe.
+    u_diameter : float
+        Standard uncertainty of the diameter. [mm]
+    axial_pretravel : float or None
+        Of harmonic maps at the pole, where the sphere was touched there and the tip diameter is
+        given. None: the centre along the axis is that of the least-squares sphere. [mm]
+    axis : (3,) float
+        The probe's +z (tip to spindle) in the machine frame.
+    search_outliers : bool
+        Compare each direction with the others. For the kinds mean and sectors this takes one
+        harmonic fit more, which also separates noise from lobing where nothing is repeated.
+
+    Raises
+    ------
+    PretravelError
+        A diameter that is not positive and finite.
+
+    >>> QualificationSetup(25.0, tip_diameter=6.0).ring
+    False
+    """
+
+    diameter: float
+    tip_diameter: float | None = None
+    ring: bool = False
+    u_diameter: float = 0.0
+    axial_pretravel: float | None = AXIAL_PRETRAVEL
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    search_outliers: bool = True
+
+    def __post_init__(self) -> None:
+        x, y, z = np.asarray(self.axis, dtype=np.float64).reshape(3)
+        object.__setattr__(self, "axis", (float(x), float(y), float(z)))
+        for what, name in (
+            (f"the {self.reference}'s diameter", "diameter"),
+            ("the tip's diameter", "tip_diameter"),
+        ):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise PretravelError(f"{what} is {value:g} mm; it must be positive", inputs=(name,))
+
+    @property
+    def reference(self) -> str:
+        """``sphere`` or ``ring``."""
+        return "ring" if self.ring else "sphere"
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """How a map was made.
+
+    Attributes
+    ----------
+    origin : Origin
+    source : str
+        In words.
+    touches : str
+        Number of touches and directions, in words.
+    touches_file : str
+        Name of the file that the touches came from.
+    gauge : str
+        What pretravel is relative to, in words.
+    level_known : bool
+        Whether the level of pretravel was determined. It was not where the tip's diameter was not
+        given: differences between directions alone are then meaningful.
+    probe : str
+        Name of the described probe, for a prediction.
+    setup : QualificationSetup, optional
+        Of a qualification; with it a map can be made again in the same way.
+    kind_settings : mapping of str to number or text
+        Of the kind of map, where it has any.
+    """
+
+    origin: Origin = Origin.MADE
+    source: str = ""
+    touches: str = ""
+    touches_file: str = ""
+    gauge: str = ""
+    level_known: bool = True
+    probe: str = ""
+    setup: QualificationSetup | None = None
+    kind_settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for a file; what is empty is left out.
+
+        >>> Provenance(Origin.PREDICTED, "predicted, model analytic").as_dict()
+        {'origin': 'predicted', 'source': 'predicted, model analytic'}
+        """
+        found: dict[str, Any] = {"origin": self.origin.value}
+        for name in ("source", "touches", "touches_file", "gauge", "probe"):
+            if getattr(self, name):
+                found[name] = getattr(self, name)
+        if not self.level_known:
+            found["level_known"] = False
+        if self.setup is not None:
+            found["setup"] = asdict(self.setup)
+        if self.kind_settings:
+            found["kind_settings"] = dict(self.kind_settings)
+        return found
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Provenance:
+        """What `as_dict` gave; also what maps of earlier versions kept, which was words alone.
+
+        >>> Provenance.from_dict({"source": "predicted, model fem"}).origin
+        <Origin.PREDICTED: 'predicted'>
+        """
+        known = {entry.name for entry in fields(cls)}
+        given = {name: value for name, value in values.items() if name in known}
+        if "origin" not in given:
+            return _from_words(given)
+        setup = given.pop("setup", None)
+        return cls(
+            **{**given, "origin": Origin(given["origin"])},
+            setup=None if setup is None else QualificationSetup(**setup),
+        )
+
+
+def _from_words(words: Mapping[str, str]) -> Provenance:
+    """Earlier versions kept sentences; here, and only here, they are interpreted."""
+    source, touches = words.get("source", ""), words.get("touches", "")
+    gauge = words.get("gauge", "")
+    origin = Origin.MADE
+    if source.startswith("predicted"):
+        origin = Origin.PREDICTED
+    elif "calibration rig" in source:
+        origin = Origin.CALIBRATED
+    elif source.startswith("qualified"):
+        origin = Origin.QUALIFIED
+    return Provenance(
+        origin=origin,
+        source=source,
+        touches=touches,
+        touches_file=touches.partition(", from ")[2],
+        gauge=gauge,
+        level_known="tip" not in gauge,
+        probe=words.get("probe", ""),
+    )

@@ -1,0 +1,104 @@
+"""Whether a qualified map is plausible and well covered: warnings for people, as sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import describe, fibonacci_cap, from_angles, polar_angle
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import DEGREE, MICROMETRE
+
+LOWEST_POLAR = 60.0 * DEGREE
+"""Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
+
+
+def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A map in directions spread over all that it supports.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    directions : (n, 3) float
+        Probe frame; the map's own nodes are among them.
+    pretravel, standard_uncertainty : (n,) float each
+        [mm]
+    """
+    nodes = pretravel_map.support.nodes
+    polar = polar_angle(nodes)
+    spread = fibonacci_cap(2000, float(polar.max()))
+    around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 720))
+    candidates = np.concatenate([spread, around])
+    directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
+    normals = directions @ pretravel_map.rotation.T
+    return directions, *pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
+
+
+def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
+    """What the stated repeatability rests on.
+
+    Parameters
+    ----------
+    repeatability : Scatter
+    repeated : bool
+        Whether any direction was touched more than once.
+    """
+    if repeated or repeatability.dof >= 3.0:
+        return []
+    return [
+        (
+            "no direction was repeated, and so few directions hardly determine the repeatability: "
+            f"{repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not a measured one. "
+            "Touch each direction several times"
+        )
+    ]
+
+
+def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[str]:
+    """What of a map is implausible or badly covered.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    observation : Observation
+        That it was fitted to.
+    """
+    found = []
+    largest_polar = float(polar_angle(observation.directions).max())
+    if not observation.ring and largest_polar < LOWEST_POLAR:
+        found.append(
+            f"the touches reach only to polar {largest_polar / DEGREE:.0f}°: a cap hardly "
+            "determines centre and effective radius; touch the sphere down to its equator"
+        )
+    if not observation.tip_known:
+        found.append(
+            "the tip's diameter was not given: the map is relative to its mean, and the centre's "
+            "height along the axis is that of the least-squares sphere, usually 5 to 15 µm off"
+        )
+    directions, value, u = over_support(pretravel_map)
+    lowest, highest = int(np.argmin(value)), int(np.argmax(value))
+    if observation.tip_known and value[lowest] < -BEFORE_CONTACT - 3.0 * u[lowest]:
+        found.append(
+            f"pretravel falls to {value[lowest] / MICROMETRE:.1f} µm at "
+            f"{describe(directions[lowest])}, but no probe triggers before contact: "
+            "check the diameters of reference and tip, and the touches there"
+        )
+    if value[highest] > IMPLAUSIBLE_PRETRAVEL:
+        found.append(
+            f"pretravel rises to {value[highest] / MICROMETRE:.1f} µm at "
+            f"{describe(directions[highest])}; probes deflect by 1 to 80 µm: check the diameters "
+            "of reference and tip, the feed and the touches there"
+        )
+    touched = observation.group_directions @ pretravel_map.rotation.T
+    at_touches = pretravel_map.standard_uncertainty(touched)
+    if u.max() > 5.0 * max(at_touches.max(), pretravel_map.repeatability):
+        found.append(
+            f"between the touches u of the map grows to {u.max() / MICROMETRE:.1f} µm, at "
+            f"{describe(directions[np.argmax(u)])}: touch the reference there too"
+        )
+    return found
