@@ -111,9 +111,9 @@ class Machine:
             )
 
     def _error(self, name: str, need: str) -> PretravelError:
-        return PretravelError(
-            f"{name.replace('_', ' ')} {getattr(self, name):g}: {need}", inputs=(name,)
-        )
+        unit = " mm/min" if name.endswith("feed") else "" if name == "tool" else " mm"
+        words = name.replace("_", " ")
+        return PretravelError(f"{words} {getattr(self, name):g}{unit}: {need}", inputs=(name,))
 
     @property
     def tip_radius(self) -> float:

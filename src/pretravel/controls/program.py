@@ -299,7 +299,7 @@ def _checks(
     else:
         checked.append("the machine's limits")
     if surroundings.known:
-        checked.append("moves against what was told to stand around")
+        checked.append("moves against the known obstacles")
     else:
-        unchecked.append("moves against the part: its geometry was not told")
+        unchecked.append("moves against the part: its geometry was not given")
     return tuple(checked), tuple(unchecked)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.arrays import FloatArray
+from pretravel.controls.gcode import render
 from pretravel.controls.machine import Machine, work_placement, work_turn
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
@@ -96,36 +97,6 @@ _STRUCTURE.table(
 )
 _STRUCTURE.table(_LimitsTable, x="x_mm", y="y_mm", z="z_mm")
 
-_TEMPLATE = """\
-# A machine, for pretravel program: edit, then give it to every program for this machine.
-
-[machine]
-name = "{name}"
-
-[probe]
-tool = {tool}                  # number in the tool table; 0: it is in the spindle already
-tip_diameter_mm = {tip:g}
-stem_diameter_mm = {stem:g}      # of the stylus above the tip
-stylus_length_mm = {stylus:g}      # from the tip's centre up to the probe's body
-body_diameter_mm = {body:g}
-
-[feeds]
-measuring_mm_min = {measuring:g}      # while a touch is expected; qualify at this feed too
-positioning_mm_min = {positioning:g}  # to where touches start, and back
-
-[distances]
-safe_height_mm = {safe:g}        # z (work) of the tip's centre at which it may travel anywhere
-start_mm = {start:g}               # from the ball to the surface where a touch starts
-overtravel_mm = {overtravel:g}          # beyond the nominal surface before a touch counts as missed
-clearance_mm = {clearance:g}           # kept from things on the way: the offset may be off by it
-
-[work]
-offset = "{offset}"
-{work}
-# Of the tip, in machine coordinates; checked where the work offset is told above.
-{limits}
-"""
-
 
 def machine_text(machine: Machine) -> str:
     """A machine file, to be edited.
@@ -133,42 +104,8 @@ def machine_text(machine: Machine) -> str:
     >>> machine_text(Machine()).splitlines()[3]
     'name = "machine"'
     """
-    if machine.work is None:
-        work = "# where it is in the machine, to check the limits and turn the map:\n" + "\n".join(
-            f"# {line}" for line in _work_lines(Placement())
-        )
-    else:
-        work = "\n".join(_work_lines(machine.work))
-    if machine.limits is None:
-        limits = "# [limits]\n# x_mm = [-250, 250]\n# y_mm = [-200, 200]\n# z_mm = [-200, 200]"
-    else:
-        limits = "[limits]\n" + "\n".join(
-            f"{axis}_mm = [{low:.10g}, {high:.10g}]"
-            for axis, (low, high) in zip("xyz", machine.limits, strict=True)
-        )
-    return _TEMPLATE.format(
-        name=machine.name,
-        tool=machine.tool,
-        tip=machine.tip_diameter,
-        stem=machine.stem_diameter,
-        stylus=machine.stylus_length,
-        body=machine.body_diameter,
-        measuring=machine.measuring_feed,
-        positioning=machine.positioning_feed,
-        safe=machine.safe_height,
-        start=machine.start_distance,
-        overtravel=machine.overtravel,
-        clearance=machine.clearance,
-        offset=machine.work_offset,
-        work=work + "\n",
-        limits=limits,
-    )
-
-
-def _work_lines(work: Placement) -> list[str]:
-    turn = work_turn(work) / DEGREE
-    lines = [f"{axis}_mm = {value:.10g}" for axis, value in zip("xyz", work.shift, strict=True)]
-    return [*lines, f"rotation_deg = {turn:.10g}"]
+    work = machine.work or Placement()
+    return render("machine.toml", machine=machine, work=work, rotation_deg=work_turn(work) / DEGREE)
 
 
 def read_machine(path: str | Path) -> Machine:

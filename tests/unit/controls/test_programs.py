@@ -65,7 +65,7 @@ class TestWays:
         assert program.ways[2][:, 2].tolist() == [50.0, 50.0]
         blind = plan_program(sphere_targets(equator), MACHINE, title="s")
         assert [len(way) for way in blind.ways] == [1, 2, 2]
-        assert "not told" in " ".join(blind.unchecked)
+        assert "not given" in " ".join(blind.unchecked)
 
     def test_starts_and_ends_lie_on_the_approach(self) -> None:
         normal = np.array([[0.6, 0.0, 0.8]])
@@ -141,7 +141,7 @@ class TestRefusals:
         with pytest.raises(PretravelError, match=r"far\): the tip would go to y = 30\.000"):
             plan_program(targets, turned, title="t")
         lost = plan_program(targets, replace(machine, work=None), title="t")
-        assert "does not tell where" in lost.unchecked[0]
+        assert "does not state the place" in lost.unchecked[0]
 
     @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41])
     def test_labels_that_would_break_a_log(self, label: str) -> None:
