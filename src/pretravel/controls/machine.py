@@ -120,11 +120,6 @@ class Machine:
         """[mm]"""
         return 0.5 * self.tip_diameter
 
-    @property
-    def retreat(self) -> float:
-        """Distance from the nominal surface to the ball's centre at the start of a touch. [mm]"""
-        return self.tip_radius + self.start_distance
-
 
 def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Placement:
     """The place of work coordinates in the machine: an offset, and a turn about z.
