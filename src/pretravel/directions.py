@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.errors import PretravelError, RowError
 from pretravel.units import DEGREE
 
 UNIT_TOLERANCE = 1e-3
@@ -121,7 +121,7 @@ def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray
     >>> checked_unit([[0.0, 0.0, 2.0]], "normals")
     Traceback (most recent call last):
     ...
-    pretravel.errors.PretravelError: normals: row 1 has length 2; unit vectors are needed
+    pretravel.errors.RowError: normals: row 1 has length 2; unit vectors are needed
     """
     v = np.asarray(vectors, dtype=np.float64)
     if v.ndim != 2 or v.shape[1] != 3:
@@ -131,8 +131,12 @@ def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray
         bad = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
     if np.any(bad):
         row = int(np.flatnonzero(bad)[0])
-        raise PretravelError(
-            f"{name}: row {row + 1} has length {length[row]:.6g}; unit vectors are needed"
+        stated = f"has length {length[row]:.6g}"
+        problem = "is zero" if length[row] == 0.0 else stated
+        raise RowError(
+            f"{name}: row {row + 1} {stated}; unit vectors are needed",
+            row,
+            in_file=f"{name}: the vector {problem}; a unit vector is needed",
         )
     # A vector of length one to the last digit stays as it is: a second call changes nothing.
     return np.asarray(v / np.where(np.abs(length - 1.0) <= 1e-15, 1.0, length)[:, None])

@@ -48,6 +48,31 @@ class InputError(PretravelError):
         super().__init__(f"{place}: {message}" if place else message, inputs=inputs)
 
 
+class RowError(PretravelError):
+    """A row of an array that cannot be used.
+
+    A reader of files replaces the row by the line of its file.
+
+    Parameters
+    ----------
+    message : str
+        It names the row.
+    row : int
+        From 0.
+    in_file : str
+        The message beside a file and its line, which name the row.
+
+    >>> error = RowError("normals: row 2 is zero", 1, in_file="the normal is zero")
+    >>> error.row, error.in_file
+    (1, 'the normal is zero')
+    """
+
+    def __init__(self, message: str, row: int, *, in_file: str) -> None:
+        super().__init__(message)
+        self.row = row
+        self.in_file = in_file
+
+
 class DescriptionError(PretravelError):
     """A probe that cannot exist as described."""
 

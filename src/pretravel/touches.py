@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
-from pretravel.errors import PretravelError
+from pretravel.errors import PretravelError, RowError
 from pretravel.frames import Placement
 from pretravel.units import SECONDS_PER_MINUTE
 
@@ -56,12 +56,13 @@ def refuse_glancing(
     if len(rows):
         row = int(rows[0])
         along = float(np.sum(approaches[row] * normals[row]))
-        raise PretravelError(
-            f"{where(row)}: the approach moves away from the surface or along it "
+        problem = (
+            "the approach moves away from the surface or along it "
             f"(approach · normal = {along:+.3f}, it must be below -{GLANCING}); "
             f"the normal ({describe(normals[row])}) must point out of the part, "
             "the approach into it"
         )
+        raise RowError(f"{where(row)}: {problem}", row, in_file=problem)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +144,8 @@ class Touches:
             feeds = np.asarray(self.feeds, dtype=np.float64)
             if not np.all(np.isfinite(feeds) & (feeds > 0.0)):
                 row = int(np.flatnonzero(~(np.isfinite(feeds) & (feeds > 0.0)))[0])
-                raise PretravelError(
-                    f"{self.where(row)}: its feed is {feeds[row]:g} mm/min; it must be positive"
-                )
+                problem = f"the feed is {feeds[row]:g} mm/min; it must be positive"
+                raise RowError(f"{self.where(row)}: {problem}", row, in_file=problem)
             object.__setattr__(self, "feeds", frozen(self.feeds))
         if self.nominal_points is not None:
             object.__setattr__(self, "nominal_points", frozen(self.nominal_points))

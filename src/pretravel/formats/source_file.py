@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.errors import InputError, PretravelError, RowError
 from pretravel.units import INCH
 
 UNITS = {"mm": 1.0, "inch": INCH}
@@ -52,12 +52,22 @@ class SourceFile:
         return InputError(message, path=self.path, line=line, inputs=inputs)
 
     @contextmanager
-    def named_in_errors(self) -> Iterator[None]:
-        """Faults that values of this file cause are errors that name this file."""
+    def named_in_errors(self, lines: Sequence[int] | None = None) -> Iterator[None]:
+        """Errors about values of this file name the file, and the line where it is known.
+
+        Parameters
+        ----------
+        lines : ints, optional
+            The line of each row of the values.
+        """
         try:
             yield
         except InputError:
             raise
+        except RowError as error:
+            if lines is None:
+                raise self.error(str(error)) from None
+            raise self.error(error.in_file, lines[error.row]) from None
         except PretravelError as error:
             raise self.error(str(error), inputs=error.inputs) from None
 

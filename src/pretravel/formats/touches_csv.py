@@ -8,16 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import UNIT_TOLERANCE
-from pretravel.errors import InputError, PretravelError
+from pretravel.directions import checked_unit
+from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import CsvTable
-from pretravel.formats.source_file import Source, opened
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.formats.tables import read_table, write_table
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes import Sphere
-from pretravel.touches import Touches, glancing_rows
+from pretravel.touches import Touches
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
@@ -46,21 +46,20 @@ def read_touches(source: Source) -> Touches:
         A column is missing; a cell is not a finite number; a normal is zero or not of unit length.
         The message contains the line.
 
-    >>> from pretravel.formats.source_file import SourceFile
     >>> len(read_touches(SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")))
     1
     """
     file = opened(source)
     table = read_table(file)
     table.require(*_POSITION, *_NORMAL, what="touches")
-    with file.named_in_errors():
+    with file.named_in_errors(table.lines):
         return Touches(
             positions=table.numbers(*_POSITION),
-            normals=_unit_vectors(table, _NORMAL, "normal"),
-            approaches=_optional_vectors(table, _APPROACH, "approach", unit=True),
+            normals=table.numbers(*_NORMAL),
+            approaches=_optional_vectors(table, _APPROACH),
             feeds=table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None,
             labels=_labels(table),
-            nominal_points=_optional_vectors(table, _NOMINAL, "nominal point", unit=False),
+            nominal_points=_optional_vectors(table, _NOMINAL),
             source=file.name,
             lines=table.lines,
         )
@@ -93,7 +92,14 @@ def read_targets(
     InputError
         As `read_touches`; an approach moves away from the surface.
     """
-    return _targets(read_table(source), surface, approach)
+    if approach not in ("normal", "file"):
+        raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
+    file = opened(source)
+    table = read_table(file)
+    table.require(*_NORMAL, what="targets")
+    if approach == "file":
+        table.require(*_APPROACH, what="targets with approaches of their own")
+    return _targets(file, table, surface, own_approaches=approach == "file")
 
 
 def read_plan(source: Source) -> Targets:
@@ -112,9 +118,10 @@ def read_plan(source: Source) -> Targets:
     InputError
         As `read_targets`; the file has no points.
     """
-    table = read_table(source)
-    table.require(*(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
-    return _targets(table, None, "file" if table.has(*_APPROACH) else "normal")
+    file = opened(source)
+    table = read_table(file)
+    table.require(*_NORMAL, *(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
+    return _targets(file, table, None, own_approaches=table.has(*_APPROACH))
 
 
 def read_normals(source: Source) -> FloatArray:
@@ -129,9 +136,11 @@ def read_normals(source: Source) -> FloatArray:
     InputError
         As `read_touches`.
     """
-    table = read_table(source)
+    file = opened(source)
+    table = read_table(file)
     table.require(*_NORMAL, what="directions")
-    return _unit_vectors(table, _NORMAL, "normal")
+    with file.named_in_errors(table.lines):
+        return checked_unit(table.numbers(*_NORMAL), "normals")
 
 
 def write_touches(path: str | Path, touches: Touches) -> None:
@@ -159,60 +168,36 @@ def write_touches(path: str | Path, touches: Touches) -> None:
     write_table(path, columns)
 
 
-def _targets(table: CsvTable, surface: Surface | Part | None, approach: str) -> Targets:
-    table.require(*_NORMAL, what="targets")
-    normals = _unit_vectors(table, _NORMAL, "normal")
-    approaches = None
-    if approach == "file":
-        table.require(*_APPROACH, what="targets with approaches of their own")
-        approaches = _unit_vectors(table, _APPROACH, "approach")
-    elif approach != "normal":
-        raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
-    if table.has(*_NOMINAL):
-        points = table.numbers(*_NOMINAL)
-    elif isinstance(surface, Sphere) and not table.has(*_POSITION):
-        points = np.asarray(surface.center) + surface.radius * normals
-    else:
-        table.require(*_POSITION, what="targets")
-        points = table.numbers(*_POSITION)
-    glancing = glancing_rows(-normals if approaches is None else approaches, normals)
-    if len(glancing):
-        raise InputError(
-            "the approach moves away from the surface or along it; it must point against the "
-            "normal",
-            path=table.path,
-            line=table.lines[int(glancing[0])],
+def _targets(
+    file: SourceFile, table: CsvTable, surface: Surface | Part | None, *, own_approaches: bool
+) -> Targets:
+    normals = table.numbers(*_NORMAL)
+    with file.named_in_errors(table.lines):
+        return Targets(
+            points=_points(table, normals, surface),
+            normals=normals,
+            approaches=table.numbers(*_APPROACH) if own_approaches else None,
+            labels=_labels(table),
         )
-    return Targets(points, normals, approaches, _labels(table))
+
+
+def _points(table: CsvTable, normals: FloatArray, surface: Surface | Part | None) -> FloatArray:
+    """Points of targets: nominal points, or else positions, or else those of a sphere."""
+    if table.has(*_NOMINAL):
+        return table.numbers(*_NOMINAL)
+    if isinstance(surface, Sphere) and not table.has(*_POSITION):
+        return np.asarray(surface.center) + surface.radius * normals
+    table.require(*_POSITION, what="targets")
+    return table.numbers(*_POSITION)
 
 
 def _labels(table: CsvTable) -> tuple[str, ...] | None:
     return table.columns["label"] if table.has("label") else None
 
 
-def _unit_vectors(table: CsvTable, names: tuple[str, ...], what: str) -> FloatArray:
-    vectors = table.numbers(*names)
-    length = np.linalg.norm(vectors, axis=1)
-    bad = np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)
-    if len(bad):
-        row = int(bad[0])
-        zero = length[row] == 0.0
-        raise InputError(
-            f"the {what} ({', '.join(table.columns[n][row] for n in names)}) "
-            + ("is zero" if zero else f"has length {length[row]:.6g}")
-            + f"; {', '.join(names)} must be a unit vector"
-            + (f" ({len(bad)} rows are not)" if len(bad) > 1 else ""),
-            path=table.path,
-            line=table.lines[row],
-        )
-    return vectors
-
-
-def _optional_vectors(
-    table: CsvTable, names: tuple[str, ...], what: str, *, unit: bool
-) -> FloatArray | None:
-    there = [name for name in names if table.has(name)]
-    if not there:
+def _optional_vectors(table: CsvTable, names: tuple[str, ...]) -> FloatArray | None:
+    stated = [name for name in names if table.has(name)]
+    if not stated:
         return None
-    table.require(*names, what=f"touches with {there[0]}")
-    return _unit_vectors(table, names, what) if unit else table.numbers(*names)
+    table.require(*names, what=f"touches with {stated[0]}")
+    return table.numbers(*names)

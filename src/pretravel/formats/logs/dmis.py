@@ -139,14 +139,15 @@ def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
     nominal_points: FloatArray | None = None
     if all(label in output.nominal for label in labels):
         nominal_points = scale * np.array([output.nominal[label][:3] for label in labels])
-    with file.named_in_errors():
+    lines = tuple(output.lines.values())
+    with file.named_in_errors(lines):
         return Touches(
             positions=scale * table[:, :3] + radius_taken_off * normals,
             normals=normals,
             labels=labels,
             nominal_points=nominal_points,
             source=file.name,
-            lines=tuple(output.lines.values()),
+            lines=lines,
         )
 
 

@@ -195,14 +195,15 @@ def _check_labels(file: SourceFile, points: list[_Measured]) -> None:
 
 
 def _touches(file: SourceFile, points: list[_Measured]) -> Touches:
-    with file.named_in_errors():
+    lines = tuple(point.line for point in points)
+    with file.named_in_errors(lines):
         return Touches(
             positions=np.array([point.center for point in points]),
             normals=np.array([point.normal for point in points]),
             labels=tuple(point.label for point in points),
             nominal_points=np.array([point.nominal for point in points]),
             source=file.name,
-            lines=tuple(point.line for point in points),
+            lines=lines,
         )
 
 

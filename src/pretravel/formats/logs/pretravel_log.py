@@ -160,7 +160,7 @@ class _Log:
             raise self.file.error(f"the log contains no touch{missed}")
         scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in self.columns[1:]]
         table = np.array(list(self.touched.values())) * np.array(scales)
-        with self.file.named_in_errors():
+        with self.file.named_in_errors(self.lines):
             touches = Touches(
                 positions=table[:, 0:3],
                 normals=table[:, 3:6],
