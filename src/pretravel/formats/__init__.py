@@ -1,1 +1,1 @@
-"""One file per file format read or written."""
+"""Files that are read and written, one module for each format."""

@@ -18,7 +18,7 @@ from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.whole_file import whole_file
 
 SIGNIFICANT_DIGITS = 12
-"""Of the numbers that are written; the files' description asks for at least nine."""
+"""Of the numbers that are written."""
 
 
 @dataclass(frozen=True)

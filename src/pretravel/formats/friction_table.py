@@ -1,4 +1,4 @@
-"""Touches with seat friction as a table, one row per step."""
+"""Touches with seat friction as a table: one row per step."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from pretravel.units import DEGREE, MICROMETRE
 
 
 def friction_table(cycle: FrictionCycle) -> dict[str, npt.ArrayLike]:
-    """Every step of every cycle, direction by direction.
+    """Every step of every cycle, for one direction after the other.
 
     Returns
     -------
     mapping of str to values
-        polar_deg, azimuth_deg, cycle, loading (1 out, 0 back), deflection_um, force_N, tip
-        displacement x_um, y_um, z_um, and for each seat ``reaction_*_N`` and ``friction_*_N``.
+        polar_deg, azimuth_deg, cycle, loading (1 during loading, 0 during unloading),
+        deflection_um, force_N; displacement of the tip x_um, y_um, z_um; for each seat
+        ``reaction_*_N`` and ``friction_*_N``.
     """
     n, t = cycle.force.shape
     polar = np.round(polar_angle(cycle.directions) / DEGREE, 10)

@@ -12,10 +12,9 @@ if TYPE_CHECKING:
 
 
 def write_dataset(path: str | Path, dataset: xr.Dataset) -> None:
-    """Write a dataset, whole or not at all.
+    """Write a dataset. An error leaves no partial file.
 
-    The file is made in memory first: HDF5 takes the process down with it when a
-    disk runs full under its hands.
+    The content is made in memory first, because HDF5 ends the process when a disk is full.
 
     Parameters
     ----------

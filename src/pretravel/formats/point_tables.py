@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def points_table(points: Points) -> dict[str, npt.ArrayLike]:
-    """The columns of the contract, one row per touch.
+    """Compensated points as columns, one row per touch.
 
     Returns
     -------
     mapping of str to (n,) values
-        label, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um, and deviation_um
-        where there is a nominal.
+        label, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um; deviation_um where there is a
+        nominal surface.
     """
     columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
     columns |= {f"{axis}_mm": points.positions[:, i] for i, axis in enumerate("xyz")}
@@ -34,7 +34,7 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
 
 
 def points_dataset(points: Points) -> xr.Dataset:
-    """Points as a labelled dataset, with the 3 x 3 covariance of each.
+    """Compensated points as a labelled dataset, with the 3 x 3 covariance of each point.
 
     Returns
     -------

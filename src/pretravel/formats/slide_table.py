@@ -1,4 +1,4 @@
-"""One touch step by step as a table, one row per step."""
+"""One touch, step by step, as a table: one row per step."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pretravel.probing.slide_history import SlideHistory
 
 
 def slide_table(history: SlideHistory) -> dict[str, npt.ArrayLike]:
-    """The columns of the contract, and the seats' reactions.
+    """The steps of a touch as columns, with the reactions of the seats.
 
     Returns
     -------
     mapping of str to (k,) values
-        step, feed_mm, deflection_mm; spindle point Px…, tip centre Cx… and contact Tx… in
-        mm; normal nx…; force_N and reaction_*_N, empty once it has triggered; triggered (0, 1).
+        step, feed_mm, deflection_mm; spindle point Px…, tip centre Cx… and contact point Tx… in
+        mm; normal nx…; force_N and reaction_*_N, empty after the trigger; triggered (0 or 1).
     """
     columns: dict[str, npt.ArrayLike] = {
         "step": history.step,

@@ -1,4 +1,4 @@
-"""A probe at the trigger as VTU, for ParaView; written by meshio."""
+"""A probe at the trigger as a VTU file for ParaView, written by meshio."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pretravel.whole_file import whole_file
 
 
 def write_vtu(path: str | Path, field: TriggerField) -> None:
-    """Write mesh, displacement, stress and interface forces.
+    """Write the mesh, displacements, stresses and interface forces.
 
     Parameters
     ----------
@@ -21,9 +21,10 @@ def write_vtu(path: str | Path, field: TriggerField) -> None:
 
     Notes
     -----
-    Point data: ``displacement_um`` (from rest to trigger), ``force_N`` (on eight extra
-    points: seats, tip, spring). Cell data: ``von_mises_MPa`` and ``von_mises_rest_MPa``,
-    ``region`` (index, in the order of the mesh), ``quality``. Coordinates in mm.
+    Point data: ``displacement_um`` (from rest to trigger) and ``force_N`` (on eight additional
+    points: seats, tip, spring). Cell data: ``von_mises_MPa`` at the trigger and
+    ``von_mises_rest_MPa`` at rest, ``region`` (index in the order of the mesh), ``quality``.
+    Coordinates are in mm.
     """
     import meshio
 

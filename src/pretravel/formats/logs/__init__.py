@@ -1,1 +1,1 @@
-"""What controls and inspection programs write of touches, one file per format."""
+"""Files that controls, CMMs and CAM systems write about touches, one module for each format."""
