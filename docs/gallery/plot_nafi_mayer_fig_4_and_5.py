@@ -14,7 +14,7 @@ from published import PICTURES
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.laboratory.multi_step_readings import RepeatedPair
 from pretravel.laboratory.separation import Separation, separate
-from pretravel.report.laboratory_pictures import plot_separation
+from pretravel.report.separation_report import plot_separation
 from pretravel.report.style import save
 
 READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"

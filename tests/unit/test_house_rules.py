@@ -24,14 +24,12 @@ LONG_FUNCTIONS = {
     "model/fem/geometry.py:described_parts",
     "qualification/qualification.py:qualify",
     "qualification/verification.py:verify",
-    "report/certificate.py:write_certificate",
     "trigger/friction.py:_newton",
     "trigger/friction.py:_run",
 }
 MANY_PARAMETERS = {
     "compensation/point_errors.py:sphere_by_trials",
     "qualification/qualification.py:qualify",
-    "report/certificate.py:write_certificate",
     "trigger/friction.py:_locate",
 }
 SHARED_NAMES = {
@@ -49,8 +47,6 @@ SHARED_NAMES = {
     "Picture": "",
     "Place": "",
     "REPEATABILITY": "",
-    "Value": "",
-    "certificate": "",
 }
 FLAGS_IN_MESSAGES = {
     "controls/lookup.py",
@@ -62,8 +58,6 @@ FLAGS_IN_MESSAGES = {
     "qualification/qualification.py",
     "qualification/verification.py",
     "qualification/wozniak.py",
-    "report/controls_words.py",
-    "report/demonstration.py",
 }
 
 

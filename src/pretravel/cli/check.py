@@ -8,13 +8,13 @@ import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Diameter, Picture, ProbeAxis
+from pretravel.cli.options import Diameter, Picture, ProbeAxis, Verbose
+from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.laboratory.standard_check import StandardCheck
-    from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.touches import Touches
+    from pretravel.report.document import Document
 
 
 def _standards() -> list[str]:
@@ -76,6 +76,7 @@ def check(
         Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
@@ -83,12 +84,13 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
+    from pretravel.compensation.compensation import apply
+    from pretravel.compensation.measured_sphere import measured_sphere
     from pretravel.formats.map_file import read_map
     from pretravel.formats.readings import read_readings
     from pretravel.laboratory.standard_check import CalibratedSphere
     from pretravel.laboratory.standards import CHECKS
-    from pretravel.report.laboratory_pictures import plot_check
-    from pretravel.report.laboratory_words import standard_report
+    from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [touches, map_file])
@@ -106,22 +108,24 @@ def check(
         axis=axis,
         limits=limits,
     )
-    report = standard_report(result)
-    if output is not None:
-        _write(output, result, f"pretravel check {standard}: {touches.name}", report)
-    if plot is not None:
-        from pretravel.report.style import save
-
-        save(plot_check(result, f"{touches.name}: {result.standard}"), plot)
-    if pretravel_map is not None:
-        report += _compensated_sphere(measured, pretravel_map)
-    typer.echo(report)
+    warnings = []
     if limits and not (u_diameter or sphere_form):
-        typer.echo(
-            "Warning: without --u-diameter and --sphere-form the reference is taken as perfect, "
-            "and verdicts have no uncertainty zone",
-            err=True,
+        warnings.append(
+            "without --u-diameter and --sphere-form the reference is taken as perfect, and "
+            "verdicts have no uncertainty zone"
         )
+    report = standards_document(
+        result,
+        touches_name=touches.name,
+        sphere=None
+        if pretravel_map is None
+        else measured_sphere(measured, apply(measured, pretravel_map), pretravel_map),
+        warnings=warnings,
+    )
+    if output is not None:
+        _write(output, result, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)
 
 
 def _limits(
@@ -148,7 +152,7 @@ def _refuse_other_options(standard: str, limits: Mapping[str, float], u_diameter
         raise PretravelError("--size-limit and --u-diameter are only for iso10360-5")
 
 
-def _write(output: Path, result: StandardCheck, title: str, report: str) -> None:
+def _write(output: Path, result: StandardCheck, report: Document) -> None:
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.standard_figures import standard_json, standard_table
     from pretravel.whole_file import write_json
@@ -159,21 +163,9 @@ def _write(output: Path, result: StandardCheck, title: str, report: str) -> None
     elif ending == ".json":
         write_json(output, standard_json(result))
     else:
-        from pretravel.report.laboratory_pictures import plot_check
-        from pretravel.report.page import write_text_page
+        from pretravel.report.page import write_page
 
-        write_text_page(output, title, [("Result", report)], {"Residuals": plot_check(result)})
-
-
-def _compensated_sphere(measured: Touches, pretravel_map: PretravelMap) -> str:
-    """Report of the sphere through all touches, compensated."""
-    from pretravel.compensation.compensation import apply
-    from pretravel.compensation.measured_sphere import measured_sphere
-    from pretravel.report.laboratory_words import sphere_report
-
-    points = apply(measured, pretravel_map)
-    sphere = measured_sphere(measured, points, pretravel_map)
-    return "\n\nThe sphere through all touches, compensated\n" + sphere_report(sphere)
+        write_page(output, report)
 
 
 def pattern(

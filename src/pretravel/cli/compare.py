@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Picture, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def compare(
@@ -23,6 +24,7 @@ def compare(
         Path | None, typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Compare the errors that corrections leave, from one radius to the full map.
 
@@ -36,25 +38,18 @@ def compare(
     from pretravel.compensation.comparison import compare_corrections
     from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
-    from pretravel.report.controls_words import comparison_report, comparison_table, plot_comparison
+    from pretravel.report.comparison_report import comparison_columns, comparison_document
+    from pretravel.report.page import write_page
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [map_file, part])
     with working("comparing"):
         pretravel_map = map_or_prediction(map_file)
         normals = None if part is None else read_directions(part)
         result = compare_corrections(pretravel_map, normals)
-    report = comparison_report(result)
+    report = comparison_document(result, map_name=Path(map_file).name)
     if output is not None and output.suffix.lower() in (".csv", ".json"):
-        write_table(output, comparison_table(result))
+        write_table(output, comparison_columns(result))
     elif output is not None:
-        from pretravel.report.page import write_text_page
-
-        title = f"pretravel compare: {Path(map_file).name}"
-        write_text_page(
-            output, title, [("Result", report)], {"Corrections": plot_comparison(result)}
-        )
-    if plot is not None:
-        from pretravel.report.style import save
-
-        save(plot_comparison(result, f"{Path(map_file).name}: what corrections leave"), plot)
-    typer.echo(report)
+        write_page(output, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
+from pretravel.cli.options import Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import show
 
 
 def demo(
@@ -16,13 +18,19 @@ def demo(
         Path,
         typer.Option("--output", "-o", help="Folder for the points, the pictures and the page."),
     ] = Path("demo-output"),
+    verbose: Verbose = False,
 ) -> None:
     """Qualify, compensate and compare with the example data, and write a page.
 
     Example: pretravel demo -o demo-output
     """
     from pretravel.report.demonstration import demonstrate
+    from pretravel.report.demonstration_report import write_demonstration
 
     with working("qualifying, compensating, drawing"):
-        summary = demonstrate(data, output)
-    typer.echo(summary)
+        report = write_demonstration(demonstrate(data), output)
+    show(report, verbose=verbose)
+    typer.echo(
+        f"\nLook at {(output / 'index.html').resolve()}\n"
+        "(points.csv, map.nc and the pictures are beside it)"
+    )

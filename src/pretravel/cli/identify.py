@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import ModelName, Picture
+from pretravel.cli.options import ModelName, Picture, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 
 
 def identify(
@@ -25,6 +26,7 @@ def identify(
         Path | None, typer.Option("--output", "-o", help="The identified description, .toml.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Identify quantities of a probe's description from a measured map.
 
@@ -34,7 +36,7 @@ def identify(
     from pretravel.identification.description_text import identified_description
     from pretravel.identification.probe import identify as fit
     from pretravel.probe.catalogue import load_probe, parse_probe, source_text
-    from pretravel.report.laboratory_words import identification_report
+    from pretravel.report.identification_report import identification_document
     from pretravel.whole_file import write_text
 
     check_files([(output, (".toml",)), (plot, PICTURES)], [map_file, probe])
@@ -47,11 +49,6 @@ def identify(
         text = identified_description(source_text(probe), found, map_file.name)
         parse_probe(text, str(output), output.parent)
         write_text(output, text)
-    if plot is not None:
-        from pretravel.report.laboratory_pictures import plot_identification
-        from pretravel.report.style import save
-
-        save(plot_identification(found, f"{map_file.name}, {description.name}"), plot)
-    typer.echo(identification_report(found, model))
-    for sentence in found.unknown:
-        typer.echo(f"Warning: {sentence}", err=True)
+    report = identification_document(found, model=model, map_name=map_file.name)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -2,19 +2,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Picture, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
-
-if TYPE_CHECKING:
-    from pretravel.laboratory.certificate import CalibrationCertificate
-    from pretravel.laboratory.rig import RigTrace
-    from pretravel.laboratory.rig_calibration import RigCalibration
 
 _RESULTS = (".csv", ".json", ".html")
 
@@ -63,6 +59,7 @@ def rig(
         ),
     ] = 8.0,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty.
 
@@ -78,7 +75,9 @@ def rig(
     from pretravel.laboratory.rig_calibration import calibrate_rig
     from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.rig_map import rig_map
-    from pretravel.report.laboratory_words import budget_table, rig_report
+    from pretravel.report.certificate_report import TEMPLATE, certificate_document
+    from pretravel.report.page import write_page
+    from pretravel.report.rig_report import rig_document
     from pretravel.whole_file import write_json
 
     ending = "" if output is None else output.suffix.lower()
@@ -113,24 +112,14 @@ def rig(
             else budget.name,
             temperature=temperature,
         )
-        _write_certificate(output, certificate, read)
+        write_page(output, certificate_document(certificate, read), template=TEMPLATE)
     if map_file is not None:
         write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
-    if plot is not None:
-        _save_picture(plot, calibration, read)
-    typer.echo(rig_report(calibration))
-    typer.echo(
-        "\nUncertainty of the mean pretravel of the direction touched least often:\n"
-        + budget_table(own)
-    )
-    if calibration.starts_differ:
-        typer.echo(
-            "Note: touches of one direction start at different places, so repeatability is that of "
-            "r1 - r0, not of r1 alone."
-        )
     missing = statements.missing if ending == ".html" else 0
-    for warning in [*notes, *_missing_information(missing, own_budget=budget is not None)]:
-        typer.echo(f"Warning: {warning}", err=True)
+    warnings = [*notes, *_missing_information(missing, own_budget=budget is not None)]
+    report = rig_document(calibration, own, read, warnings=warnings)
+    save_picture(report, plot)
+    show(report, verbose=verbose)
 
 
 def _check_traces(traces: Sequence[Path]) -> None:
@@ -138,37 +127,6 @@ def _check_traces(traces: Sequence[Path]) -> None:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
         raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
-
-
-def _write_certificate(
-    output: Path, certificate: CalibrationCertificate, traces: Sequence[RigTrace]
-) -> None:
-    """Write a certificate with the picture of the calibration and that of a median touch."""
-    import numpy as np
-
-    from pretravel.report.certificate import write_certificate
-    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
-
-    calibration = certificate.calibration
-    touches = calibration.touches
-    median = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
-    figures = {
-        "Pretravel, its repeatability and hysteresis over the directions": plot_rig(calibration),
-        f"One touch: {touches[median].trace}": plot_trace(traces[median], touches[median]),
-    }
-    write_certificate(output, certificate, figures)
-
-
-def _save_picture(path: Path, calibration: RigCalibration, traces: Sequence[RigTrace]) -> None:
-    """Draw the calibration, or the trace where there is only one."""
-    from pretravel.report.laboratory_pictures import plot_rig, plot_trace
-    from pretravel.report.style import save
-
-    touches = calibration.touches
-    if len(touches) > 1:
-        save(plot_rig(calibration, f"{len(touches)} touches on the rig"), path)
-    else:
-        save(plot_trace(traces[0], touches[0]), path)
 
 
 def _missing_information(fields: int, *, own_budget: bool) -> Iterator[str]:

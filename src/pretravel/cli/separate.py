@@ -7,12 +7,14 @@ import typer
 
 from pretravel.cli.arguments import Indices, indices
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture
+from pretravel.cli.options import Picture, Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.laboratory.separation import Separation
+    from pretravel.report.document import Document
 
 
 def separate(
@@ -47,6 +49,7 @@ def separate(
         Path | None, typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Separate the errors and variances of machine and probe, from multi-step readings.
 
@@ -57,8 +60,7 @@ def separate(
     from pretravel.formats.separation_csv import read_multi_step_readings
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import separate as separated
-    from pretravel.report.laboratory_pictures import plot_separation
-    from pretravel.report.laboratory_words import separation_report
+    from pretravel.report.separation_report import separation_document
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [readings])
@@ -70,30 +72,14 @@ def separate(
     measured = read_multi_step_readings(readings)
     with working(f"separating {len(measured)} readings"):
         result = separated(measured, method=method, repeated=repeated)
-    pairs = [_pair_report(result, pair) for pair in pair_of or []]
-    report = "\n".join([separation_report(result), *([""] if pairs else []), *pairs])
+    report = separation_document(result, readings_name=readings.name, pairs=pair_of or [])
     if output is not None:
-        _write(output, result, f"pretravel separate: {readings.name}", report)
-    if plot is not None:
-        from pretravel.report.style import save
-
-        save(plot_separation(result, f"{readings.name}: machine and probe"), plot)
-    typer.echo(report)
+        _write(output, result, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)
 
 
-def _pair_report(result: Separation, pair: Indices) -> str:
-    from pretravel.units import MICROMETRE
-
-    square = MICROMETRE**2
-    variance, u = result.pair_variance(*pair)
-    low, high = result.pair_interval(*pair)
-    return (
-        f"pair ({pair.machine}, {pair.probe}): variance {variance / square:.4f} µm², u = "
-        f"{u / square:.4f} µm², 95 % interval {low / square:.4f} to {high / square:.4f} µm²"
-    )
-
-
-def _write(output: Path, result: Separation, title: str, report: str) -> None:
+def _write(output: Path, result: Separation, report: Document) -> None:
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.separation_csv import separation_json, separation_table
     from pretravel.whole_file import write_json
@@ -104,11 +90,9 @@ def _write(output: Path, result: Separation, title: str, report: str) -> None:
     elif ending == ".json":
         write_json(output, separation_json(result))
     else:
-        from pretravel.report.laboratory_pictures import plot_separation
-        from pretravel.report.page import write_text_page
+        from pretravel.report.page import write_page
 
-        pictures = {"Errors and variances": plot_separation(result)}
-        write_text_page(output, title, [("Result", report)], pictures)
+        write_page(output, report)
 
 
 def separation_plan(
@@ -142,7 +126,7 @@ def separation_plan(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.separation_csv import separation_plan_table
     from pretravel.laboratory.separation_plan import plan_separation
-    from pretravel.report.laboratory_words import separation_plan_report
+    from pretravel.report.separation_report import separation_plan_document
     from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",))])
@@ -155,4 +139,4 @@ def separation_plan(
         )
     if output is not None:
         write_csv_table(output, separation_plan_table(plan))
-    typer.echo(separation_plan_report(plan))
+    show(separation_plan_document(plan), verbose=False)

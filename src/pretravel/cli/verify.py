@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Diameter, Picture
+from pretravel.cli.options import Diameter, Picture, Verbose
+from pretravel.cli.showing import save_picture, show
 
 CHANGED = 1
 """Exit code for scripts when the probe has changed; 2 is an error."""
@@ -39,6 +40,7 @@ def verify(
         Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Test whether a probe has changed since its qualification. Exit code 0: no; 1: yes.
 
@@ -53,11 +55,8 @@ def verify(
     from pretravel.formats.probe_history import add_verification, read_history
     from pretravel.formats.readings import read_readings
     from pretravel.qualification.verification import verify as verify_probe
-    from pretravel.report.controls_words import (
-        plot_verification,
-        verification_document,
-        verification_report,
-    )
+    from pretravel.report.page import write_page
+    from pretravel.report.verification_report import verification_document, verification_values
     from pretravel.whole_file import whole_file
 
     check_files(
@@ -93,24 +92,21 @@ def verify(
             decision=decision,
         )
         entries = read_history(history)
-    report = verification_report(result, decision)
+    report = verification_document(
+        result,
+        decision,
+        title=f"{touches.name} against {map_file.name}",
+        entries=entries,
+        warnings=readings.notes(),
+    )
     if output is not None and output.suffix.lower() == ".json":
         with whole_file(output) as temporary:
-            document = verification_document(result, decision)
-            temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
+            values = verification_values(result, decision)
+            temporary.write_text(json.dumps(values, indent=1), encoding="utf-8")
     elif output is not None:
-        from pretravel.report.page import write_text_page
-
-        title = f"pretravel verify: {touches.name} against {map_file.name}"
-        figures = {"Differences, and the control chart": plot_verification(result, entries)}
-        write_text_page(output, title, [("Result", report)], figures)
-    if plot is not None:
-        from pretravel.report.style import save
-
-        save(plot_verification(result, entries, f"{touches.name} against {map_file.name}"), plot)
-    typer.echo(report)
-    for note in [*readings.notes(), *result.warnings]:
-        typer.echo(f"Warning: {note}", err=True)
+        write_page(output, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)
     if result.changed:
         raise typer.Exit(CHANGED)
 
@@ -123,6 +119,7 @@ def history(
         Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html.")
     ] = None,
     plot: Picture = None,
+    verbose: Verbose = False,
 ) -> None:
     """Show the history of a probe: all verifications, as a table and a control chart.
 
@@ -130,22 +127,15 @@ def history(
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.probe_history import read_history
-    from pretravel.report.controls_words import history_report, history_table, plot_history
+    from pretravel.report.history_report import history_columns, history_document
+    from pretravel.report.page import write_page
 
     check_files([(output, (".csv", ".html")), (plot, PICTURES)], [path])
     entries = read_history(path)
-    report = history_report(entries)
+    report = history_document(entries, history_name=path.name)
     if output is not None and output.suffix.lower() == ".csv":
-        write_csv_table(output, history_table(entries))
+        write_csv_table(output, history_columns(entries))
     elif output is not None:
-        from pretravel.report.page import write_text_page
-
-        title = f"pretravel history: {path.name}"
-        write_text_page(
-            output, title, [("Verifications", report)], {"Chart": plot_history(entries)}
-        )
-    if plot is not None:
-        from pretravel.report.style import save
-
-        save(plot_history(entries, path.name), plot)
-    typer.echo(report)
+        write_page(output, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)

@@ -1,77 +1,114 @@
-"""The main job on example data: qualify, compensate, compare, and a page about it."""
+"""The main job on example data: qualify, compensate, and compare the kinds of map."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray
-from pretravel.compensation.comparison import compare_corrections
-from pretravel.compensation.compensation import apply
-from pretravel.directions import azimuth_angle, from_angles
-from pretravel.errors import InputError, PretravelError
+from pretravel.compensation.comparison import Comparison, compare_corrections
+from pretravel.compensation.compensation import Points, apply
+from pretravel.directions import from_angles
+from pretravel.errors import InputError
 from pretravel.formats.csv_table import read_csv_table
-from pretravel.formats.map_file import write_map
-from pretravel.formats.points import write_points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_choice import distances_from_reference
 from pretravel.identification.kinds import KINDS, qualify
 from pretravel.qualification.qualification import Qualification
-from pretravel.report.controls_words import comparison_report, plot_comparison
-from pretravel.report.page import write_text_page
-from pretravel.report.points_report import plot_points, points_document
-from pretravel.report.qualification_report import plot_qualification, qualification_document
-from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save
-from pretravel.report.terminal import terminal_text
-from pretravel.report.words import table
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SPHERE_DIAMETER = 24.9987
 TIP_DIAMETER = 6.0
 RING_DIAMETER = 50.0
 """Of the KP-3's ring gauge: not published, and without influence on the map. [mm]"""
-
-_READ_SPHERE = """\
-All numbers are root mean squares in µm; a single touch repeats to {noise}.
-Fitted: what is left, on the sphere, of the touches that made the map.
-Left out: what is predicted wrongly, on the sphere, in directions that the map was not shown (a
-fifth of them at a time). A sector table needs all its directions, so none can be left out.
-On the part: difference to the physical map at the part's 140 points, a shift of the whole part
-taken off; it shows what the other kinds would cost there. The physical map's own error is not in
-it: that is u_um in points.csv. The part's true form is not known here; its deviation from the
-nominal is deviation_um. "Not compensated" takes off the tip radius alone, so the mean pretravel is
-in its 16 µm."""
-_READ_RING = """\
-Real data: 72 directions, each read once off a published picture, to ±0.5 µm, the ring's centring
-still in it. Fitted: every second direction, then the others; left out: the directions not shown.
-The centring is fitted along. Neighbouring directions differ by about as much as the best kinds
-leave."""
-
-_CAPTIONS = {
-    "qualification.png": "The probe on its reference sphere: pretravel seen from the spindle with "
-    "the touched directions, over azimuth at four polar angles with the touches, and what is left.",
-    "points.png": "The part: deviation from its nominal, pretravel taken off, uncertainty.",
-    "compare.png": "What today's corrections would leave of this probe: over the azimuth on "
-    "the equator, and the largest error over directions and on the part.",
-    "kp3_ring.png": "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and what each kind "
-    "of map leaves when it is fitted to all directions.",
-}
-KIND_NAMES = {
-    "mean": "mean radius",
-    "sectors": "sector table",
-    "wozniak": "Woźniak's constant",
-    "harmonic": "harmonic map",
-    "physical": "six-seat probe",
-}
 BEST = "physical"
 """The kind of map that the demonstration compensates the part with."""
+
+
+@dataclass(frozen=True)
+class KindErrors:
+    """Root mean square errors of a kind of map. [mm]
+
+    Attributes
+    ----------
+    kind : str
+        Empty: without compensation.
+    fitted : float
+        Of the touches that the map was made from.
+    left_out : float
+        Of touches in directions that were left out; not a number where none can be.
+    on_part : float
+        Difference to the map of kind `BEST` on the part; not a number without a part.
+    """
+
+    kind: str
+    fitted: float
+    left_out: float
+    on_part: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """The results of the main job on the example data.
+
+    Attributes
+    ----------
+    qualification : Qualification
+        Of kind `BEST`, on the sphere.
+    points : Points
+        Of the part.
+    comparison : Comparison
+        Of the corrections of controls.
+    sphere_errors : tuple of KindErrors
+    ring_errors : tuple of KindErrors
+    ring_maps : mapping of kind to Qualification
+        Of all touches in the ring.
+    """
+
+    qualification: Qualification
+    points: Points
+    comparison: Comparison
+    sphere_errors: tuple[KindErrors, ...]
+    ring_errors: tuple[KindErrors, ...]
+    ring_maps: Mapping[str, Qualification]
+
+
+def demonstrate(data: Path) -> Demonstration:
+    """Qualify on the sphere, compensate the part, compare the kinds of map.
+
+    Parameters
+    ----------
+    data : Path
+        Folder with sphere_touches.csv, part_touches.csv and kp3_ring.csv.
+
+    Returns
+    -------
+    Demonstration
+
+    Raises
+    ------
+    InputError
+        Data that are missing or wrong.
+    """
+    if not data.is_dir():
+        raise InputError("there is no such folder; it is examples/data of the sources", path=data)
+    sphere = read_touches(data / "sphere_touches.csv")
+    part = read_touches(data / "part_touches.csv")
+    ring = _read_ring(data / "kp3_ring.csv")
+    best = _qualified(sphere, BEST)
+    return Demonstration(
+        qualification=best,
+        points=apply(part, best.pretravel_map),
+        comparison=compare_corrections(best.pretravel_map, part.normals),
+        sphere_errors=_sphere_errors(sphere, part, best),
+        ring_errors=_ring_errors(ring),
+        ring_maps={kind: _qualified(ring, kind, ring=True) for kind in KINDS},
+    )
 
 
 def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
@@ -98,24 +135,17 @@ def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
 
 
 def left_out_errors(
-    touches: Touches,
-    shown: Sequence[BoolArray],
-    diameter: float,
-    kind: str,
-    *,
-    ring: bool = False,
+    touches: Touches, shown: Sequence[BoolArray], kind: str, *, ring: bool = False
 ) -> FloatArray:
-    """Errors of a kind of map in directions that it was not shown.
+    """Errors of a kind of map in directions that were left out of its fit.
 
     Parameters
     ----------
     touches : Touches
-        On a reference sphere or ring.
+        On the reference sphere or ring.
     shown : sequence of (n,) bool
         For each trial, the touches that the map is made from; the others are
-        predicted, about the centre that goes with the map.
-    diameter : float
-        [mm]
+        predicted, about the centre that belongs to the map.
     kind : str
     ring : bool
 
@@ -126,127 +156,60 @@ def left_out_errors(
     """
     errors = []
     for mask in shown:
-        made = qualify(
-            touches.take(mask),
-            diameter,
-            kind=kind,
-            ring=ring,
-            tip_diameter=TIP_DIAMETER,
-            search_outliers=False,
-        )
+        made = _qualified(touches.take(mask), kind, ring=ring, search_outliers=False)
         distance, _ = distances_from_reference(made, touches.take(~mask))
-        errors.append(-distance if not ring else distance)
+        errors.append(distance if ring else -distance)
     return np.concatenate(errors)
 
 
-def demonstrate(data: Path, output: Path) -> str:
-    """Qualify on the sphere, compensate the part, compare kinds, draw, write a page.
-
-    Parameters
-    ----------
-    data : Path
-        Folder with sphere_touches.csv, part_touches.csv and kp3_ring.csv.
-    output : Path
-        Folder; made if it is not there.
-
-    Returns
-    -------
-    str
-        What was found, as text.
-
-    Raises
-    ------
-    InputError
-        Data that are missing or wrong.
-    """
-    if not data.is_dir():
-        raise InputError(
-            "there is no such folder; run this where examples/data is, or say --data", path=data
-        )
-    sphere = read_touches(data / "sphere_touches.csv")
-    part = read_touches(data / "part_touches.csv")
-    ring = _read_ring(data / "kp3_ring.csv")
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
-
-    best = qualify(sphere, SPHERE_DIAMETER, tip_diameter=TIP_DIAMETER, kind=BEST)
-    points = apply(part, best.pretravel_map)
-    compared = compare_corrections(best.pretravel_map, part.normals)
-    write_map(output / "map.nc", best.pretravel_map)
-    write_points(output / "points.csv", points)
-    pictures = {
-        "qualification.png": plot_qualification(best, "Reference sphere, six-seat probe fitted"),
-        "points.png": plot_points(points, "The part, compensated"),
-        "compare.png": plot_comparison(compared, "What corrections of today's controls leave"),
-        "kp3_ring.png": _ring_picture(ring),
-    }
-    for name, figure in pictures.items():
-        save(figure, output / name)
-
-    noise = f"{best.repeatability / MICROMETRE:.2f}"
-    sections = [
-        (
-            "The probe, qualified on the sphere",
-            terminal_text(qualification_document(best), verbose=True),
-        ),
-        ("The part, compensated", terminal_text(points_document(points), verbose=True)),
-        ("What each kind of map leaves, in µm", _sphere_and_part(sphere, part, best)),
-        ("", _READ_SPHERE.format(noise=noise)),
-        ("What today's corrections would leave of this probe", comparison_report(compared)),
-        ("A Centroid KP-3 in a ring gauge (real), in µm", _ring_table(ring)),
-        ("", _READ_RING),
-    ]
-    write_text_page(
-        output / "index.html",
-        "pretravel: from touches to compensated points",
-        sections,
-        {_CAPTIONS[name]: figure for name, figure in pictures.items()},
-        files=("points.csv", "map.nc", *pictures),
-    )
-    text = "\n\n".join(f"{title}\n{body}".lstrip() for title, body in sections)
-    return (
-        f"{text}\n\nLook at {(output / 'index.html').resolve()}\n"
-        "(points.csv, map.nc and the pictures are beside it)"
+def _qualified(
+    touches: Touches, kind: str, *, ring: bool = False, search_outliers: bool = True
+) -> Qualification:
+    return qualify(
+        touches,
+        RING_DIAMETER if ring else SPHERE_DIAMETER,
+        kind=kind,
+        ring=ring,
+        tip_diameter=TIP_DIAMETER,
+        search_outliers=search_outliers,
     )
 
 
-def _rms(values: FloatArray) -> str:
-    return f"{float(np.sqrt(np.mean(values**2))) / MICROMETRE:.2f}"
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _without_shift(values: FloatArray, normals: FloatArray) -> FloatArray:
-    """Errors along normals less what a rigid translation explains of them."""
+    """Errors along normals less the part of them that a rigid translation explains."""
     shift = np.linalg.lstsq(normals, values, rcond=None)[0]
     return np.asarray(values - normals @ shift)
 
 
-def _sphere_and_part(sphere: Touches, part: Touches, best: Qualification) -> str:
-    made = {
-        kind: best
-        if kind == BEST
-        else qualify(sphere, SPHERE_DIAMETER, kind=kind, tip_diameter=TIP_DIAMETER)
-        for kind in KINDS
-    }
-    groups = best.groups
-    shown = [groups % 5 != fold for fold in range(5)]
+def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple[KindErrors, ...]:
+    """Errors on the sphere and on the part: without compensation, then kind by kind."""
+    shown = [best.groups % 5 != fold for fold in range(5)]
     reference = best.pretravel_map.pretravel(part.normals)
-    observed = made["mean"].observed
-    rows = [["not compensated", _rms(observed), "", _rms(_without_shift(reference, part.normals))]]
+    made = {kind: best if kind == BEST else _qualified(sphere, kind) for kind in KINDS}
+    on_part = _rms(_without_shift(reference, part.normals))
+    errors = [KindErrors("", _rms(made["mean"].observed), math.nan, on_part)]
     for kind, result in made.items():
         difference = result.pretravel_map.pretravel(part.normals) - reference
-        rows.append(
-            [
-                KIND_NAMES[kind],
-                _rms(result.residuals),
-                ""
-                if kind == "sectors"
-                else _rms(left_out_errors(sphere, shown, SPHERE_DIAMETER, kind)),
-                _rms(_without_shift(difference, part.normals)),
-            ]
-        )
-    return table(["", "fitted", "left out", "on the part"], rows)
+        # A table of sectors needs all its directions.
+        left_out = math.nan if kind == "sectors" else _rms(left_out_errors(sphere, shown, kind))
+        on_part = _rms(_without_shift(difference, part.normals))
+        errors.append(KindErrors(kind, _rms(result.residuals), left_out, on_part))
+    return tuple(errors)
+
+
+def _ring_errors(ring: Touches) -> tuple[KindErrors, ...]:
+    """Errors in the ring: every second direction is fitted, then the others."""
+    even = np.arange(len(ring)) % 2 == 0
+    errors = []
+    for kind in KINDS:
+        fitted = [_qualified(ring.take(half), kind, ring=True).residuals for half in (even, ~even)]
+        left_out = left_out_errors(ring, [even, ~even], kind, ring=True)
+        errors.append(KindErrors(kind, _rms(np.concatenate(fitted)), _rms(left_out)))
+    return tuple(errors)
 
 
 def _read_ring(path: Path) -> Touches:
@@ -254,81 +217,3 @@ def _read_ring(path: Path) -> Touches:
     rows.require("azimuth_deg", "pretravel_um", what="the ring table")
     values = rows.numbers("azimuth_deg", "pretravel_um")
     return ring_touches(values[:, 0] * DEGREE, values[:, 1] * MICROMETRE)
-
-
-def _ring_table(ring: Touches) -> str:
-    even = np.arange(len(ring)) % 2 == 0
-    rows = []
-    for kind in KINDS:
-        fitted = [
-            qualify(
-                ring.take(half), RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER
-            ).residuals
-            for half in (even, ~even)
-        ]
-        left_out = left_out_errors(ring, [even, ~even], RING_DIAMETER, kind, ring=True)
-        rows.append([KIND_NAMES[kind], _rms(np.concatenate(fitted)), _rms(left_out)])
-    return table(["", "fitted", "left out"], rows)
-
-
-def _ring_picture(ring: Touches) -> Figure:
-    made = {
-        kind: qualify(ring, RING_DIAMETER, kind=kind, ring=True, tip_diameter=TIP_DIAMETER)
-        for kind in KINDS
-    }
-    first = made["mean"]
-    return plot_ring_kinds(
-        azimuth_angle(-first.contact_normals),
-        first.observed,
-        {
-            # About the mean's centre, as the measured values are: each kind has its own.
-            KIND_NAMES[kind]: first.observed - result.residuals
-            for kind, result in made.items()
-        },
-        "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring taken off",
-    )
-
-
-def plot_ring_kinds(
-    azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
-) -> Figure:
-    """Pretravel on a ring and what several kinds of map make of it.
-
-    Parameters
-    ----------
-    azimuth : (n,) float
-        [rad]
-    observed : (n,) float
-        [mm]
-    kinds : mapping of str to (n,) float
-        Map values. [mm]
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(11.0, 4.8)
-    figure.suptitle(title)
-    diagram = polar_axes(figure, 1, 2, 1, "pretravel / µm")
-    order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
-    diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
-    left = figure.add_subplot(1, 2, 2)
-    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
-        diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
-        residual = (observed - values) / MICROMETRE
-        left.plot(
-            azimuth[order[:-1]] / DEGREE,
-            residual[order[:-1]],
-            color=colour,
-            lw=1.2,
-            label=f"{name}: {residual.std():.1f} µm",
-        )
-    diagram.set_ylim(bottom=0.0)
-    legend_below(diagram, 4)
-    left.axhline(0.0, color="k", lw=0.6)
-    left.set_xlabel("azimuth / °")
-    left.set_ylabel("left over / µm")
-    left.set_title("what is left (standard deviation)", fontsize=11)
-    left.legend(fontsize=8)
-    return figure

@@ -54,7 +54,7 @@ class Span:
         return Span(float(array.min()), float(array.max()))
 
 
-Value: TypeAlias = float | str | tuple[float, ...] | Span
+FigureValue: TypeAlias = float | str | tuple[float, ...] | Span
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class KeyFigure:
     """
 
     name: str
-    value: Value
+    value: FigureValue
     unit: str = ""
     digits: Digits = field(default=Digits())
     u: float | tuple[float, ...] | None = None
@@ -215,3 +215,8 @@ class Document:
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def as_section(self, heading: str) -> Section:
+        """The verdict, the key figures and the tables as a section of another document."""
+        verdict = (self.verdict,) if self.verdict else ()
+        return Section(heading, verdict, self.figures, self.tables)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pretravel.report.document import Column, Digits, KeyFigure, Span, Value
+from pretravel.report.document import Column, Digits, FigureValue, KeyFigure, Span
 
 UNKNOWN = "unknown"
 
@@ -53,7 +53,7 @@ def number_text(value: float, digits: Digits = Digits()) -> str:
     return f"{round(value, digits.count) + 0.0:{sign}.{digits.count}f}"
 
 
-def value_text(value: Value, unit: str = "", digits: Digits = Digits()) -> str:
+def value_text(value: FigureValue, unit: str = "", digits: Digits = Digits()) -> str:
     """A number, vector, range or word with its unit.
 
     >>> value_text(Span(1.0, 2.5), "µm", decimals(1)), value_text((0.0, 1.0), "mm", decimals(0))

@@ -18,7 +18,9 @@ class TestRig:
     COLUMNS = ("trace", "r0_mm", "r1_mm", "r2_mm", "r3_mm", "pretravel_um", "hysteresis_um")
 
     def test_csv(self, tmp_path: Path) -> None:
-        text = run("rig", *TRACES, "-o", tmp_path / "rig.csv", "--plot", tmp_path / "rig.png")
+        text = run(
+            "rig", *TRACES, "-o", tmp_path / "rig.csv", "--plot", tmp_path / "rig.png", "--verbose"
+        )
         found = rows(tmp_path / "rig.csv")
         assert tuple(found[0])[:7] == self.COLUMNS
         assert [row["trace"] for row in found] == [path.stem for path in TRACES]

@@ -1,0 +1,235 @@
+"""Report, pictures and files of the demonstration on example data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import azimuth_angle
+from pretravel.errors import PretravelError
+from pretravel.formats.map_file import write_map
+from pretravel.formats.points import write_points
+from pretravel.report.comparison_report import comparison_document, plot_comparison
+from pretravel.report.demonstration import BEST, Demonstration, KindErrors
+from pretravel.report.document import Column, Document, Picture, Section, Table
+from pretravel.report.formatting import value_text
+from pretravel.report.page import write_page
+from pretravel.report.points_report import plot_points, points_document
+from pretravel.report.qualification_report import plot_qualification, qualification_document
+from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+KIND_NAMES = {
+    "": "not compensated",
+    "mean": "mean radius",
+    "sectors": "sector table",
+    "wozniak": "Woźniak's constant",
+    "harmonic": "harmonic map",
+    "physical": "six-seat probe",
+}
+_SPHERE_TEXT = (
+    "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
+    (
+        "Fitted: errors on the sphere of the touches that the map was made from. Left out: errors"
+        " on the sphere in directions that were left out of the fit, a fifth of them at a time. A"
+        " sector table needs all its directions, so none can be left out."
+    ),
+    (
+        "On the part: difference to the physical map at the part's 140 points, less a shift of "
+        "the whole part; it shows the errors that the other kinds would cause there. The error of"
+        " the physical map itself is not contained in it: that is u_um in points.csv. The true "
+        'form of the part is not known here; its deviation from the nominal is deviation_um. "Not'
+        ' compensated" subtracts the tip radius alone, so the mean pretravel is contained in its '
+        "16 µm."
+    ),
+)
+_RING_TEXT = (
+    (
+        "Real data: 72 directions, each read once from a published picture, to ±0.5 µm, with the "
+        "centring of the ring still contained. Fitted: every second direction, then the others; "
+        "left out: the directions that were not fitted. The centring is fitted too. Neighbouring "
+        "directions differ by about as much as the best kinds leave."
+    ),
+)
+_RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"
+
+
+def demonstration_pictures(result: Demonstration) -> dict[str, Picture]:
+    """The pictures of a demonstration by the name of their file."""
+    return {
+        "qualification.png": Picture(
+            "The probe on its reference sphere: pretravel seen from the spindle with the touched "
+            "directions, over azimuth at four polar angles with the touches, and the residuals.",
+            lambda: plot_qualification(
+                result.qualification, "Reference sphere, six-seat probe fitted"
+            ),
+        ),
+        "points.png": Picture(
+            "The part: deviation from its nominal, pretravel, uncertainty.",
+            lambda: plot_points(result.points, "The part, compensated"),
+        ),
+        "compare.png": Picture(
+            "Errors that today's corrections would leave of this probe: over the azimuth on the "
+            "equator, and the largest error over directions and on the part.",
+            lambda: plot_comparison(
+                result.comparison, "Errors that corrections of today's controls leave"
+            ),
+        ),
+        "kp3_ring.png": Picture(
+            "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
+            "kind of map leaves when it is fitted to all directions.",
+            lambda: _ring_picture(result),
+        ),
+    }
+
+
+def demonstration_document(result: Demonstration) -> Document:
+    """The report of a demonstration.
+
+    Parameters
+    ----------
+    result : Demonstration
+
+    Returns
+    -------
+    Document
+    """
+    noise = value_text(result.qualification.repeatability / MICROMETRE)
+    error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in result.sphere_errors}
+    return Document(
+        title="pretravel: from touches to compensated points",
+        verdict=f"{len(result.points)} points compensated with the map of the {KIND_NAMES[BEST]}; "
+        f"without compensation they differ by {error['']} µm rms, with one mean radius by "
+        f"{error['mean']} µm.",
+        sections=(
+            qualification_document(result.qualification).as_section(
+                "The probe, qualified on the sphere"
+            ),
+            points_document(result.points).as_section("The part, compensated"),
+            Section(
+                "Errors that each kind of map leaves",
+                tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
+                tables=(_errors_table(result.sphere_errors, on_part=True),),
+            ),
+            comparison_document(result.comparison).as_section(
+                "Errors that today's corrections would leave of this probe"
+            ),
+            Section(
+                "A Centroid KP-3 in a ring gauge (real)",
+                _RING_TEXT,
+                tables=(_errors_table(result.ring_errors, on_part=False),),
+            ),
+        ),
+        pictures=tuple(demonstration_pictures(result).values()),
+    )
+
+
+def write_demonstration(result: Demonstration, output: Path) -> Document:
+    """Write map, points, pictures and a page about them.
+
+    Parameters
+    ----------
+    result : Demonstration
+    output : Path
+        Folder; made if it does not exist.
+
+    Returns
+    -------
+    Document
+        That the page shows.
+    """
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
+    write_map(output / "map.nc", result.qualification.pretravel_map)
+    write_points(output / "points.csv", result.points)
+    pictures = demonstration_pictures(result)
+    for name, picture in pictures.items():
+        save(picture.draw(), output / name)
+    document = demonstration_document(result)
+    write_page(output / "index.html", document, ("points.csv", "map.nc", *pictures))
+    return document
+
+
+def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
+    def column(name: str, values: Sequence[float]) -> Column:
+        return Column.of(name, [value / MICROMETRE for value in values], "µm")
+
+    columns = [
+        Column.of("kind of map", [KIND_NAMES[entry.kind] for entry in errors]),
+        column("fitted", [entry.fitted for entry in errors]),
+        column("left out", [entry.left_out for entry in errors]),
+    ]
+    if on_part:
+        columns.append(column("on the part", [entry.on_part for entry in errors]))
+    return Table(tuple(columns))
+
+
+def _ring_picture(result: Demonstration) -> Figure:
+    first = result.ring_maps["mean"]
+    return plot_ring_kinds(
+        azimuth_angle(-first.contact_normals),
+        first.observed,
+        {
+            # About the mean's centre, as the measured values are: each kind has its own.
+            KIND_NAMES[kind]: first.observed - made.residuals
+            for kind, made in result.ring_maps.items()
+        },
+        _RING_TITLE,
+    )
+
+
+def plot_ring_kinds(
+    azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
+) -> Figure:
+    """Pretravel on a ring, and several kinds of map fitted to it.
+
+    Parameters
+    ----------
+    azimuth : (n,) float
+        [rad]
+    observed : (n,) float
+        [mm]
+    kinds : mapping of str to (n,) float
+        Map values. [mm]
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(11.0, 4.8, title)
+    diagram = polar_axes(figure, 1, 2, 1, "pretravel / µm")
+    order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
+    diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
+    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
+        diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
+    diagram.set_ylim(bottom=0.0)
+    legend_below(diagram, 4)
+    _draw_errors(figure.add_subplot(1, 2, 2), azimuth, observed, kinds)
+    return figure
+
+
+def _draw_errors(
+    axes: Axes, azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray]
+) -> None:
+    """Observed less each kind of map, over the azimuth."""
+    order = np.argsort(azimuth)
+    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
+        error = (observed - values) / MICROMETRE
+        label = f"{name}: {value_text(float(error.std()), 'µm')}"
+        axes.plot(azimuth[order] / DEGREE, error[order], color=colour, lw=1.2, label=label)
+    axes.axhline(0.0, color="k", lw=0.6)
+    axes.set_xlabel("azimuth / °")
+    axes.set_ylabel("measured less map / µm")
+    axes.set_title("errors left (standard deviation)", fontsize=11)
+    axes.legend(fontsize=8)

@@ -1,0 +1,177 @@
+"""Reports and picture of a separation of machine and probe, and of a plan for one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.laboratory.separation import Separation
+from pretravel.laboratory.separation_plan import SeparationPlan
+from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
+from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.report.style import COLOURS, new_figure
+from pretravel.units import MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SQUARE = MICROMETRE**2
+
+
+def separation_document(
+    result: Separation,
+    *,
+    readings_name: str = "",
+    pairs: Sequence[tuple[int, int]] = (),
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of a separation: errors and variances of machine and probe.
+
+    Parameters
+    ----------
+    result : Separation
+    readings_name : str
+        Of the file with the readings.
+    pairs : pairs of machine and probe
+        Whose variance is wanted.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{readings_name}: machine and probe" if readings_name else "Machine and probe"
+    return Document(
+        title=title,
+        verdict=f"{len(result.residuals)} readings, method {result.method}, "
+        f"{number_text(result.dof, decimals(0))} degrees of freedom left by the systematic errors",
+        figures=(
+            *_side_figures("machine", result.machine_error, result.machine_variance),
+            *_side_figures("probe", result.probe_error, result.probe_variance),
+            *(_pair_figure(result, machine, probe) for machine, probe in pairs),
+        ),
+        tables=(_direction_table(result),),
+        pictures=(Picture("Errors and variances", lambda: plot_separation(result, title)),),
+        notes=result.notes,
+        warnings=tuple(warnings),
+    )
+
+
+def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[KeyFigure, ...]:
+    return (
+        KeyFigure(f"{side}, errors", float(np.ptp(error)) / MICROMETRE, "µm", decimals(3),
+                  remark="largest less smallest"),
+        KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
+                  remark="mean of the directions"),
+    )  # fmt: skip
+
+
+def _pair_figure(result: Separation, machine: int, probe: int) -> KeyFigure:
+    variance, u = result.pair_variance(machine, probe)
+    low, high = result.pair_interval(machine, probe)
+    return KeyFigure(
+        f"variance of pair ({machine}, {probe})",
+        variance / _SQUARE,
+        "µm²",
+        decimals(4),
+        u / _SQUARE,
+        interval=Span(low / _SQUARE, high / _SQUARE),
+    )
+
+
+def _direction_table(result: Separation) -> Table:
+    names = [
+        *(f"machine {index}" for index in result.machines),
+        *(f"probe {index}" for index in result.probes),
+    ]
+    error = np.concatenate([result.machine_error, result.probe_error])
+    u_error = np.concatenate([result.u_machine_error, result.u_probe_error])
+    variance = np.concatenate([result.machine_variance, result.probe_variance])
+    u_variance = np.concatenate([result.u_machine_variance, result.u_probe_variance])
+    return Table(
+        (
+            Column.of("direction", names),
+            Column.of("systematic", error / MICROMETRE, "µm", signed_decimals(3)),
+            Column.of("u", u_error / MICROMETRE, "µm", decimals(3)),
+            Column.of("variance", variance / _SQUARE, "µm²", decimals(4)),
+            Column.of("u of variance", u_variance / _SQUARE, "µm²", decimals(4)),
+        ),
+        title="Errors and variances by direction",
+        detail=True,
+    )
+
+
+def separation_plan_document(plan: SeparationPlan) -> Document:
+    """The report of a planned multi-step test.
+
+    Parameters
+    ----------
+    plan : SeparationPlan
+
+    Returns
+    -------
+    Document
+    """
+    turns = ", ".join(f"{360.0 * step / plan.directions:g}" for step in plan.steps)
+    u_variance = (
+        "not determined"
+        if math.isinf(plan.u_variance)
+        else value_text(100.0 * plan.u_variance, "%", decimals(0))
+    )
+    return Document(
+        title="Plan of a multi-step test",
+        verdict=f"{plan.readings} touches: {plan.directions} directions x {len(plan.steps)} "
+        f"orientations x {plan.repeats} repeats",
+        figures=(
+            KeyFigure("turn the probe to", f"{turns}°"),
+            KeyFigure("u of an error", plan.u_error / MICROMETRE, "µm", decimals(3),
+                      remark="about the mean of all errors"),
+            KeyFigure("u of a variance", u_variance,
+                      remark="" if math.isinf(plan.u_variance) else
+                      "of the variance of a direction of machine or probe"),
+        ),
+    )  # fmt: skip
+
+
+def plot_separation(result: Separation, title: str = "") -> Figure:
+    """Errors and variances of machine and probe around the circle.
+
+    Parameters
+    ----------
+    result : Separation
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(11.0, 7.5, title or "Machine and probe")
+    rows = (
+        ("machine", result.machines, result.machine_error, result.u_machine_error,
+         result.machine_variance, result.u_machine_variance, COLOURS[0]),
+        ("probe", result.probes, result.probe_error, result.u_probe_error,
+         result.probe_variance, result.u_probe_variance, COLOURS[1]),
+    )  # fmt: skip
+    for row, (name, indices, error, u_error, variance, u_variance, colour) in enumerate(rows):
+        left, right = (figure.add_subplot(2, 2, 2 * row + column) for column in (1, 2))
+        _draw_bars(left, indices, error / MICROMETRE, 2.0 * u_error / MICROMETRE, colour)
+        left.set_ylabel(f"{name}: systematic (µm)")
+        left.set_xlabel(f"{name} direction; bars: 2 u")
+        # No variance is negative, so neither is the lower end of its bar.
+        bars = [np.minimum(2.0 * u_variance, np.maximum(variance, 0.0)), 2.0 * u_variance]
+        _draw_bars(right, indices, variance / _SQUARE, np.array(bars) / _SQUARE, colour)
+        right.set_ylabel(f"{name}: variance (µm²)")
+        right.set_xlabel(f"{name} direction; bars: 2 u, cut at zero")
+    return figure
+
+
+def _draw_bars(
+    axes: Axes, indices: IntArray, values: FloatArray, bars: FloatArray, colour: str
+) -> None:
+    axes.errorbar(indices, values, bars, fmt="o-", ms=4, lw=1.0, capsize=2, color=colour)
+    axes.grid(alpha=0.3)

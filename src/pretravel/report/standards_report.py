@@ -1,0 +1,124 @@
+"""Report and picture of the figures of a standard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.compensation.measured_sphere import MeasuredSphere
+from pretravel.laboratory.standard_check import StandardCheck
+from pretravel.report.budget_report import sphere_section
+from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
+from pretravel.report.formatting import decimals
+from pretravel.report.style import COLOURS, new_figure
+from pretravel.units import MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_RECALLED = (
+    "recalled definitions are from memory of the standard and not checked against its text: "
+    "do not certify anything with them"
+)
+
+
+def standards_document(
+    check: StandardCheck,
+    *,
+    touches_name: str = "",
+    sphere: MeasuredSphere | None = None,
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of the figures of a standard.
+
+    Parameters
+    ----------
+    check : StandardCheck
+    touches_name : str
+        Of the file with the touches.
+    sphere : MeasuredSphere, optional
+        Through all touches, compensated.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{touches_name}: {check.standard}" if touches_name else check.standard
+    return Document(
+        title=title,
+        verdict=f"{check.standard}: {_verdict(check)}",
+        tables=(_figures_table(check),),
+        sections=(
+            *(() if sphere is None else (sphere_section(sphere),)),
+            Section(
+                "Definitions",
+                figures=tuple(KeyFigure(figure.name, figure.meaning) for figure in check.figures),
+                detail=True,
+            ),
+        ),
+        pictures=(Picture("Residuals", lambda: plot_check(check, title)),),
+        notes=(*check.notes, _RECALLED),
+        warnings=tuple(warnings),
+    )
+
+
+def _verdict(check: StandardCheck) -> str:
+    """The verdicts of the figures that have a limit, taken together."""
+    verdicts = {figure.verdict for figure in check.figures if figure.limit is not None}
+    if not verdicts:
+        return "no limit given"
+    for verdict in ("does not conform", "conforms"):
+        if verdict in verdicts and (verdict != "conforms" or len(verdicts) == 1):
+            return verdict
+    return "undecided within the uncertainty of the test"
+
+
+def _figures_table(check: StandardCheck) -> Table:
+    def micrometres(values: Sequence[float]) -> list[float]:
+        return [value / MICROMETRE for value in values]
+
+    figures, digits = check.figures, decimals(3)
+    limits = [math.nan if figure.limit is None else figure.limit for figure in figures]
+    return Table(
+        (
+            Column.of("figure", [figure.name for figure in figures]),
+            Column.of("value", micrometres([f.value for f in figures]), "µm", digits),
+            Column.of("u of test", micrometres([f.u_test for f in figures]), "µm", digits),
+            Column.of("limit", micrometres(limits), "µm", digits),
+            Column.of("verdict", [figure.verdict for figure in figures]),
+            Column.of("definition", [figure.status for figure in figures]),
+        ),
+        explanation="u of test: standard uncertainty of the test value from the calibration of the "
+        "reference.",
+    )
+
+
+def plot_check(check: StandardCheck, title: str = "") -> Figure:
+    """Residuals of the fitted spheres or circles, touch by touch.
+
+    Parameters
+    ----------
+    check : StandardCheck
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(9.0, 4.2)
+    axes = figure.add_subplot(1, 1, 1)
+    for k, fit in enumerate(check.sets):
+        axes.plot(np.arange(1, len(fit.residuals) + 1), fit.residuals / MICROMETRE, "o-", ms=4,
+                  lw=0.8, color=COLOURS[k % len(COLOURS)], label=f"run {k + 1}: range "
+                  f"{fit.form / MICROMETRE:.2f} µm")  # fmt: skip
+    axes.axhline(0.0, lw=0.6, color="0.4")
+    axes.set_xlabel("touch, in the pattern's order")
+    axes.set_ylabel("distance less radius (µm)")
+    axes.set_title(title or check.standard, fontsize=11)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    return figure

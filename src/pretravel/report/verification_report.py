@@ -1,0 +1,176 @@
+"""Report and picture of a verification: whether a probe has changed since it was qualified."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.formats.probe_history import Entry
+from pretravel.qualification.verification import Change, Verification
+from pretravel.report.document import Document, KeyFigure, Picture
+from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.report.history_report import draw_chart
+from pretravel.report.style import new_figure
+from pretravel.units import DEGREE, MICROMETRE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def verification_document(
+    result: Verification,
+    decision: str,
+    *,
+    title: str = "Verification",
+    entries: Sequence[Entry] = (),
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of a verification.
+
+    Parameters
+    ----------
+    result : Verification
+    decision : str
+        What was done with the map: "kept", or "accepted" and the name of the new one.
+    title : str
+        Touches and map.
+    entries : sequence of Entry
+        The history of the probe, for the control chart.
+    warnings : sequence of str
+        Beside those of the result.
+
+    Returns
+    -------
+    Document
+    """
+    verdict = "CHANGED" if result.changed else "no change"
+    keep = decision == "kept" and result.changed
+    return Document(
+        title=title,
+        verdict=f"{verdict} since it was qualified: {result.touches} touches in "
+        f"{len(result.directions)} directions, false-alarm rate "
+        f"{100.0 * result.false_alarm_rate:g} %",
+        figures=(*_change_figures(result), *_test_figures(result), KeyFigure("map", decision)),
+        pictures=(
+            Picture(
+                "Differences, and the control chart" if entries else "Differences",
+                lambda: plot_verification(result, entries, title),
+            ),
+        ),
+        notes=(
+            (
+                "check the stylus and its mount, then touch the reference again, or accept the map "
+                "of the new touches"
+            ),
+        )
+        if keep
+        else (),
+        warnings=(*warnings, *result.warnings),
+    )
+
+
+def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    def figure(name: str, change: Change, unit: str, factor: float) -> KeyFigure:
+        if not math.isfinite(change.u):
+            return KeyFigure(name, "cannot be determined from this map")
+        limit = value_text(change.detectable / factor, unit)
+        return KeyFigure(
+            name, change.value / factor, unit, signed_decimals(2), change.u / factor, "",
+            decimals(2), remark=f"{limit} would be detected in 95 of 100 verifications",
+        )  # fmt: skip
+
+    return (
+        figure("size", result.size, "µm", MICROMETRE),
+        figure("amplitude of map", result.amplitude, "%", 0.01),
+        figure("turn about axis", result.turn, "°", DEGREE),
+        KeyFigure("largest difference", result.largest / MICROMETRE, "µm"),
+    )
+
+
+def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    def p_value(p: float) -> str:
+        return "not tested without repeats" if math.isnan(p) else f"p = {p:.2g}"
+
+    tests = KeyFigure(
+        "tests",
+        f"size, amplitude, turn: {p_value(result.p_form)}; all directions: "
+        f"{p_value(result.p_map)}; repeatability: {p_value(result.p_repeatability)}",
+        detail=True,
+    )
+    if math.isnan(result.repeatability):
+        return (tests,)
+    dof = number_text(result.repeatability_dof, decimals(0))
+    return (
+        KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
+                  remark=f"{dof} degrees of freedom"),
+        tests,
+    )  # fmt: skip
+
+
+def verification_values(result: Verification, decision: str) -> dict[str, Any]:
+    """A verification as plain values for a JSON file; none where something was not tested."""
+
+    def plain(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    return {
+        "changed": result.changed,
+        "false_alarm_rate": result.false_alarm_rate,
+        "p_form": plain(result.p_form),
+        "p_map": plain(result.p_map),
+        "p_repeatability": plain(result.p_repeatability),
+        "size_um": plain(result.size.value / MICROMETRE),
+        "u_size_um": plain(result.size.u / MICROMETRE),
+        "amplitude_percent": plain(100.0 * result.amplitude.value),
+        "u_amplitude_percent": plain(100.0 * result.amplitude.u),
+        "turn_deg": plain(result.turn.value / DEGREE),
+        "u_turn_deg": plain(result.turn.u / DEGREE),
+        "repeatability_um": plain(result.repeatability / MICROMETRE),
+        "largest_difference_um": plain(result.largest / MICROMETRE),
+        "touches": result.touches,
+        "directions": len(result.directions),
+        "decision": decision,
+        "warnings": list(result.warnings),
+    }
+
+
+def plot_verification(
+    result: Verification, entries: Sequence[Entry] = (), title: str = ""
+) -> Figure:
+    """Differences by direction, and the control chart where there is a history.
+
+    Parameters
+    ----------
+    result : Verification
+    entries : sequence of Entry
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(12.0 if entries else 7.0, 5.0, title or "Verification")
+    _draw_differences(figure.add_subplot(1, 2 if entries else 1, 1), result)
+    if entries:
+        draw_chart(figure.add_subplot(2, 2, 2), figure.add_subplot(2, 2, 4), entries)
+    return figure
+
+
+def _draw_differences(axes: Axes, result: Verification) -> None:
+    """Pretravel less map over the azimuth, in the colours of the polar angle."""
+    azimuth = azimuth_angle(result.directions) / DEGREE
+    polar = polar_angle(result.directions) / DEGREE
+    difference = result.differences / MICROMETRE
+    axes.errorbar(azimuth, difference, 2.0 * result.u_differences / MICROMETRE, fmt="none",
+                  ecolor="0.7", lw=0.8, zorder=1)  # fmt: skip
+    dots = axes.scatter(azimuth, difference, c=polar, cmap="viridis", s=22, zorder=2)
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(dots, ax=axes, label="polar angle (°)")
+    axes.axhline(0.0, color="0.5", lw=0.6)
+    axes.set_xlabel("azimuth (°)")
+    axes.set_ylabel("pretravel less map (µm), ± 2 u")
+    axes.set_title("changed" if result.changed else "no change", fontsize=10)
