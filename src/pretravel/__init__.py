@@ -20,6 +20,7 @@ _PUBLIC = {
     # the two shared types
     "Touches": "touches",
     "PretravelMap": "maps.pretravel_map",
+    "Placement": "frames",
     # virtual branch
     "Probe": "probe.description",
     "load_probe": "probe.catalogue",
@@ -87,9 +88,13 @@ _PUBLIC = {
     "plan_program": "controls.program",
     "read_machine": "formats.machine_file",
     "read_readings": "formats.readings",
+    "write_readings": "formats.readings",
+    "SourceFile": "formats.source_file",
     "FileReadings": "formats.file_format",
     "ReadingOptions": "formats.file_format",
     # files
+    "read_targets": "formats.touches_csv",
+    "read_plan": "formats.touches_csv",
     "read_touches": "formats.touches_csv",
     "write_touches": "formats.touches_csv",
     "read_map": "formats.map_file",
@@ -116,10 +121,12 @@ if TYPE_CHECKING:
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.points import write_points
-    from pretravel.formats.readings import read_readings
+    from pretravel.formats.readings import read_readings, write_readings
     from pretravel.formats.rig_csv import read_rig_trace
     from pretravel.formats.separation_csv import read_multi_step_readings
-    from pretravel.formats.touches_csv import read_touches, write_touches
+    from pretravel.formats.source_file import SourceFile
+    from pretravel.formats.touches_csv import read_plan, read_targets, read_touches, write_touches
+    from pretravel.frames import Placement
     from pretravel.identification.kinds import qualify
     from pretravel.identification.probe import identify
     from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair

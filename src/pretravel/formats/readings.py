@@ -61,7 +61,7 @@ def read_readings(
 
 
 def read_directions(source: Source) -> FloatArray:
-    """Outward normals, from a file of touches or a table of normals, (n, 3).
+    r"""Outward normals, from a file of touches or a table of normals, (n, 3).
 
     Parameters
     ----------
@@ -73,6 +73,9 @@ def read_directions(source: Source) -> FloatArray:
     ------
     InputError
         As `read_readings`.
+
+    >>> read_directions(SourceFile("normals.csv", b"nx,ny,nz\n0,0,1\n")).tolist()
+    [[0.0, 0.0, 1.0]]
     """
     file = opened(source)
     known = format_of(file)
@@ -129,6 +132,12 @@ def write_readings(path: str | Path, touches: Touches, tip_radius: float | None 
     ------
     PretravelError
         No format of touches has this ending; the format needs what is not known.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "touches.qif"
+    >>> write_readings(path, Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), tip_radius=3.0)
+    >>> read_readings(path).tip_radius
+    3.0
     """
     write = written_format(path).write_touches
     assert write is not None

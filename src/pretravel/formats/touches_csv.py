@@ -68,7 +68,7 @@ def read_touches(source: Source) -> Touches:
 def read_targets(
     source: Source, surface: Surface | Part | None = None, *, approach: str = "normal"
 ) -> Targets:
-    """Targets of touches from a CSV or Parquet file.
+    r"""Targets of touches from a CSV or Parquet file.
 
     A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``) with its
     outward normal ``nx, ny, nz``. The tip approaches along the line through the point, so that a
@@ -91,6 +91,10 @@ def read_targets(
     ------
     InputError
         As `read_touches`; an approach moves away from the surface.
+
+    >>> file = SourceFile("targets.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,5,0,0,1\n")
+    >>> read_targets(file).points.tolist()
+    [[0.0, 0.0, 5.0]]
     """
     if approach not in ("normal", "file"):
         raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
@@ -103,7 +107,7 @@ def read_targets(
 
 
 def read_plan(source: Source) -> Targets:
-    """Targets that were run, with points, and along the approaches that the file has.
+    r"""Targets that were run, with points, and along the approaches that the file has.
 
     Parameters
     ----------
@@ -117,6 +121,10 @@ def read_plan(source: Source) -> Targets:
     ------
     InputError
         As `read_targets`; the file has no points.
+
+    >>> file = SourceFile("plan.csv", b"x_mm,y_mm,z_mm,nx,ny,nz,ax,ay,az\n0,0,5,0,0,1,0,0,-1\n")
+    >>> read_plan(file).approaches.tolist()
+    [[0.0, 0.0, -1.0]]
     """
     file = opened(source)
     table = read_table(file)
@@ -125,7 +133,7 @@ def read_plan(source: Source) -> Targets:
 
 
 def read_normals(source: Source) -> FloatArray:
-    """The columns nx, ny, nz of touches or targets, (n, 3).
+    r"""The columns nx, ny, nz of touches or targets, (n, 3).
 
     Parameters
     ----------
@@ -135,6 +143,9 @@ def read_normals(source: Source) -> FloatArray:
     ------
     InputError
         As `read_touches`.
+
+    >>> read_normals(SourceFile("normals.csv", b"nx,ny,nz\n0,0,1\n")).tolist()
+    [[0.0, 0.0, 1.0]]
     """
     file = opened(source)
     table = read_table(file)
@@ -150,6 +161,12 @@ def write_touches(path: str | Path, touches: Touches) -> None:
     ----------
     path : str or Path
     touches : Touches
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "touches.csv"
+    >>> write_touches(path, Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]))
+    >>> read_touches(path).positions.tolist()
+    [[0.0, 0.0, 3.0]]
     """
     columns: dict[str, npt.ArrayLike] = {}
     if touches.labels is not None:
