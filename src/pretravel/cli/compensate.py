@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, POINTS, check_files
+from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Frame, ModelName, Picture, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
@@ -66,7 +66,7 @@ def compensate(
     """
     from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.compensation import apply, compensation_warnings, placed
-    from pretravel.formats.points import write_points
+    from pretravel.formats.points import point_endings, write_points
     from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
@@ -74,7 +74,9 @@ def compensate(
     from pretravel.touches import moved, with_feed
 
     files = [] if nominal is None else source_file(nominal)
-    check_files([(output, POINTS), (plot, PICTURES)], [touches, map_file, *files])
+    check_files(
+        [(output, (*point_endings(), ".html")), (plot, PICTURES)], [touches, map_file, *files]
+    )
     placement = part_in_machine(place, frame)
     readings = read_readings(touches)
     measured = with_feed(readings.touches, feed)

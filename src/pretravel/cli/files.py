@@ -9,7 +9,6 @@ from pretravel.errors import PretravelError
 
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".nc", ".csv", ".json", ".html")
-POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr", ".html")
 
 
 def check_files(

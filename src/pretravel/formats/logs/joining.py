@@ -67,7 +67,7 @@ def join(
     owners, beyond = _owners(found, lines)
     contact = _contacts(found, beyond, overtravel)
     if not np.any(contact):
-        raise InputError("none of its readings is a contact", path=found.path)
+        raise InputError("none of the readings is a contact", path=found.path)
     rows = np.flatnonzero(contact)
     warnings = _absent(lines, owners)
     if found.contact is None and overtravel is None:
