@@ -189,7 +189,7 @@ def _check_header(file: SourceFile, header: list[str], line: str, number: int) -
         )
     repeated = sorted({name for name in header if header.count(name) > 1})
     if repeated:
-        raise file.error(f"the column {repeated[0]} is there twice", number)
+        raise file.error(f"the column {repeated[0]} occurs twice", number)
 
 
 def _is_number(cell: str) -> bool:

@@ -58,7 +58,7 @@ class FileReadings:
     Attributes
     ----------
     touches : Touches
-        The touches that made contact, in work coordinates where the file has such.
+        The touches that made contact, in work coordinates where the file has work coordinates.
     missed : tuple of str
         Labels of the touches that made no contact.
     rotation : float

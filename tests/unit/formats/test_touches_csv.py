@@ -32,7 +32,7 @@ GOOD = "0,0,3,0,0,1\n"
         ("x_mm;y_mm;z_mm;nx;ny;nz\n0;0;3;0;0;1\n", 1, "semicolons"),
         ("x_mm\ty_mm\tz_mm\n0\t0\t3\n", 1, "tabs"),
         ("1,2,3,0,0,1\n" + GOOD, 1, "first line holds numbers"),
-        ("x_mm,x_mm,z_mm,nx,ny,nz\n" + GOOD, 1, "there twice"),
+        ("x_mm,x_mm,z_mm,nx,ny,nz\n" + GOOD, 1, "occurs twice"),
         ("x_mm,y_mm,z_mm,nx,ny,nz,ax\n0,0,3,0,0,1,0\n", 1, "ay, az"),
         ("x_mm,y_mm,z_mm,nx,ny,nz,ax,ay,az\n0,0,3,0,0,1,0,0,1\n", None, "line 2"),
     ],

@@ -223,9 +223,7 @@ def _words(file: SourceFile, text: str, number: int) -> dict[str, float]:
     pairs = _WORD.findall(squeezed)
     if "".join(letter + value for letter, value in pairs) != squeezed:
         remainder = _WORD.sub("", squeezed)
-        raise file.error(
-            f"'{remainder[:20]}' is neither a letter nor a number of such a line", number
-        )
+        raise file.error(f"'{remainder[:20]}' is neither a letter nor a number of G-code", number)
     letters = [letter for letter, _ in pairs]
     if len(set(letters)) < len(letters):
         twice = next(letter for letter in letters if letters.count(letter) > 1)
@@ -294,7 +292,7 @@ def _text(letters: str, values: FloatArray) -> str:
 def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> None:
     if tip_radius is None:
         raise PretravelError(
-            "a Fusion results file states the tip's radius: give the tip's diameter",
+            "a Fusion results file contains the tip's radius; give the tip's diameter",
             inputs=("tip_diameter",),
         )
     labels = labels_or_numbers(touches.labels, len(touches))
@@ -306,7 +304,9 @@ def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> No
 def _write_points(path: Path, points: Points, origin: PointsOrigin) -> None:
     """Compensated points as the tip centres of a probe without pretravel."""
     if origin.tip_radius is None:
-        raise PretravelError("a Fusion results file states the tip's radius: give it")
+        raise PretravelError(
+            "a Fusion results file contains the tip's radius; give the tip's radius"
+        )
     nominal_points = origin.nominal_points
     if nominal_points is None and points.deviation is not None:
         nominal_points = points.positions - points.deviation[:, None] * points.normals

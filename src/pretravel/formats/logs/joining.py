@@ -21,12 +21,12 @@ AT_THE_END = 0.02
 """A position this close to the end of its move is a miss, where contacts are not marked. [mm]"""
 
 _NEAR, _FAR_RATIO, _SMALLEST = 1.0, 3.0, 0.3
-"""Of lines that cross: the nearest target is taken if it is nearer than `_NEAR` and the next one
-is `_FAR_RATIO` times as far, distances below `_SMALLEST` counting as `_SMALLEST`. [mm, –, mm]"""
+"""Where lines cross, the nearest target is taken if its distance is below `_NEAR` and the next
+distance is above `_FAR_RATIO` times it; a smaller distance counts as `_SMALLEST`. [mm, –, mm]"""
 _OUTLYING = 0.5
-"""Positions that lie this much further along their lines than most are named. [mm]"""
+"""A position this much further along its line than the median is named in a warning. [mm]"""
 _SHOWN = 10
-"""Labels that a message shows at most."""
+"""Most labels that a message shows."""
 
 
 def join(
@@ -179,7 +179,7 @@ def _line_through(
 
 
 def _much_nearer(which: IntArray, along: FloatArray) -> IntArray:
-    """Of lines that cross: the one whose target is much nearer; all where none is."""
+    """Where lines cross: the line whose target is much nearer, or all of them."""
     order = which[np.argsort(np.abs(along[which]))]
     near, next_ = np.abs(along[order[:2]])
     decided = near < _NEAR and next_ > _FAR_RATIO * max(near, _SMALLEST)
@@ -227,7 +227,7 @@ def _absent(lines: _TargetLines, owners: IntArray) -> list[str]:
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
     """A warning where a miss cannot be distinguished from a touch; it names outlying positions."""
     warning = (
-        "a miss leaves a reading like that of a touch, where its move ended; the overtravel of the "
+        "a miss leaves a reading like a touch does, at the end of its move; the overtravel of the "
         "moves (in the machine file) distinguishes them"
     )
     further = beyond - np.median(beyond)
