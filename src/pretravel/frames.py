@@ -41,17 +41,14 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     >>> probe_rotation((1.0, 0.0, 0.0)).round(12).tolist()
     [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]
     """
+    from scipy.spatial.transform import Rotation
+
     a = checked_unit(np.atleast_2d(np.asarray(axis, dtype=np.float64)), "probe axis")[0]
-    cosine, sine = math.cos(rotation), math.sin(rotation)
-    about_axis = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     across = math.hypot(a[0], a[1])
-    # The plane of the tilt; upside down the shortest way is not unique: over x.
-    x, y = (a[0] / across, a[1] / across) if across > 0.0 else (1.0, 0.0)
-    to_plane = np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])
-    length = math.hypot(across, a[2])
-    c, s = a[2] / length, across / length
-    tilt = to_plane @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ to_plane.T
-    return np.asarray(tilt @ about_axis)
+    # The axis of the tilt; upside down the shortest way is not unique: then about y.
+    hinge = np.array([-a[1], a[0], 0.0]) / across if across > 0.0 else np.array([0.0, 1.0, 0.0])
+    tilt = Rotation.from_rotvec(math.atan2(across, a[2]) * hinge)
+    return np.asarray((tilt * Rotation.from_euler("z", rotation)).as_matrix())
 
 
 def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatArray:
@@ -69,19 +66,14 @@ def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatAr
     >>> turned_about_axes(0.0, 0.0, math.pi / 2).round(12).tolist()
     [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    turn = np.eye(3)
-    for axis, angle in enumerate((about_x, about_y, about_z)):
-        c, s = math.cos(angle), math.sin(angle)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        about = np.eye(3)
-        about[i, i], about[i, j], about[j, i], about[j, j] = c, -s, s, c
-        turn = about @ turn
-    return turn
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler("xyz", [about_x, about_y, about_z]).as_matrix())
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where a part's frame is in the machine: x_machine = rotation x_part + shift.
+    """The place of a part's frame in the machine: x_machine = rotation x_part + shift.
 
     Attributes
     ----------
