@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, from_angles, unit
 from pretravel.errors import PretravelError
 from pretravel.frames import parse_placement
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
 from pretravel.probing.slide import SlideSettings, slide
@@ -32,6 +33,8 @@ from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.touches import Touches, moved
+from pretravel.trigger.compliance.base import ComplianceModel
+from pretravel.trigger.loading import Loading
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map
 from pretravel.trigger.seats import seat_statics
@@ -270,11 +273,14 @@ class TestResponse:
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
 
     def test_a_model_of_another_form_is_refused(self) -> None:
-        def odd(probe: Probe, statics: Any, directions: Any, forces: Any, workpiece: Any) -> Any:
-            return {"bending": 1e-3 * forces[:, None] ** 2 * directions}
+        class Odd(ComplianceModel):
+            name = "odd"
 
-        with pytest.raises(PretravelError, match="model odd is not of the form"):
-            probe_response(load_probe("omp40-2"), odd)
+            def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:
+                return {"bending": 1e-3 * loading.force[:, None] ** 2 * loading.directions}
+
+        with pytest.raises(PretravelError, match="model odd differs from this form"):
+            probe_response(load_probe("omp40-2"), Odd())
 
 
 class TestFriction:

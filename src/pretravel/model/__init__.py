@@ -1,1 +1,1 @@
-"""Elasticity: what gives, and by how much."""
+"""Elastic deformation of the probe: beams, contacts, finite elements."""

@@ -1,4 +1,4 @@
-"""Hertz contact: two elastic bodies pressed together over a small ellipse."""
+"""Hertz contact: two elastic bodies that press on each other over a small ellipse."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def ball_on_flat(force: npt.ArrayLike, radius: float, modulus: float) -> FloatAr
     """
     f = np.asarray(force, dtype=np.float64)
     if np.any(f < 0.0):
-        raise PretravelError("Hertz contact bears no tension: the force must not be negative")
+        raise PretravelError("a Hertz contact carries no tension: the force must not be negative")
     return np.asarray(np.cbrt(9.0 * f**2 / (16.0 * radius * modulus**2)))
 
 
@@ -89,7 +89,7 @@ def ellipticity(curvature_ratio: npt.ArrayLike) -> FloatArray:
         return np.asarray(np.log((e / ratio**2 - k) / (k - e)) - log_curvature_ratio)
 
     round_enough = ratios - 1.0 < 1e-5
-    # Below that b/a = ratio^(-2/3), good to 1e-10, where the integrals' difference is noise.
+    # Below that, b/a = ratio^(-2/3) within 1e-10; the difference of the integrals is noise there.
     result = np.maximum(ratios, 1.0) ** (-2.0 / 3.0)
     if not np.all(round_enough):
         wanted = np.where(round_enough, 2.0, ratios)
@@ -104,7 +104,7 @@ def ellipticity(curvature_ratio: npt.ArrayLike) -> FloatArray:
 def approach_coefficient(
     larger_radius: npt.ArrayLike, smaller_radius: npt.ArrayLike, modulus: float
 ) -> FloatArray:
-    r"""C in delta = c N^(2/3) for an elliptical contact.
+    r"""The c in delta = c N^(2/3) for an elliptical contact.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def approach_coefficient(
         )
     base = np.cbrt(9.0 / (16.0 * np.sqrt(larger * smaller) * modulus**2))
     ratio = ellipticity(np.maximum(larger / smaller, 1.0))
-    # Where the ellipse is a circle to 1e-5, its coefficient is the circle's to 1e-11.
+    # An ellipse that is a circle within 1e-5 has the circle's coefficient within 1e-11.
     circle = ratio > 1.0 - 1e-5
     ratio = np.where(circle, 0.5, ratio)
     square = 1.0 - ratio**2
@@ -150,7 +150,7 @@ def approach_coefficient(
 
 
 def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray:
-    """Approach of a ball and a curved part against that of the ball and a flat.
+    """Approach of a ball and a curved part, relative to that of the ball and a flat.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray
     factor = np.full(len(relative), np.nan)
     if np.any(fits):
         larger, smaller = 1.0 / relative[fits].T
-        # Beyond this Hertz's ellipse is a line, and the law another.
+        # Beyond this, the contact is a line and follows another law.
         larger = np.minimum(larger, 1e5 * smaller)
         factor[fits] = approach_coefficient(larger, smaller, 1.0) / approach_coefficient(
             ball_radius, ball_radius, 1.0
@@ -182,7 +182,7 @@ def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray
 
 
 def rod_on_ball_coefficient(rod_radius: float, ball_radius: float, modulus: float) -> float:
-    """C in delta = c N^(2/3) for a cylindrical rod resting on a ball: one seat.
+    """The c in delta = c N^(2/3) for a cylindrical rod that rests on a ball: one seat.
 
     Parameters
     ----------

@@ -150,7 +150,7 @@ def load_probe(probe: str | Path) -> Probe:
     Raises
     ------
     DescriptionError
-        Neither a known name nor a file; impossible geometry.
+        Neither a name in the catalogue nor a file; impossible geometry.
     InputError
         A file that is not a description.
 
@@ -177,7 +177,7 @@ def parse_probe(text: str, place: str = "description", folder: Path = Path()) ->
     ----------
     text : str
     place : str
-        What to call the text in messages.
+        The name of the text in messages.
     folder : Path
         Where a STEP file is looked for.
 

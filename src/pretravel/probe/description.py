@@ -12,7 +12,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.errors import DescriptionError
 from pretravel.frames import probe_rotation
-from pretravel.probe.materials import Material, material
+from pretravel.probe.materials import Material
 from pretravel.units import DEGREE
 
 CRITERIA = ("first_contact", "arm_lift")
@@ -20,9 +20,9 @@ CONTACTS = ("hertz", "rigid")
 
 
 LONGEST = 1000.0
-"""No length of a probe is larger than this. [mm]"""
+"""Largest length of a probe. [mm]"""
 STRONGEST = 100.0
-"""Nor is a preload. [N]"""
+"""Largest preload of a probe. [N]"""
 
 
 def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGEST) -> None:
@@ -30,8 +30,8 @@ def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGES
         raise DescriptionError(f"{what} is {value:g} {unit}; it must be positive")
     if value > largest:
         raise DescriptionError(
-            f"{what} is {value:g} {unit}; no probe has more than {largest:g} {unit} there. "
-            "Is it in the unit that the key names?"
+            f"{what} is {value:g} {unit}; the largest value of a probe is {largest:g} {unit}. "
+            "Check the unit, which the key states"
         )
 
 
@@ -85,8 +85,8 @@ class Seats:
         [mm]
     material : Material
     contact : str
-        ``hertz``: rod and ball give where they touch; ``rigid``: they do not, as in
-        models with coarse contact elements or none.
+        ``hertz``: rod and ball deform at the contact; ``rigid``: they do not, as in models
+        with coarse contact elements or none.
     """
 
     support_angle: float
@@ -135,7 +135,7 @@ class Hub:
 
 @dataclass(frozen=True)
 class StepGeometry:
-    """Solids of a STEP file that take the place of the described ones.
+    """Solids of a STEP file that replace the described ones.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class StepGeometry:
     tripod, stylus, tip : names of solids
         Each a solid's name, or ``#3`` for the third solid of the file.
     materials : mapping
-        Material by solid name, where it is not the part's.
+        Material by name of the solid, where it differs from the part's.
     """
 
     path: Path
@@ -175,7 +175,7 @@ class StylusSegment:
         _positive(self.diameter, "the segment's diameter", largest=100.0)
         if self.diameter < 0.05:
             raise DescriptionError(
-                f"the segment's diameter is {self.diameter:g} mm; thinner than 0.05 mm no stem is"
+                f"the segment's diameter is {self.diameter:g} mm; it must be at least 0.05 mm"
             )
 
 
@@ -204,12 +204,12 @@ class Tip:
 
 @dataclass(frozen=True)
 class Moving:
-    """What gravity pulls at: tripod, hub, stylus and tip together.
+    """The mass on which gravity acts: tripod, hub, stylus and tip together.
 
     Parameters
     ----------
     mass : float
-        Zero leaves gravity out. [kg]
+        Zero for a probe without weight. [kg]
     height : float
         Centre of mass on the probe axis, above the plane of the rod axes. [mm]
     """
@@ -226,7 +226,7 @@ class Moving:
 
 @dataclass(frozen=True)
 class Orientation:
-    """How the probe stands in the machine.
+    """The orientation of the probe in the machine.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ class Orientation:
 
 @dataclass(frozen=True)
 class Probe:
-    """A probe as described: everything that prediction needs to know.
+    """A described probe: all quantities that a prediction depends on.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ class Probe:
         From the hub to the tip centre.
     tip : Tip
     hub, step : Hub, StepGeometry, optional
-        What the finite-element model needs beside the rest: one or the other.
+        The solid between rods and stylus, for finite elements: one or the other.
     moving, orientation : Moving, Orientation, optional
     criterion : str
         first_contact or arm_lift.
@@ -282,7 +282,7 @@ class Probe:
     Raises
     ------
     DescriptionError
-        A probe that cannot exist or cannot be held by its seats.
+        A probe with impossible dimensions, or one that its seats cannot hold.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> load_probe("omp40-2").lever
@@ -344,7 +344,7 @@ class Probe:
             degrees = ", ".join(f"{a / DEGREE:g}°" for a in self.tripod.rod_azimuths)
             raise DescriptionError(
                 f"rods at {degrees} leave a gap of {gaps.max() / DEGREE:.0f}°: with half of the "
-                "circle empty the spring tips the tripod off its seats; spread the rods "
+                "circle empty, the spring tilts the tripod off its seats; spread the rods "
                 "(usually 0°, 120°, 240°)"
             )
         if gaps.min() <= 5.0 * DEGREE:
@@ -375,7 +375,7 @@ class Probe:
         lever : float
             Tip centre to the plane of the rod axes. [mm]
         shorten : bool
-            For models that know the lever alone: a lever shorter than the stylus
+            For models that use the lever only: a lever shorter than the stylus
             makes the stylus a single piece of that length, with the stem's section.
 
         Raises
@@ -396,12 +396,3 @@ class Probe:
                 "describe a shorter stylus instead (pretravel probes NAME > mine.toml)"
             )
         return replace(self, hub_offset=max(lever - self.stylus_length, 0.0))
-
-
-def default_workpiece() -> Material:
-    """The workpiece that is meant where none is named: steel.
-
-    >>> default_workpiece().name
-    'steel'
-    """
-    return material("steel")

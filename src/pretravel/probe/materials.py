@@ -113,7 +113,7 @@ def material(name: str, others: Mapping[str, Material] | None = None) -> Materia
     Raises
     ------
     DescriptionError
-        No such material; the text lists the known ones.
+        No such material; the message lists the known ones.
 
     >>> material("cheese")
     Traceback (most recent call last):
@@ -131,3 +131,12 @@ youngs_modulus_GPa, poissons_ratio and density_g_cm3 to use another.
             "and density_g_cm3 to use another."
         )
     return known[name]
+
+
+def default_workpiece() -> Material:
+    """The material of the workpiece when none is given: steel.
+
+    >>> default_workpiece().name
+    'steel'
+    """
+    return material("steel")

@@ -14,8 +14,8 @@ from pretravel.maps.basis import CondensedProbe
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import contact_modulus
 from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe, default_workpiece
-from pretravel.probe.materials import Material, material
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import Material, default_workpiece, material
 from pretravel.trigger.compliance.base import ComplianceModel
 from pretravel.trigger.response import probe_response
 

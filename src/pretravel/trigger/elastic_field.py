@@ -1,4 +1,4 @@
-"""The whole mesh at the trigger: lifted back from what seats, tip and spring saw."""
+"""Displacement and stress of the whole mesh at the trigger, from the reduced model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.model.fem.condensation import ElasticField, ReducedModel
 from pretravel.model.fem.elasticity import von_mises
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
-from pretravel.probe.description import Probe, default_workpiece
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import default_workpiece
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.trigger.compliance.fem import FiniteElements, seat_closure
 from pretravel.trigger.loading import loaded
@@ -38,7 +39,7 @@ class TriggerField:
     rest_reactions : (6,) float
         [N]
     points, forces : (8, 3) float
-        Where seats, tip and spring push, and how at the trigger. [mm], [N]
+        Points at which seats, tip and spring push, and their forces at the trigger. [mm], [N]
     """
 
     elastic: ElasticField
@@ -52,7 +53,7 @@ class TriggerField:
 
     @property
     def opened(self) -> list[str]:
-        """Seats that carry nothing at the trigger; more than one where symmetry ties them."""
+        """Seats without load at the trigger; more than one in a plane of symmetry."""
         reactions = self.trigger.reactions[0]
         loose = reactions <= reactions.min() + 1e-6 * self.rest_reactions.max()
         return [name for name, is_loose in zip(SEAT_NAMES, loose, strict=True) if is_loose]
@@ -76,8 +77,8 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     Raises
     ------
     PretravelError
-        The probe never triggers in that direction; a reduced model whose seats or tip
-        are not this probe's.
+        The probe never triggers in that direction; a reduced model with other seats or another
+        tip than this probe's.
     """
     normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
     trigger = predict(probe, normal, FiniteElements(reduced))

@@ -48,7 +48,7 @@ def watched_loads(reactions: FloatArray, criterion: str) -> FloatArray:
     later only where something else still holds the tripod sideways (friction, a groove).
     ``arm_lift`` is then the classical lever: the rod's load along the probe axis,
     (N_left + N_right) sin(support angle), vanishes while the tripod tips over the other two
-    rods. It gives the larger of the two forces, for circuits that sense arms and not single
+    rods. It results in the larger of the two forces, for circuits that sense arms and not single
     contacts.
 
     >>> watched_loads(np.array([[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]]), "arm_lift").tolist()

@@ -58,11 +58,11 @@ class FrictionCycle:
     loading : (t,) bool
     cycle : (t,) int
     trigger_force, trigger_deflection : (n, cycles) float
-        Where the first seat falls to the threshold. [N], [mm]
+        At which the first seat's load falls to the threshold. [N], [mm]
     reseat_deflection : (n, cycles) float
-        Where the last open seat closes on the way back. [mm]
+        At which the last open seat closes during the return. [mm]
     rest_displacement : (n, cycles, 3) float
-        Tip once the force is gone, against rest before the first cycle. [mm]
+        Of the tip after the force is removed, from rest before the first cycle. [mm]
     """
 
     directions: FloatArray
@@ -83,8 +83,8 @@ class FrictionCycle:
     def hysteresis(self) -> FloatArray:
         """Deflection at opening less that at reseating, (n, cycles). [mm]
 
-        Mostly positive; before the seats have settled, and where two open at once, a seat
-        may close again at the larger deflection.
+        Usually positive. Before the seats have settled, and where two open together, a seat
+        may close again at a larger deflection.
         """
         return np.asarray(self.trigger_deflection - self.reseat_deflection)
 
@@ -98,7 +98,7 @@ class FrictionCycle:
 
     @property
     def reseat_error(self) -> FloatArray:
-        """How far the tip rests from where it rested before the cycle, (n, cycles). [mm]"""
+        """Distance of the tip's rest after the cycle from that before, (n, cycles). [mm]"""
         start = np.zeros_like(self.rest_displacement[:, :1])
         moved = np.diff(np.concatenate([start, self.rest_displacement], axis=1), axis=1)
         return np.asarray(np.linalg.norm(moved, axis=2))
@@ -149,7 +149,7 @@ def friction_cycle(
     -----
     Normal: Hertz. Tangential: Coulomb with Mindlin's stiffness at the rest load,
     2 (1 - nu) / (2 - nu) of the normal one, and return mapping. Before the first cycle
-    there are no tangential forces: the tripod was set down without friction.
+    there are no tangential forces.
 
     References
     ----------

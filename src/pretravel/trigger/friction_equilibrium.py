@@ -29,7 +29,7 @@ from pretravel.trigger.seats import SeatStatics, seat_coefficient
 _TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
 _ITERATIONS = 60
 _HALVINGS = 6  # of a step in which Newton's method fails
-_SIZE = 25  # unknowns: six normal forces, twelve tangential ones, the rigid motion, the tip's force
+_SIZE = 25  # unknowns: 6 normal and 12 tangential forces, the rigid motion, the tip's force
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Target(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SeatMechanism:
-    """The tripod on its seats, loaded along n directions; nothing of it changes during a cycle.
+    """The tripod on its seats, loaded along n directions; it is constant during a cycle.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class SeatMechanism:
 
     @property
     def at_rest(self) -> SeatState:
-        """The tripod as it was set down: without tangential forces."""
+        """The state before the first cycle: without tangential forces."""
         n = len(self.directions)
         return SeatState(
             np.tile(self.rest[SEATS], (n, 1)),
@@ -123,7 +123,7 @@ class SeatMechanism:
         return np.asarray(change @ self.flexibility + state.rigid @ self.resultants)
 
     def depth(self, state: SeatState) -> FloatArray:
-        """How deep rods and balls are pressed together; negative is a gap, (n, 6). [mm]"""
+        """Indentation of rods and balls; a negative one is a gap, (n, 6). [mm]"""
         return np.asarray(self.rest_depth - state.moved[:, SEATS])
 
     def deflection(self, state: SeatState) -> FloatArray:
@@ -277,7 +277,7 @@ class _Equations:
         return replace(state, moved=self.mechanism.displacements(state) if moved is None else moved)
 
     def residual(self, x: FloatArray) -> _Residual:
-        """How far the equations are from being satisfied."""
+        """Residuals of the equations."""
         mechanism, state = self.mechanism, self.state(x)
         closed = np.maximum(mechanism.depth(state), 0.0)
         slid = state.moved[:, TANGENTIAL] - self.before.moved[:, TANGENTIAL]

@@ -59,7 +59,7 @@ class Loading:
 
     @property
     def seat_indentations(self) -> FloatArray:
-        """How much deeper than at rest each rod and ball are pressed together, (n, 6). [mm]
+        """Indentation of each rod and ball, less that at rest, (n, 6). [mm]
 
         c (N^(2/3) - N_rest^(2/3)); zero for seats described as rigid. An open seat (N < 0, possible
         with the criterion arm_lift) counts as just touching. Johnson, Contact Mechanics,

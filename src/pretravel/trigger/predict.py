@@ -15,8 +15,8 @@ from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.description import Probe, default_workpiece
-from pretravel.probe.materials import Material
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import Material, default_workpiece
 from pretravel.probe.seat_frame import SEAT_NAMES
 from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.trigger.loading import loaded_to_trigger
@@ -52,7 +52,7 @@ class Trigger:
 
     @property
     def deflection(self) -> FloatArray:
-        """C - P: tip centre against where it were with everything rigid, (n, 3). [mm]"""
+        """C - P: displacement of the tip centre against that of a rigid probe, (n, 3). [mm]"""
         return np.asarray(
             sum(
                 (vector for name, vector in self.displacements.items() if name != TIP_ON_PART),
@@ -69,7 +69,7 @@ class Trigger:
 
     @property
     def sensing_distance(self) -> FloatArray:
-        """Length of the deflection's part across the probe axis, (n,). [mm]"""
+        """Length of the deflection's component across the probe axis, (n,). [mm]"""
         return np.asarray(np.linalg.norm(self.deflection[:, :2], axis=1))
 
     @property
@@ -79,7 +79,7 @@ class Trigger:
 
     @property
     def shares(self) -> Mapping[str, FloatArray]:
-        """Each compliance's part of the pretravel, (n,) each; they add up to it. [mm]"""
+        """Share of each compliance in the pretravel, (n,) each; their sum is the pretravel. [mm]"""
         return {
             name: np.asarray(np.sum(vector * self.directions, axis=1))
             for name, vector in self.displacements.items()
@@ -99,7 +99,7 @@ def predict(
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> Trigger:
-    """The trigger in every direction, at once.
+    """The trigger in each direction.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ def predict(
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional
-        Unit direction in which weight pulls, in the machine's frame. Not given:
-        weight is left out.
+        Unit direction of gravity, in the machine's frame. Weight is neglected
+        when not given.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def predict(
 
     References
     ----------
-    Rodrigues 2021, sections 2.9 and 3.2; DESIGN: one event, not a search.
+    Rodrigues 2021, sections 2.9 and 3.2.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> trigger = predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]])
@@ -160,22 +160,22 @@ def predict(
 
 
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
-    """The pretravel of a prediction as a table of directions: linear between them.
+    """The pretravel of a prediction as a table of directions, linear between them.
 
     `pretravel.trigger.response.response_map` is exact in between.
 
     Parameters
     ----------
     probe : Probe
-        Gives tip radius and orientation.
+        Its tip radius and orientation are used.
     trigger : Trigger
-        Predicted for at least one direction; repeated ones count once.
+        Predicted for at least one direction; repeated directions count once.
 
     Returns
     -------
     PretravelMap
-        With zero covariance: how far the description is from the probe is not known
-        to the prediction.
+        With zero covariance: a prediction does not contain the difference between the
+        description and the real probe.
 
     >>> from pretravel.directions import grid
     >>> from pretravel.probe.catalogue import load_probe

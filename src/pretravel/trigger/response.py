@@ -1,8 +1,8 @@
-"""A probe condensed to its numbers: what any model leaves of it at the trigger.
+"""The response of a probe at the trigger, condensed to a dozen numbers and two small matrices.
 
-Every model here has the same form: reactions linear in the force, a linear compliance,
-Hertz's law at the seats and at the tip. So a dozen numbers and two small matrices say
-all of it, for any direction, without the description and without interpolation.
+Most compliance models have the same form: reactions linear in the force, a linear compliance,
+Hertz's law at the seats and at the tip. The response represents them exactly in every
+direction, without the description and without interpolation.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pretravel.errors import ConvergenceError
 from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
-from pretravel.probe.description import Probe, default_workpiece
-from pretravel.probe.materials import Material
+from pretravel.probe.description import Probe
+from pretravel.probe.materials import Material, default_workpiece
 from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.trigger.event import trigger_force, watched_loads
 from pretravel.trigger.loading import Loading
@@ -29,7 +29,7 @@ from pretravel.trigger.seats import seat_coefficient, statics_in_machine
 from pretravel.uncertainty.covariance import Covariance
 
 _AGREEMENT = 1e-10
-"""Response and model: the same to this. [mm]"""
+"""Largest difference between response and model. [mm]"""
 _MICRONEWTON = 1e-6
 
 
@@ -47,7 +47,7 @@ class ProbeResponse:
     threshold : float
         [N]
     compliance : (3, 3) float
-        Displacement of the tip per newton, but for Hertz's part at the seats. [mm/N]
+        Displacement of the tip per newton, without Hertz's part at the seats. [mm/N]
     seat_motion : (3, 6) float
         Displacement of the tip per indentation of each seat.
     seat_coefficient : float
@@ -119,10 +119,10 @@ class ProbeResponse:
 
 
 def _hertz_power(reactions: FloatArray) -> FloatArray:
-    """N^(2/3), with a slope at zero: below a micronewton a parabola that joins it smoothly.
+    """N^(2/3) with a finite slope at zero: below a micronewton, a parabola that joins smoothly.
 
-    A seat that opens has a vertical tangent there, at which no Newton method arrives; what
-    is changed are 0.01 nm.
+    The vertical tangent of N^(2/3) at a seat that opens prevents Newton's method from
+    converging. The change is 0.01 nm.
     """
     share = reactions / _MICRONEWTON
     low = _MICRONEWTON ** (2.0 / 3.0) * share * (4.0 - share) / 3.0
@@ -131,7 +131,7 @@ def _hertz_power(reactions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class ResponseBasis(MapBasis):
-    """A map's values from a response: exact in every direction, nothing is interpolated.
+    """A map's values from a response: exact in every direction, without interpolation.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> basis = ResponseBasis(probe_response(load_probe("omp40-2")))
@@ -227,10 +227,10 @@ def response_map(probe: Probe, response: ProbeResponse, trigger: Trigger) -> Pre
     Parameters
     ----------
     probe : Probe
-        Gives tip radius and orientation.
+        Its tip radius and orientation are used.
     response : ProbeResponse
     trigger : Trigger
-        Its directions bound the map's support.
+        Its directions limit the map's support.
 
     Returns
     -------
@@ -259,7 +259,7 @@ def probe_response(
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> ProbeResponse:
-    """Condense a probe under a model to its numbers.
+    """Condense a probe under a compliance model to its response.
 
     Parameters
     ----------
@@ -273,12 +273,12 @@ def probe_response(
     Raises
     ------
     ConvergenceError
-        A model of your own that is not of this form.
+        A model that is not of this form.
 
     Notes
     -----
-    The model is asked for three unit forces; what is not Hertz's is linear in them. Then
-    it is asked for a spread of directions at the trigger, and the response must agree.
+    The compliance follows from the model's displacements under three unit forces, less Hertz's
+    part. The response is then compared with the model in a spread of directions at the trigger.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> response = probe_response(load_probe("omp40-2"))
@@ -330,6 +330,6 @@ def _check(
     )
     if not off < _AGREEMENT:
         raise ConvergenceError(
-            f"model {expected.model} is not of the form that touches on surfaces need (linear "
-            f"compliance, Hertz at seats and tip): it differs from it by {off:.1e} mm"
+            f"touches on surfaces need a model with a linear compliance and Hertz's law at seats "
+            f"and tip; model {expected.model} differs from this form by {off:.1e} mm"
         )

@@ -19,7 +19,7 @@ from pretravel.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True, eq=False)
 class SeatStatics:
-    """Where the seats are, and the reactions that hold the tripod.
+    """The places of the seats, and the reactions that hold the tripod.
 
     Seat forces act on the tripod along `normals` through the rod axes. Six
     frictionless seats and six equilibrium equations leave nothing to elasticity.
@@ -27,13 +27,13 @@ class SeatStatics:
     Attributes
     ----------
     points : (6, 3) float
-        Points of the rod axes that the seat forces pass through, probe frame. [mm]
+        Points of the rod axes through which the seat forces act, probe frame. [mm]
     normals : (6, 3) float
         Unit directions of the seats' push on the tripod.
     wrenches : (6, 6) float
         Columns: force and moment about the origin of a unit reaction of each seat.
     rest_reactions : (6,) float
-        Reactions under spring (and weight) with no touch. [N]
+        Reactions under spring (and weight) without a touch. [N]
     tip : (3,) float
         Tip centre at rest. [mm]
     """
@@ -83,7 +83,7 @@ class SeatStatics:
         return np.asarray(self.rest_reactions + f[:, None] * self.unit_reactions(directions))
 
     def tip_displacement(self, indentations: npt.ArrayLike) -> FloatArray:
-        """Displacement of the tip when the tripod, as a rigid body, sinks into its seats.
+        """Displacement of the tip if the rigid tripod indents its seats.
 
         Parameters
         ----------
@@ -111,8 +111,8 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     ----------
     probe : Probe
     gravity : (3,) float, optional
-        Unit direction in which weight pulls, probe frame. Not given: weight is
-        left out, or counted within the preload.
+        Unit direction of gravity, probe frame. When not given, weight is
+        neglected, or contained in the preload.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     watched = watched_loads(rest[None], probe.criterion)
     if rest[worst] <= 1e-12 or watched.min() <= probe.threshold + 1e-12:
         raise DescriptionError(
-            f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N; against the trigger "
+            f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N; with the trigger "
             f"threshold of {probe.threshold:g} N ({probe.criterion}) the probe would never be "
             "seated. "
             "Raise the preload, lower the threshold"

@@ -1,8 +1,8 @@
-"""The six-seat probe in a few numbers, for fitting: ratios and travels, no drawing.
+"""The six-seat probe with 18 parameters, for fitting to touches.
 
-Touches on a sphere see only displacements. Forces come in units of the preload,
-lengths in units of the tripod's radius, and what is left are seven numbers of an ideal
-probe and eleven small ones that make it asymmetric (Estler).
+Touches on a sphere contain displacements only. Therefore forces are in units of the preload and
+lengths in units of the tripod's radius. Seven parameters describe an ideal probe, and eleven
+small ones its asymmetry (Estler).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pretravel.units import DEGREE, MICROMETRE
 
 
 class Parameter(NamedTuple):
-    """One number of the six-seat probe, and what is held likely of it beforehand."""
+    """One parameter of the six-seat probe, with its prior distribution."""
 
     name: str
     unit: str
@@ -35,7 +35,7 @@ class Parameter(NamedTuple):
     logarithmic: bool = False
 
     def physical(self, value: float) -> float:
-        """The number itself, from the one that is fitted."""
+        """The parameter's value, from the fitted number."""
         return math.exp(value) if self.logarithmic else value
 
     @property
@@ -66,8 +66,9 @@ ASYMMETRIES: tuple[Parameter, ...] = (
     *(Parameter(f"rod_radius_{i}", "tripod radius", 0.0, 0.01) for i in (1, 2)),
     *(Parameter(f"support_angle_{i}", "rad", 0.0, 0.01) for i in (1, 2, 3, 4, 5)),
 )
-"""Spring beside the axis; rods out of 120° and of one radius; seats of unlike angle. Two (five)
-numbers for three rods (six seats), as contrasts: their mean is the ideal probe's own."""
+"""Offset of the spring from the axis; deviations of the rods from 120° and from one radius;
+differences between the angles of the seats. Two (five) contrasts for three rods (six seats): the
+mean belongs to the ideal probe."""
 
 PARAMETERS = IDEAL + ASYMMETRIES
 
@@ -120,12 +121,12 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
     wrenches = seat_triads(azimuths, radii, named["support_angle"] + tilted).wrenches
     spring = np.array([0.0, 0.0, -1.0, -named["spring_y"], named["spring_x"], 0.0])
     at_tip = tip_wrenches(np.array([0.0, 0.0, -lever]))
-    # One factorisation: reactions to the spring, to forces on the tip; and, transposed, the
-    # rigid motion that follows the seats' indentations.
+    # One factorisation serves the reactions to the spring and to forces on the tip and, transposed,
+    # the rigid motion that follows from the seats' indentations.
     inverse = np.linalg.inv(wrenches)
     rest = -inverse @ spring
     if rest.min() <= 0.0:
-        raise PretravelError("these seats do not hold the tripod: one would have to pull")
+        raise PretravelError("these seats do not hold the tripod: one reaction would be a tension")
     lateral = named["lateral_deflection"] * lever
     at_rest = 1.0 / (6.0 * math.sin(named["support_angle"]))
     return ProbeResponse(
@@ -143,7 +144,7 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
 
 @dataclass(frozen=True, eq=False)
 class SixSeatBasis(MapBasis):
-    """A map from a fitted six-seat probe: its value, and how that changes with what was fitted.
+    """A map from a fitted six-seat probe, with its derivatives by the fitted parameters.
 
     Functions: the pretravel itself, a constant, the three components of the direction (a
     shift of the reference), and the derivatives with respect to each of `PARAMETERS`. Maps
@@ -182,7 +183,7 @@ class SixSeatBasis(MapBasis):
 
     @property
     def named(self) -> Mapping[str, float]:
-        """The numbers themselves, by name."""
+        """The parameters' values, by name."""
         return {p.name: p.physical(float(v)) for p, v in zip(PARAMETERS, self.values, strict=True)}
 
     def value(self, directions: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -264,7 +265,7 @@ def six_seat_slopes(
 def along_normal(
     response: ProbeResponse, directions: FloatArray, compression: float = 1.0
 ) -> FloatArray:
-    """Pretravel where tip and part give so many times as much as on a flat part, (n,). [mm]"""
+    """Pretravel, with the tip's approach `compression` times that on a flat part, (n,). [mm]"""
     force, _ = response.force(directions)
     along = np.sum(response.deflection(directions, force) * directions, axis=1)
     with np.errstate(invalid="ignore"):

@@ -144,7 +144,7 @@ def test_step_errors_name_file_and_part(omp40: Probe, tmp_path: Path) -> None:
                 with_step(), tripod=replace(omp40.tripod, rod_radius=omp40.tripod.rod_radius + 0.1)
             )
         )
-    with pytest.raises(DescriptionError, match="floats: no face joins"):
+    with pytest.raises(DescriptionError, match="is loose: no face joins"):
         probe_solids(with_step(stylus=("Stem",), materials={"Stem": omp40.stem.material}))
     with pytest.raises(DescriptionError, match="materials: 'Foot'"):
         probe_solids(with_step(materials={"Foot": omp40.tip.material}))
@@ -215,14 +215,14 @@ def test_solids_that_were_written_can_be_used_by_name(omp40: Probe, tmp_path: Pa
 def test_step_materials_are_not_guessed(omp40: Probe, tmp_path: Path) -> None:
     step = merged_step(omp40, tmp_path)
     probe = replace(omp40, step=replace(step, stylus=("Head", "Stem", "#4"), materials={}))
-    with pytest.raises(DescriptionError, match="say of what 'Head' is"):
+    with pytest.raises(DescriptionError, match="state the material of 'Head'"):
         probe_solids(probe)
 
 
 def test_a_ball_of_another_size_or_unit_is_refused(omp40: Probe, tmp_path: Path) -> None:
     step = merged_step(omp40, tmp_path)
     larger = replace(omp40, step=step, tip=replace(omp40.tip, radius=3.2))
-    with pytest.raises(DescriptionError, match=r"radius of 3 mm, but \[tip\] says 3.2 mm"):
+    with pytest.raises(DescriptionError, match=r"radius of 3 mm, but \[tip\] states 3.2 mm"):
         probe_solids(larger)
     from netgen.occ import Compound, OCCGeometry
 

@@ -1,4 +1,4 @@
-"""From a hundred thousand unknowns to what seats, tip and spring see, and back."""
+"""Condensation of the mesh to its interface (seats, tip, spring), and the way back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pretravel.probe.materials import Material
 log = logging.getLogger(__name__)
 
 _BYTES_PER_UNKNOWN = 18e3
-"""Of assembly and factor together, as measured; grows slowly with the mesh. [B]"""
+"""Memory per unknown of assembly and factor, measured; it grows slowly with the mesh. [B]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class ElasticField:
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
-    """The elastic body as its interface sees it: exact for forces on seats, tip, spring.
+    """The elastic body, condensed to its interface; exact for forces on seats, tip and spring.
 
     Attributes
     ----------
@@ -56,14 +56,14 @@ class ReducedModel:
     resultants : (6, 22) float
         Force and moment about the origin of a newton on each.
     patch_compliance : float
-        What the half-space under a seat's patch gives per newton: in `flexibility` as
-        well as in Hertz's law, so to be taken off once. [mm/N]
+        Deflection of the half-space under a seat's patch per newton. Both `flexibility` and
+        Hertz's law contain it, so it is subtracted once. [mm/N]
     ball_correction : float
-        What a seat's ball gives beyond Hertz's half-space. [mm/N]
+        Deflection of a seat's ball in excess of Hertz's half-space, per newton. [mm/N]
     seat_part : str
-        The part that the seats push on.
+        The part on which the seats push.
     summary : mapping of str to str
-        Unknowns, elements, quality, what was refined and why.
+        Unknowns, elements, quality, and the refinements with their reasons.
     """
 
     flexibility: FloatArray
@@ -77,12 +77,12 @@ class ReducedModel:
 
     @property
     def seat_correction(self) -> float:
-        """To be added to Hertz's approach per newton on a seat. [mm/N]"""
+        """Correction of Hertz's approach per newton on a seat. [mm/N]"""
         return self.ball_correction - self.patch_compliance
 
     @cached_property
     def elastic_field(self) -> ElasticField:
-        """Mesh and modes, read when first asked for."""
+        """Mesh and modes, read at the first use."""
         return self.load_field()
 
     def lift(self, forces: npt.ArrayLike, rigid: npt.ArrayLike | None = None) -> FloatArray:
@@ -141,10 +141,10 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
 
     Notes
     -----
-    The body floats: each unit load is balanced by a body force over its whole
-    volume, six displacements are held (nothing pulls at them then), and rigid
-    motions are taken off. Under forces that are in equilibrium the body forces
-    cancel, and what remains is exact for the mesh.
+    The body is free: each unit load is balanced by a body force over its whole
+    volume, six displacements are fixed (their reactions are then zero), and rigid
+    motions are subtracted. Under forces in equilibrium the body forces
+    cancel, and the result is exact for the mesh.
 
     >>> import numpy as np
     >>> from pretravel.model.fem.elasticity import finite_element_model
@@ -176,7 +176,7 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
 
 
 def free_body(model: FiniteElementModel, solver: str = "auto") -> Solve:
-    """Factorise the floating body once; nodal loads (3 n, k) to displacements (3 n, k).
+    """Factorise the free body once; nodal loads (3 n, k) to displacements (3 n, k).
 
     Loads are balanced by a body force, displacements have no mean rigid motion.
     """
@@ -217,7 +217,7 @@ def _held_unknowns(mesh: FiniteElementMesh) -> npt.NDArray[np.int64]:
 
 
 def _nodal_volumes(model: FiniteElementModel) -> FloatArray:
-    """Positive weights over the body, one a displacement: element volumes shared evenly."""
+    """Positive weight of each displacement: element volumes, divided evenly among the nodes."""
     corners = model.mesh.points[model.mesh.elements[:, :4]]
     edges = corners[:, 1:] - corners[:, :1]
     volume = np.abs(np.linalg.det(edges)) / 6.0
@@ -261,7 +261,7 @@ def _check_memory(mesh: FiniteElementMesh) -> None:
 
 
 def available_memory() -> float | None:
-    """Free memory in bytes, where the system tells."""
+    """Free memory in bytes; None on systems that do not report it."""
     try:
         with Path("/proc/meminfo").open(encoding="ascii") as lines:
             for line in lines:

@@ -82,6 +82,7 @@ def finite_element_model(
     as the mesh is refined. Force and line of action of all loads are exact on any mesh.
 
     >>> from pretravel.model.fem.geometry import probe_solids
+    >>> from pretravel.model.fem.interface_loads import TIP_FORCE
     >>> from pretravel.model.fem.mesh import MeshSettings, mesh_solids
     >>> from pretravel.probe.catalogue import load_probe
     >>> probe = load_probe("omp40-2")

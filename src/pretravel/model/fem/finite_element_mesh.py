@@ -30,7 +30,7 @@ class FiniteElementMesh:
     quality : (m,) float
         3 inner radius / outer radius of the straight tetrahedron; 1 is regular.
     notes : tuple of str
-        What was refined, and why.
+        The refinements, with their reasons.
     """
 
     points: FloatArray
@@ -49,7 +49,7 @@ class FiniteElementMesh:
 
     @property
     def unknowns(self) -> int:
-        """Three displacements a node."""
+        """Number of displacements: three for each node."""
         return 3 * len(self.points)
 
 

@@ -1,8 +1,8 @@
-"""Full nonlinear contact on resolved meshes: slow, and there to check the condensed model.
+"""Full nonlinear contact on resolved meshes: slow, used to check the condensed model.
 
-Rods and six elastic balls are meshed down to a fraction of the contact ellipses; nothing of
-Hertz goes in. Contact pressures are continuous and linear over the rods' triangles, gaps
-are weighted by them (a mortar method), and which of them bear is found by an active set.
+The elements of rods and of six elastic balls are a fraction of the contact ellipses; Hertz's
+law is not used. Contact pressures are continuous and linear over the rods' triangles, gaps
+are weighted by them (a mortar method), and an active set determines which of them carry load.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _ROUNDS = 100
 
 @dataclass(frozen=True, eq=False)
 class FullContact:
-    """Everything that the active set works on.
+    """The data of the active-set method.
 
     Attributes
     ----------
     model : FiniteElementModel
         The moving part, resolved at the seats.
     seat_of : (m,) int
-        Which seat each pressure belongs to.
+        Seat of each pressure.
     areas : (m,) float
         Force of a unit of each pressure. [mm²]
     gaps : (m,) float
@@ -91,19 +91,21 @@ def full_contact(
     probe : Probe
         Described by dimensions.
     zone : float
-        Radius of the patches in which contact is looked for; 1.3 times the longest
+        Radius of the patches in which contact can occur; 1.3 times the longest
         half-axis of the contact ellipses is enough. [mm]
     element : float
         Element size in the zones. [mm]
     settings : MeshSettings, optional
-        For everything else.
+        For the rest of the mesh.
 
     Returns
     -------
     FullContact
     """
     if probe.step is not None:
-        raise DescriptionError("the full contact model is for probes described by dimensions")
+        raise DescriptionError(
+            "the full contact model needs a probe described by dimensions, not by a STEP file"
+        )
     model, ball = resolved_bodies(probe, zone, element, settings)
     mesh, frame = model.mesh, seat_frame(probe)
     loads, ball_loads, gaps, seats = [], [], [], []
@@ -137,7 +139,7 @@ def full_contact(
 def resolved_bodies(
     probe: Probe, zone: float, element: float, settings: MeshSettings | None = None
 ) -> tuple[FiniteElementModel, FiniteElementMesh]:
-    """The moving part and one ball, fine where they touch; parameters as in `full_contact`.
+    """The moving part and one ball, fine at the contact; parameters as in `full_contact`.
 
     The ball lies below the origin and is touched there from above: its x, y, z are a
     seat's ``along``, ``around`` and ``normals``.
@@ -225,7 +227,7 @@ def _on_ball(ball: FiniteElementMesh, u: FloatArray, v: FloatArray) -> tuple[Int
 def _ball_compliance(
     probe: Probe, ball: FiniteElementMesh, loads: list[sparse.csc_matrix], solver: str
 ) -> FloatArray:
-    """Weighted sinking of the balls by pressure: one factorisation serves all six."""
+    """Weighted indentation of the balls by pressure: one factorisation for all six."""
     stiffness = upper_stiffness(ball, element_stiffness(ball, {"ball": probe.seats.material}))
     fixed = ball_held(probe.seats.ball_radius, ball)
     free = np.setdiff1d(np.arange(ball.unknowns), (3 * fixed[:, None] + np.arange(3)).ravel())
@@ -246,7 +248,7 @@ def _ball_compliance(
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Where the tripod rests under a force on the tip.
+    """Equilibrium of the tripod under a force on the tip.
 
     Attributes
     ----------
@@ -255,7 +257,7 @@ class ContactState:
     tip : (3,) float
         Displacement of the tip against the undeformed, unloaded state. [mm]
     bearing : (6,) int
-        How many of each seat's pressures bear.
+        Number of pressures of each seat that carry load.
     """
 
     reactions: FloatArray
@@ -281,7 +283,7 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
     Raises
     ------
     ConvergenceError
-        The active set did not settle.
+        The active set did not converge.
     """
     external = np.zeros(len(INTERFACE))
     external[SPRING_FORCE], external[TIP_FORCE] = preload, tip_force
@@ -310,7 +312,7 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
             break
         active = following
     else:
-        raise ConvergenceError(f"the contact's active set did not settle in {_ROUNDS} rounds")
+        raise ConvergenceError(f"the contact's active set did not converge in {_ROUNDS} rounds")
     reactions = np.bincount(contact.seat_of, contact.areas * pressure, 6)
     tip = (
         contact.interface_flexibility @ external

@@ -70,9 +70,9 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     Raises
     ------
     DescriptionError
-        No hub described; parts that overlap, float, or miss the seats.
+        No hub described; parts that overlap, are not joined, or do not reach the seats.
     InputError
-        A STEP file that cannot be read, or has no such solid.
+        A STEP file that cannot be read, or that does not contain a solid.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> sorted(probe_solids(load_probe("omp40-2")).materials)
@@ -82,7 +82,7 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
         raise DescriptionError(
             f"a seat patch of radius {patch:g} mm does not fit on rods of radius "
-            f"{probe.tripod.rod_radius:g} mm; take at most half of it"
+            f"{probe.tripod.rod_radius:g} mm; use at most half of it"
         )
     parts = described_solids(probe) if probe.step is None else step_solids(probe, probe.step)
     _check_overlaps(parts)
@@ -134,7 +134,7 @@ def _check_overlaps(parts: Sequence[ProbeSolid]) -> None:
     for first, second in combinations(parts, 2):
         try:
             volume = (first.solid * second.solid).mass
-        except Exception:  # nothing in common at all
+        except Exception:  # the solids do not intersect
             continue
         smaller = min(first.solid.mass, second.solid.mass)
         if volume > 1e-6 * smaller:
@@ -163,11 +163,11 @@ def _check_joined(
         (loose.solid.Distance(part.solid), part.name) for part in parts if part.name in reached
     )
     remedy = (
-        "they meet in an edge or point only; give them a face in common"
+        "they share only an edge or a point; give them a common face"
         if gap < 1e-6
         else f"the nearest part, '{nearest}', is {gap:.3g} mm away; close the gap"
     )
-    raise DescriptionError(f"'{loose.name}' floats: no face joins it to the rest; {remedy}")
+    raise DescriptionError(f"'{loose.name}' is loose: no face joins it to the rest; {remedy}")
 
 
 def _spring_face(parts: Sequence[ProbeSolid]) -> Any:
@@ -178,7 +178,7 @@ def _spring_face(parts: Sequence[ProbeSolid]) -> Any:
 
 
 def _with_seat_patches(probe: Probe, parts: Sequence[ProbeSolid], patch: float) -> list[ProbeSolid]:
-    """Cut a small plug out under each seat, so that a face of its own takes the force."""
+    """Cut out a small plug under each seat, so that a separate face carries the force."""
     from netgen.occ import Cylinder, Dir, Pnt, Vertex
 
     frame = seat_frame(probe)
@@ -217,13 +217,13 @@ def _cut_by(tool: Any, parts: Sequence[ProbeSolid]) -> tuple[int | None, Any]:
             plug = part.solid * tool
             if plug.mass > 0.2 * tool.mass:
                 return number, plug
-        except Exception:  # nothing in common
+        except Exception:  # the solids do not intersect
             continue
     return None, None
 
 
 def _surface_offset(face: Any, contact: FloatArray, normal: FloatArray) -> float:
-    """How far below the described contact point the face begins, along the normal. [mm]"""
+    """Distance from the described contact point to the face, along the normal. [mm]"""
     centre = np.array([face.center.x, face.center.y, face.center.z])
     return float((centre - contact) @ normal)
 

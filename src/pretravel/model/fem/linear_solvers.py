@@ -1,4 +1,4 @@
-"""Sparse Cholesky by whichever library is there; all behind one signature."""
+"""Sparse Cholesky factorisation by the library that is installed, behind one signature."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.errors import CapacityError, PretravelError
 
-if TYPE_CHECKING:  # a kept model needs none of it, and is there the sooner
+if TYPE_CHECKING:  # a model from the cache does not need it, and loads faster without
     from scipy import sparse
 
 Solve: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -70,7 +70,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
 
 
 def check_solver(solver: str) -> None:
-    """Refuse a solver's name that is not known.
+    """Check the name of a solver.
 
     Raises
     ------
@@ -109,14 +109,14 @@ def _pardiso(matrix: sparse.csr_matrix) -> Solve:
     try:
         solver.factorize(upper)
     except Exception as error:
-        if "-2" in str(error):  # Pardiso's number for want of memory
+        if "-2" in str(error):  # Pardiso's code for lack of memory
             raise MemoryError from error
         raise
 
     def solve(right: FloatArray) -> FloatArray:
         return np.asarray(solver.solve(upper, np.asfortranarray(right))).reshape(right.shape)
 
-    # Pardiso keeps its factor, a gigabyte, until it is told otherwise.
+    # Pardiso keeps its factor, a gigabyte, until it is freed explicitly.
     weakref.finalize(solve, solver.free_memory, everything=True)
     return solve
 

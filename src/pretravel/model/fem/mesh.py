@@ -22,30 +22,30 @@ log = logging.getLogger(__name__)
 _NETGEN_EDGES = {(0, 1): 4, (0, 2): 5, (0, 3): 6, (1, 2): 7, (1, 3): 8, (2, 3): 9}
 """netgen's tenth-node order: middle node of each pair of corners."""
 _EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-"""Ours, which is scikit-fem's and VTK's."""
+"""The order used here, which is that of scikit-fem and VTK."""
 MOST_ELEMENTS = 2_000_000
 _GRADINGS = (1.0, 0.7, 0.5)
-"""Of the wanted grading: slower ones are tried where curved elements turn inside out."""
+"""Factors of the requested grading: slower ones are tried if curved elements are inverted."""
 
 
 @dataclass(frozen=True)
 class MeshSettings:
-    """Element sizes, relative to what they have to resolve.
+    """Element sizes, relative to the dimensions that they must resolve.
 
     Parameters
     ----------
     refinement : float
         Divides every size below: 2 gives about eight times the elements.
     body : float
-        Size over a part's thickness.
+        Size relative to a part's thickness.
     interface : float
-        Size over the diameter of a face where two parts meet: stresses peak at its edge.
+        Size relative to the diameter of a face where two parts meet: stresses peak at its edge.
     patch : float
-        Size over the radius of a seat's patch.
+        Size relative to the radius of a seat's patch.
     patch_radius : float
-        Radius of a seat's patch over the rod's radius.
+        Radius of a seat's patch relative to the rod's radius.
     grading : float
-        How fast sizes grow from fine to coarse: 0.1 slowly, 1 at once.
+        Growth of sizes from fine to coarse: 0.1 is slow, 1 is immediate.
     """
 
     refinement: float = 1.0
@@ -77,8 +77,8 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
     Raises
     ------
     MeshError
-        Too many elements for any machine; a solid that netgen cannot fill; elements
-        turned inside out by the curved surface.
+        Too many elements for any machine; a solid that netgen cannot mesh; elements
+        that the curved surface inverts.
 
     >>> from pretravel.model.fem.geometry import probe_solids
     >>> from pretravel.probe.catalogue import load_probe
@@ -103,14 +103,14 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
         except NgException as error:
             raise MeshError(
                 f"no mesh could be made of {', '.join(solids.materials)}: {error}. Look for "
-                "slivers and nearly coincident faces, or mesh finer"
+                "slivers and nearly coincident faces, or use a finer mesh"
             ) from error
         try:
             return numbered(mesh, faces, tuple(notes))
         except MeshError:
             if attempt == _GRADINGS[-1]:
                 raise
-        notes.append(f"graded slower than {grading:.2g}: elements were inside out")
+        notes.append(f"graded slower than {grading:.2g}: elements were inverted")
     raise AssertionError  # pragma: no cover
 
 
@@ -149,12 +149,12 @@ def _set_sizes(solids: ProbeSolids, settings: MeshSettings) -> tuple[float, list
 
 
 def numbered(mesh: Any, faces: Sequence[str], notes: tuple[str, ...] = ()) -> FiniteElementMesh:
-    """A second-order mesh of netgen in our numbering, with the faces of these names.
+    """A second-order mesh of netgen in the numbering of this package, with the named faces.
 
     Raises
     ------
     MeshError
-        No elements, elements turned inside out, a face that is not there.
+        No elements, inverted elements, or a face that is missing.
     """
     from skfem import MeshTet
 
@@ -162,7 +162,7 @@ def numbered(mesh: Any, faces: Sequence[str], notes: tuple[str, ...] = ()) -> Fi
     volume, surface = mesh.Elements3D().NumPy(), mesh.Elements2D().NumPy()
     if len(volume) == 0:
         raise MeshError("netgen made no element: are the solids closed?")
-    # netgen's first three corners turn the other way round.
+    # netgen's first three corners have the opposite orientation.
     nodes = volume["nodes"].astype(np.int64)[:, [0, 2, 1, 3, 5, 4, 6, 7, 9, 8]] - 1
     old, corners = np.unique(nodes[:, :4], return_inverse=True)
     corners = corners.reshape(-1, 4)
@@ -198,7 +198,7 @@ def numbered(mesh: Any, faces: Sequence[str], notes: tuple[str, ...] = ()) -> Fi
 
 
 def _six_nodes(linear: Any) -> Callable[[Any], IntArray]:
-    """A function that adds their middle nodes to triangles given by corners."""
+    """A function that adds the middle nodes to triangles given by their corners."""
     count = linear.nvertices
     edges = np.sort(linear.edges, axis=0).astype(np.int64)
     keys = edges[0] * count + edges[1]
@@ -223,13 +223,13 @@ def _check_elements(mesh: FiniteElementMesh) -> None:
         centre = mesh.points[mesh.elements[bad[0], :4]].mean(axis=0)
         part = mesh.region_names[mesh.regions[bad[0]]]
         raise MeshError(
-            f"{len(bad)} elements are turned inside out by the curved surface, the first in "
-            f"'{part}' near ({centre[0]:.2f}, {centre[1]:.2f}, {centre[2]:.2f}) mm: refine, or "
-            "round off what is sharp there"
+            f"the curved surface inverts {len(bad)} elements, the first in "
+            f"'{part}' near ({centre[0]:.2f}, {centre[1]:.2f}, {centre[2]:.2f}) mm: refine the "
+            "mesh, or round the sharp edges there"
         )
     for name, triangles in mesh.faces.items():
         if len(triangles) == 0:
-            raise MeshError(f"the face '{name}' got no element: refine the mesh")
+            raise MeshError(f"the face '{name}' has no element: refine the mesh")
 
 
 def _frozen_int(values: Any) -> IntArray:

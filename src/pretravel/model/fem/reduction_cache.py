@@ -1,7 +1,7 @@
-"""Reduced models kept on disk: what was factorised once is not factorised again.
+"""Cache of reduced models on disk, so that a probe is factorised once.
 
-A kept model's name is a digest of everything that its numbers depend on, so another
-geometry never finds it; a damaged or foreign file is noticed, said, and made anew.
+The name of a cached model is a digest of everything that its numbers depend on, so it is never
+used for another geometry. A damaged or foreign file is detected, reported and made anew.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from pretravel.whole_file import whole_file
 log = logging.getLogger(__name__)
 
 FORMAT = 3
-"""Raised whenever numbers or layout change: kept models of other formats are foreign."""
+"""Increased whenever numbers or layout change; models of other formats are not used."""
 _UNREADABLE = (
     OSError,
     ValueError,
@@ -51,7 +51,7 @@ FOLDER_VARIABLE = "PRETRAVEL_CACHE"
 
 
 def cache_folder() -> Path:
-    """Where reduced models are kept: $PRETRAVEL_CACHE, or the user's cache folder."""
+    """The folder of the cache: $PRETRAVEL_CACHE, or the user's cache folder."""
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
         return Path(chosen)
@@ -63,8 +63,8 @@ def cache_folder() -> Path:
 def reduction_key(probe: Probe, settings: MeshSettings) -> str:
     """Digest of all that a reduced model depends on.
 
-    Preload, criterion, orientation and weight are not among it: they act on the reduced
-    model, not in it.
+    Preload, criterion, orientation and weight are not part of it: they act on the reduced
+    model, but do not change it.
 
     >>> from dataclasses import replace
     >>> from pretravel.probe.catalogue import load_probe
@@ -108,7 +108,7 @@ def reduction_key(probe: Probe, settings: MeshSettings) -> str:
 def reduced_model(
     probe: Probe, settings: MeshSettings | None = None, solver: str = "auto"
 ) -> ReducedModel:
-    """The reduced model of a probe, from the cache or made now.
+    """The reduced model of a probe, from the cache or newly made.
 
     Parameters
     ----------
@@ -123,12 +123,12 @@ def reduced_model(
     Raises
     ------
     DescriptionError, InputError, MeshError, CapacityError
-        As the steps that it takes.
+        From the steps of which it consists.
 
     Warns
     -----
     UserWarning
-        A kept file was damaged or foreign and has been made anew; the cache cannot
+        A cached file was damaged or foreign and has been made anew; the cache cannot
         be written.
     """
     settings = settings or MeshSettings()
@@ -159,8 +159,8 @@ def _reduced_model(
             _write(path, model, key)
         except (OSError, PretravelError) as error:
             warnings.warn(
-                f"the reduced model could not be kept in {folder} ({error}); the next run makes it "
-                f"anew. {FOLDER_VARIABLE} names another folder",
+                f"the reduced model could not be stored in {folder} ({error}), so the next run "
+                f"makes it again. Set {FOLDER_VARIABLE} to use another folder",
                 stacklevel=4,
             )
         return model
@@ -205,7 +205,7 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
 
 
 def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedModel | None:
-    """A kept model, or None where there is none that can be used."""
+    """A cached model, or None if there is none that can be used."""
     if not path.is_file():
         return None
     try:
@@ -224,7 +224,8 @@ def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedMode
             raise ValueError("its arrays have other shapes")
     except _UNREADABLE as error:
         warnings.warn(
-            f"the kept model {path} is damaged or foreign ({error}); it is made anew", stacklevel=4
+            f"the cached model {path} is damaged or foreign ({error}); it is made anew",
+            stacklevel=4,
         )
         return None
     return ReducedModel(
@@ -259,7 +260,8 @@ def _read_field(
             modes: FloatArray = frozen(kept["modes"])
     except _UNREADABLE as error:
         warnings.warn(
-            f"the kept model {path} is damaged in its mesh ({error}); it is made anew", stacklevel=4
+            f"the mesh of the cached model {path} is damaged ({error}); it is made anew",
+            stacklevel=4,
         )
         return make().elastic_field
     materials = {name: Material(**table) for name, table in header["materials"].items()}

@@ -1,4 +1,4 @@
-"""A seat's ball as a body: what it gives beyond, or short of, Hertz's half-space."""
+"""The ball of a seat as a finite body: its deflection, compared with Hertz's half-space."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pretravel.model.fem.regions import PATCH
 from pretravel.probe.description import Probe
 
 CONTACT = "contact"
-"""Name of the face that is pressed on."""
+"""Name of the face that carries the force."""
 
 
 def ball_mesh(radius: float, patch: float, element: float) -> FiniteElementMesh:
-    """A ball below the origin, touched from above; fine where it is touched.
+    """A ball below the origin that is touched from above, with a fine mesh at the contact.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ def ball_mesh(radius: float, patch: float, element: float) -> FiniteElementMesh:
 
 
 def ball_held(radius: float, ball: FiniteElementMesh) -> IntArray:
-    """Nodes by which the plate holds a ball: its lower half's surface."""
+    """Nodes at which the plate holds a ball: the surface of its lower half."""
     surface = np.unique(ball.boundary)
     return np.asarray(surface[ball.points[surface, 2] < -radius])
 
 
 def ball_correction(probe: Probe, solver: str = "auto") -> float:
-    """Give of a seat's ball, held by its lower half, less a half-space's, per newton. [mm/N]
+    """Deflection of a seat's ball less that of a half-space, per newton. [mm/N]
 
-    Hertz's approach counts the half-space to infinity; a ball ends after its diameter.
-    It is negative and about a hundredth of the contact's own give. Zero for seats
-    described as rigid.
+    The ball is held at its lower half. Hertz's approach contains an infinite half-space, but a
+    ball is finite. The difference is negative and about a hundredth of the contact's deflection.
+    Zero for seats described as rigid.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> -1e-6 < ball_correction(load_probe("omp40-2")) < 0.0

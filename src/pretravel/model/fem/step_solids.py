@@ -28,7 +28,9 @@ def step_solids(probe: Probe, step: StepGeometry) -> list[ProbeSolid]:
     """
     path = Path(step.path)
     if not path.is_file():
-        raise InputError("no such file; [geometry] step is looked for beside the TOML", path=path)
+        raise InputError(
+            "no such file; [geometry] step is a path relative to the description", path=path
+        )
     solids = read_step_solids(path)
     listing = "; ".join(
         f"#{number} '{solid.name or ''}' {solid.mass:.0f} mm³"
@@ -53,7 +55,7 @@ def step_solids(probe: Probe, step: StepGeometry) -> list[ProbeSolid]:
     unknown = [name for name in step.materials if name not in chosen]
     if unknown:
         raise DescriptionError(
-            f"[geometry] materials: '{unknown[0]}' is none of the chosen solids, "
+            f"[geometry] materials: '{unknown[0]}' is not one of the chosen solids, "
             f"{', '.join(chosen)}"
         )
     if len(step.tip) != 1 or len(picked(step.tip[0])) != 1:
@@ -76,7 +78,7 @@ def step_solids(probe: Probe, step: StepGeometry) -> list[ProbeSolid]:
 
 
 def _stylus_materials(probe: Probe, step: StepGeometry) -> list[Material]:
-    """The described segments' materials in order; where numbers differ, only if all are one."""
+    """The described segments' materials in order; if the numbers differ, their one material."""
     described = [segment.material for segment in probe.stylus]
     if len(step.stylus) == len(described):
         return described
@@ -84,14 +86,14 @@ def _stylus_materials(probe: Probe, step: StepGeometry) -> list[Material]:
     if missing and len(set(described)) > 1:
         raise DescriptionError(
             f"[geometry]: the stylus has {len(step.stylus)} solids and [[stylus]] {len(described)} "
-            f"segments of several materials; say of what '{missing[0]}' is: "
+            f"segments of several materials; state the material of '{missing[0]}': "
             f'materials = {{ "{missing[0]}" = "ceramic" }}'
         )
     return [described[0]] * len(step.stylus)
 
 
 def _check_tip(probe: Probe, solid: Any, path: Path) -> None:
-    """The tip of a STEP file must be where and as large as the description says."""
+    """Check that the tip of a STEP file has the described place and size."""
     low, high = solid.bounding_box
     centre = np.array([0.5 * (low[i] + high[i]) for i in range(3)])
     radius = 0.5 * max(high[i] - low[i] for i in range(3))
@@ -103,8 +105,8 @@ def _check_tip(probe: Probe, solid: Any, path: Path) -> None:
             )
     if abs(radius - probe.tip.radius) > 0.01 * probe.tip.radius:
         raise DescriptionError(
-            f"{path}: the tip has a radius of {radius:.4g} mm, but [tip] says "
-            f"{probe.tip.radius:g} mm, which points would be compensated with: correct one of them"
+            f"{path}: the tip has a radius of {radius:.4g} mm, but [tip] states "
+            f"{probe.tip.radius:g} mm, which is used to compensate points: correct one of them"
         )
     away = math.dist(centre, (0.0, 0.0, -probe.lever))
     if away > 0.05 * probe.tip.radius:

@@ -1,4 +1,4 @@
-"""What every compliance model is: one protocol, and the choice of a model by its name."""
+"""The protocol of compliance models, and the choice of a model by its name."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class FiniteElements(ComplianceModel):
     Notes
     -----
     The reactions are those of statics. The body's part is linear: virtual work with the tip's
-    three unit forces and the reactions that balance them gives a 3 x 3 compliance
+    three unit forces and the reactions that balance them yields a 3 x 3 compliance
     for each region. From that of the region under the seats, the compliance of the half-space
     under the patches is subtracted. The seats' part is Hertz's approach, for balls of finite
     size; the tripod follows as a rigid body.
