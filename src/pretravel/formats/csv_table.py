@@ -73,7 +73,7 @@ class CsvTable:
         )
 
     def numbers(self, *names: str) -> FloatArray:
-        """Columns as numbers, (rows, len(names)).
+        """Return columns as numbers, (rows, len(names)).
 
         Raises
         ------
@@ -101,7 +101,7 @@ class CsvTable:
             raise InputError(f"{name} {what}{decimal}", path=self.path, line=line)
 
     def number(self, row: int, name: str) -> float:
-        """One cell as a number."""
+        """Return one cell as a number."""
         return float(self.columns[name][row])
 
 
@@ -157,7 +157,7 @@ def read_csv_table(source: Source) -> CsvTable:
 
 
 def _text(file: SourceFile) -> str:
-    """The text of a CSV file. Another encoding than UTF-8 is refused, because labels need it."""
+    """Decode a CSV file. Other encodings than UTF-8 are refused: labels could change."""
     try:
         text = file.content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -201,7 +201,7 @@ def _is_number(cell: str) -> bool:
 
 
 def format_number(value: float) -> str:
-    """A number as a CSV cell, with twelve significant digits; an empty cell for NaN.
+    """Format a number as a CSV cell, with twelve significant digits; an empty cell for NaN.
 
     >>> format_number(1.0 / 3.0), format_number(25.0), format_number(math.nan)
     ('0.333333333333', '25', '')
@@ -212,7 +212,7 @@ def format_number(value: float) -> str:
 
 
 def exact_number(value: float) -> str:
-    """A number with every digit and without an exponent: reading it gives the same number.
+    """Format a number with every digit, without an exponent; reading it returns the same number.
 
     >>> exact_number(0.1), exact_number(-0.0), exact_number(1e-7)
     ('0.1', '0', '0.0000001')

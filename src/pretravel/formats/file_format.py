@@ -84,7 +84,7 @@ class FileReadings:
         return Placement(rotation=probe_rotation(rotation=self.rotation))
 
     def in_machine_axes(self) -> FileReadings:
-        """The same readings, with directions along the machine's axes.
+        """Return the same readings with directions along the machine's axes.
 
         A qualification needs them so: the probe is fixed to the machine, not to the work
         coordinates.
@@ -94,7 +94,7 @@ class FileReadings:
         return replace(self, touches=moved(self.touches, self.placement), rotation=0.0)
 
     def notes(self) -> list[str]:
-        """The warnings, and which touches were missed, as sentences."""
+        """Return the warnings and the labels of the missed touches, as sentences."""
         notes = list(self.warnings)
         if self.missed:
             shown = ", ".join(self.missed[:10]) + ("…" if len(self.missed) > 10 else "")
@@ -104,7 +104,7 @@ class FileReadings:
 
 
 def labels_or_numbers(labels: tuple[str, ...] | None, count: int) -> tuple[str, ...]:
-    """The labels; numbers from 1 where there are none.
+    """Return the labels, or numbers from 1 where there are no labels.
 
     >>> labels_or_numbers(None, 2)
     ('1', '2')

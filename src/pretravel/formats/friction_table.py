@@ -12,7 +12,7 @@ from pretravel.units import DEGREE, MICROMETRE
 
 
 def friction_table(cycle: FrictionCycle) -> dict[str, npt.ArrayLike]:
-    """Every step of every cycle, for one direction after the other.
+    """Return every step of every cycle as columns, for one direction after the other.
 
     Returns
     -------

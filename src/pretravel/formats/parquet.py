@@ -17,7 +17,7 @@ _MISSING = "Parquet files need the package pyarrow: pip install pyarrow"
 
 
 def read_parquet_table(source: Source) -> CsvTable:
-    """A Parquet file as a table of cells. In messages, the number of a row is its line.
+    """Read a Parquet file as a table of cells. In messages, the number of a row is its line.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def points_table(points: Points) -> dict[str, npt.ArrayLike]:
-    """Compensated points as columns, one row per touch.
+    """Return compensated points as columns, one row per touch.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
 
 
 def points_dataset(points: Points) -> xr.Dataset:
-    """Compensated points as a labelled dataset, with the 3 x 3 covariance of each point.
+    """Return compensated points as a labelled dataset, with the 3 x 3 covariance of each point.
 
     Returns
     -------

@@ -48,5 +48,5 @@ def write_points(
 
 
 def point_endings() -> tuple[str, ...]:
-    """Endings of the files to which points can be written."""
+    """Return the endings of the files to which points can be written."""
     return tuple(e for known in FORMATS if known.write_points for e in known.endings)

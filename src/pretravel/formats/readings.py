@@ -19,7 +19,7 @@ from pretravel.touches import Touches
 def read_readings(
     source: Source, options: ReadingOptions | None = None, *, file_format: str | None = None
 ) -> FileReadings:
-    r"""Touches from a file of any format, and what else the file states.
+    r"""Read touches from a file of any format, and what else the file states.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def read_readings(
 
 
 def read_directions(source: Source) -> FloatArray:
-    r"""Outward normals, from a file of touches or a table of normals, (n, 3).
+    r"""Read outward normals from a file of touches or a table of normals, (n, 3).
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
 
 
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
-    """Touches from positions and the plan that was run."""
+    """Join positions with the plan that was run."""
     if options.plan is None:
         raise InputError(
             "the file contains positions, but not the targets that were touched there; give the "
@@ -145,7 +145,7 @@ def write_readings(path: str | Path, touches: Touches, tip_radius: float | None 
 
 
 def written_format(path: str | Path) -> FileFormat:
-    """The format in which touches are written to a path, by its ending.
+    """Return the format in which touches are written to a path, by its ending.
 
     Raises
     ------
@@ -165,5 +165,5 @@ def written_format(path: str | Path) -> FileFormat:
 
 
 def touch_endings() -> tuple[str, ...]:
-    """Endings of the files to which touches can be written."""
+    """Return the endings of the files to which touches can be written."""
     return tuple(e for known in FORMATS if known.write_touches for e in known.endings)

@@ -9,7 +9,7 @@ from pretravel.probing.slide_history import SlideHistory
 
 
 def slide_table(history: SlideHistory) -> dict[str, npt.ArrayLike]:
-    """The steps of a touch as columns, with the reactions of the seats.
+    """Return the steps of a touch as columns, with the reactions of the seats.
 
     Returns
     -------

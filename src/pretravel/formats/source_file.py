@@ -72,7 +72,7 @@ class SourceFile:
             raise self.error(str(error), inputs=error.inputs) from None
 
     def lines(self, what: str) -> list[str]:
-        r"""The lines of a text file, without line ends and without a byte-order mark.
+        r"""Return the lines of a text file, without line ends and without a byte-order mark.
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class SourceFile:
         return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
     def numbers(self, cells: Sequence[str], line: int) -> list[float]:
-        """Cells of a line as finite numbers.
+        """Read the cells of a line as finite numbers.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class SourceFile:
         return values
 
     def scale(self, units: str | None, reason: str) -> float:
-        """Millimetres in the unit of a file that does not state its unit.
+        """Return the millimetres in the unit of a file that does not state its unit.
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ Source: TypeAlias = str | Path | SourceFile
 
 
 def opened(source: Source) -> SourceFile:
-    """The content of a file; a file that was opened already stays as it is.
+    """Open a file: read its content. A file that was opened already stays as it is.
 
     Parameters
     ----------

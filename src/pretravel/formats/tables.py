@@ -16,7 +16,7 @@ from pretravel.whole_file import whole_file
 
 
 def read_table(source: Source) -> CsvTable:
-    """A table of cells from a Parquet file (.parquet) or a CSV file (any other ending).
+    """Read a table of cells from a Parquet file (.parquet) or a CSV file (any other ending).
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
 
 
 def read_touches(source: Source) -> Touches:
-    r"""Touches from a CSV or Parquet file.
+    r"""Read touches from a CSV or Parquet file.
 
     Columns ``x_mm, y_mm, z_mm, nx, ny, nz``; optional ``ax, ay, az``, ``feed_mm_min``, ``label``,
     ``nominal_x_mm, nominal_y_mm, nominal_z_mm``. Other columns are ignored.
@@ -68,7 +68,7 @@ def read_touches(source: Source) -> Touches:
 def read_targets(
     source: Source, surface: Surface | Part | None = None, *, approach: str = "normal"
 ) -> Targets:
-    r"""Targets of touches from a CSV or Parquet file.
+    r"""Read targets of touches from a CSV or Parquet file.
 
     A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``) with its
     outward normal ``nx, ny, nz``. The tip approaches along the line through the point, so that a
@@ -107,7 +107,7 @@ def read_targets(
 
 
 def read_plan(source: Source) -> Targets:
-    r"""Targets that were run, with points, and along the approaches that the file has.
+    r"""Read the targets of a program that was run: points, normals, and approaches if stated.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def read_plan(source: Source) -> Targets:
 
 
 def read_normals(source: Source) -> FloatArray:
-    r"""The columns nx, ny, nz of touches or targets, (n, 3).
+    r"""Read the columns nx, ny, nz of touches or targets, (n, 3).
 
     Parameters
     ----------

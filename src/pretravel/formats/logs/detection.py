@@ -37,7 +37,7 @@ alone, PROBEOPEN and lines of positions, stand last. A file that no format recog
 
 
 def format_of(source: Source) -> FileFormat:
-    r"""The format of a file of readings, from its ending and its content.
+    r"""Detect the format of a file of readings from its ending and its content.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def format_of(source: Source) -> FileFormat:
 
 
 def format_named(name: str) -> FileFormat:
-    """The format of a name.
+    """Return the format that has a name.
 
     Raises
     ------

@@ -24,7 +24,7 @@ _ROUNDED = 5e-3
 def read_dmis(
     source: Source, radius_taken_off: float | None = None, units: str | None = None
 ) -> FileReadings:
-    r"""Touches from the measured points of a DMIS output file.
+    r"""Read touches from the measured points of a DMIS output file.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class _Output:
     lines: dict[str, int] = field(default_factory=dict)
 
     def read_statement(self, statement: str, number: int) -> None:
-        """One statement: units, a point, or another one."""
+        """Read one statement: units or a point; others are skipped."""
         if _PC_DMIS.match(statement):
             raise self.file.error(
                 "this is a report of PC-DMIS, not DMIS (FA(label)=FEAT/POINT,…)", number
@@ -152,7 +152,7 @@ def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Line numbers and statements, without comments; a line that ends in $ continues.
+    """Return line numbers and statements, without comments; a line that ends in $ continues.
 
     Empty lines are skipped, so that doubled line ends do no harm.
     """

@@ -27,7 +27,7 @@ _LABEL = ";LABEL "
 
 
 def read_fusion(source: Source, units: str | None = None) -> FileReadings:
-    r"""Touches from a results file of Fusion's inspection programs.
+    r"""Read touches from a results file of Fusion's inspection programs.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
 
 @dataclass(frozen=True, eq=False)
 class _Nominal:
-    """A G800: the target of a point."""
+    """A nominal point: a G800."""
 
     label: str
     line: int
@@ -79,7 +79,7 @@ class _Nominal:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """A G801 with its G800, in work coordinates and mm."""
+    """A measured point: a G801 with its G800, in work coordinates and mm."""
 
     label: str
     line: int
@@ -110,7 +110,7 @@ class _Results:
         return {round(p.tip_radius, 6) for p in self.points if np.isfinite(p.tip_radius)}
 
     def read_line(self, line: str, number: int) -> None:
-        """One line: a frame of the file, a label, a rotation, a nominal or a measured point."""
+        """Read one line: start, end, toolpath, label, rotation, nominal or measured point."""
         if line.upper().startswith("TOOLPATHID"):
             self.toolpath = line[10:].strip()
         elif line.startswith(_LABEL):
@@ -134,7 +134,7 @@ class _Results:
             self.measure_point(words, number)
 
     def open_point(self, words: dict[str, float], number: int) -> None:
-        """A G800."""
+        """Read a G800: the nominal point of the next measurement."""
         self.close_point()
         _need(self.file, words, "NXYZIJK", "G800", number)
         numbered = f"{self.toolpath}-{words['N']:g}" if self.toolpath else f"{words['N']:g}"
@@ -142,13 +142,13 @@ class _Results:
         self.next_label = ""
 
     def close_point(self) -> None:
-        """Before the next G800 and at the end: a G800 without its G801 is a miss."""
+        """End the nominal point: it is a miss if no G801 followed."""
         if self.nominal is not None:
             self.missed.append(self.nominal.label)
         self.nominal = None
 
     def measure_point(self, words: dict[str, float], number: int) -> None:
-        """A G801."""
+        """Read a G801: the measured tip centre of the nominal point."""
         _need(self.file, words, "NXYZ", "G801", number)
         target = self.nominal
         if target is None:
@@ -218,7 +218,7 @@ def _warnings(results: _Results) -> tuple[str, ...]:
 
 
 def _words(file: SourceFile, text: str, number: int) -> dict[str, float]:
-    """The words of a line by letter; spaces can stand between a letter and its number."""
+    """Read the words of a line, by letter; a letter and its number can have spaces between them."""
     squeezed = re.sub(r"\s+", "", text).upper()
     pairs = _WORD.findall(squeezed)
     if "".join(letter + value for letter, value in pairs) != squeezed:
@@ -302,7 +302,7 @@ def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> No
 
 
 def _write_points(path: Path, points: Points, origin: PointsOrigin) -> None:
-    """Compensated points as the tip centres of a probe without pretravel."""
+    """Write compensated points as the tip centres of a probe without pretravel."""
     if origin.tip_radius is None:
         raise PretravelError(
             "a Fusion results file contains the tip's radius; give the tip's radius"

@@ -28,7 +28,7 @@ def read_grbl_log(
     units: str | None = None,
     offset: tuple[float, float, float] | None = None,
 ) -> FilePositions:
-    r"""Probe reports from the log of a sender, in work coordinates.
+    r"""Read probe reports from the log of a sender, in work coordinates.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class _GrblLog:
     other_axes: list[float] | None = None
 
     def read_units(self, text: str, number: int) -> None:
-        """The setting $13: whether reports are in inches."""
+        """Read the setting $13: whether reports are in inches."""
         if not (found := _INCHES.search(text)):
             return
         own = "inch" if found[1] == "1" else "mm"
@@ -121,7 +121,7 @@ class _GrblLog:
         self.units = own
 
     def read_offsets(self, text: str, number: int) -> None:
-        """Work offsets, tool length and the active work offset."""
+        """Read work offsets, the tool length and the active work offset."""
         if found := _STATUS_OFFSET.search(text):
             self._keep_offset("WCO", found[1], number)
         for name, values in _OFFSET.findall(text):
@@ -147,7 +147,7 @@ class _GrblLog:
         self.offsets[name] = (values, number)
 
     def read_reports(self, text: str, number: int, *, repeated: bool) -> None:
-        """Probe reports of a line; those that $# repeats are checked and left out."""
+        """Read the probe reports of a line; repeated ones ($#) are checked and left out."""
         reports = _PROBE.findall(text)
         if text.count("[PRB:") != len(reports):
             raise self.file.error("this report is cut off; [PRB:x,y,z:1] is needed", number)
@@ -179,7 +179,7 @@ class _GrblLog:
             raise self.file.error("a fourth axis has moved since the first report", number)
 
     def work_offset(self) -> npt.NDArray[np.float64]:
-        """Origin of the work coordinates in the machine's, in the log's units, (3,)."""
+        """Return the origin of the work coordinates in the machine's, in the log's units, (3,)."""
         known = {name: np.array(values) for name, (values, _) in self.first_offsets.items()}
         if "WCO" in known:
             return known["WCO"][:3]

@@ -32,7 +32,7 @@ _SHOWN = 10
 def join(
     found: FilePositions, plan: Targets, tip_radius: float, *, overtravel: float | None = None
 ) -> FileReadings:
-    """Touches from positions, each joined with the target on whose line it lies.
+    """Join positions with a plan: each belongs to the target on whose line it lies.
 
     Nothing is counted: positions can be in any order, and some can be absent.
 
@@ -122,7 +122,7 @@ def _lines_of(plan: Targets, tip_radius: float, path: str) -> _TargetLines:
 
 
 def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatArray]:
-    """For each position: its row of the plan, and how far it lies beyond the target. [mm]"""
+    """Return for each position its row of the plan, and its distance beyond the target. [mm]"""
     from scipy.spatial import cKDTree
 
     reach = float(np.hypot(ALONG, ACROSS))
@@ -145,7 +145,7 @@ def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatA
 def _line_through(
     found: FilePositions, row: int, lines: _TargetLines, near: IntArray
 ) -> tuple[int, float]:
-    """The line on which a position lies, and how far it lies beyond its target. [mm]
+    """Return the line on which a position lies, and its distance beyond the target. [mm]
 
     `near` are the lines whose targets are within reach.
     """
@@ -179,7 +179,7 @@ def _line_through(
 
 
 def _much_nearer(which: IntArray, along: FloatArray) -> IntArray:
-    """Where lines cross: the line whose target is much nearer, or all of them."""
+    """Where lines cross: return the line whose target is much nearer, or all lines."""
     order = which[np.argsort(np.abs(along[which]))]
     near, next_ = np.abs(along[order[:2]])
     decided = near < _NEAR and next_ > _FAR_RATIO * max(near, _SMALLEST)
@@ -187,7 +187,7 @@ def _much_nearer(which: IntArray, along: FloatArray) -> IntArray:
 
 
 def _contacts(found: FilePositions, beyond: FloatArray, overtravel: float | None) -> BoolArray:
-    """Which positions are contacts: as the file marks them, or those before the move's end."""
+    """Return which positions are contacts: as the file marks them, or before the move's end."""
     if found.contact is not None:
         return np.array(found.contact, dtype=bool)
     if overtravel is not None:
@@ -198,7 +198,7 @@ def _contacts(found: FilePositions, beyond: FloatArray, overtravel: float | None
 def _touches(
     found: FilePositions, plan: Targets, lines: _TargetLines, owners: IntArray, rows: IntArray
 ) -> Touches:
-    """The touches of some rows of the positions; `owners` are their rows of the plan."""
+    """Return the touches of some rows of the positions; `owners` are their rows of the plan."""
     return Touches(
         positions=found.positions[rows],
         normals=plan.normals[owners],
@@ -211,7 +211,7 @@ def _touches(
 
 
 def _absent(lines: _TargetLines, owners: IntArray) -> list[str]:
-    """A warning about the touches of the plan that have no position."""
+    """Return a warning about the touches of the plan that have no position."""
     seen = set(owners.tolist())
     absent = [lines.labels[row] for rows in lines.repeats for row in rows if row not in seen]
     if not absent:
@@ -225,7 +225,7 @@ def _absent(lines: _TargetLines, owners: IntArray) -> list[str]:
 
 
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
-    """A warning where a miss cannot be distinguished from a touch; it names outlying positions."""
+    """Return a warning that misses look like touches; it names outlying positions."""
     warning = (
         "a miss leaves a reading like a touch does, at the end of its move; the overtravel of the "
         "moves (in the machine file) distinguishes them"

@@ -19,7 +19,7 @@ _HEAD = 20
 
 
 def read_log_positions(source: Source, units: str | None = None) -> FilePositions:
-    r"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``.
+    r"""Read positions from lines such as ``G1 X1.0 Y2.0 Z3.0``.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
 
 
 def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
-    """The units from this line on."""
+    """Return the units that hold from this line on."""
     word = re.search(r"\bG2([01])\b", line, re.IGNORECASE)
     if word is None:
         return units
@@ -76,7 +76,7 @@ def _units(file: SourceFile, line: str, number: int, units: str | None) -> str |
 
 
 def _position(file: SourceFile, line: str, number: int) -> list[float] | None:
-    """X, Y and Z of a line; None where it has none of them."""
+    """Read X, Y and Z of a line; None if the line has no coordinate."""
     remainder = _WORD.sub("", line).strip()
     if remainder:
         raise file.error(

@@ -23,7 +23,7 @@ _LAST_DIGIT = 2e-4
 
 
 def read_print_file(source: Source, units: str | None = None) -> list[FeatureResult]:
-    r"""Feature results from a print-out.
+    r"""Read feature results from a print-out.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
 def _result(
     file: SourceFile, line: str, number: int, feature: tuple[int, int], scale: float
 ) -> FeatureResult:
-    """One line of a result; `feature` is the numbers of the component and the feature."""
+    """Read one line of a result; `feature` is the numbers of the component and the feature."""
     found = _ROW.match(line)
     if found is None:
         raise file.error(f"'{line[:50]}' cannot be read; SIZE D… ACTUAL … DEV … is needed", number)

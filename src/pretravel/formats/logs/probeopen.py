@@ -17,7 +17,7 @@ _MOVED = 1e-4
 
 
 def read_probeopen(source: Source, units: str | None = None) -> FilePositions:
-    r"""Positions from a file that ``(PROBEOPEN …)`` wrote.
+    r"""Read positions from a file that ``(PROBEOPEN …)`` wrote.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def read_probeopen(source: Source, units: str | None = None) -> FilePositions:
 
 
 def _row(file: SourceFile, text: str, number: int, last: int) -> list[float]:
-    """The nine numbers of a line; `last` is the number of the file's last line."""
+    """Read the nine numbers of a line; `last` is the number of the file's last line."""
     cells = text.split()
     if len(cells) != _COLUMNS:
         hint = (

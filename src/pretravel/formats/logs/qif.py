@@ -67,7 +67,7 @@ class PointSet:
 
 
 def read_point_sets(source: Source) -> list[PointSet]:
-    """Every MeasuredPointSet of a QIF 3 document.
+    """Read every MeasuredPointSet of a QIF 3 document.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def read_point_sets(source: Source) -> list[PointSet]:
 
 
 def read_qif(source: Source) -> FileReadings | FilePositions:
-    """Touches of a QIF document, from its points that are not compensated.
+    """Read touches of a QIF document from its points that are not compensated.
 
     Parameters
     ----------
@@ -143,13 +143,13 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
 
 
 def _radii(point_set: PointSet) -> FloatArray:
-    """Probe radii of a set, NaN where it states none."""
+    """Return the probe radii of a set, NaN where it states no radius."""
     unknown = np.full(len(point_set.points), np.nan)
     return unknown if point_set.radii is None else point_set.radii
 
 
 def _document(file: SourceFile) -> ET.Element:
-    """The root of a QIF 3 document."""
+    """Return the root of a QIF 3 document."""
     text = "\n".join(file.lines("a QIF document"))
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise file.error("a QIF document must not contain a document type or entities")
@@ -167,7 +167,7 @@ def _document(file: SourceFile) -> ET.Element:
 
 
 def _file_scale(file: SourceFile, root: ET.Element) -> float:
-    """Millimetres in the document's unit of length."""
+    """Return the millimetres in the document's unit of length."""
     unit = root.find(_LINEAR_UNIT)
     if unit is None:
         return _METRE
@@ -197,7 +197,7 @@ class _SetElement:
         return self.file.error(f"{self.name}: {message}")
 
     def scale(self, main_unit: str | None) -> float | None:
-        """Millimetres in the set's own unit; None where it has that of the document."""
+        """Return the millimetres in the set's own unit; None if it has the document's unit."""
         unit = self.element.get("linearUnit")
         if unit is None or unit == main_unit:
             return None
@@ -206,7 +206,7 @@ class _SetElement:
         return _UNIT_NAMES[unit.strip().lower()]
 
     def point_set(self, scale: float) -> PointSet:
-        """Everything that the set contains; `scale` is millimetres in its unit."""
+        """Read everything that the set contains; `scale` is the millimetres in its unit."""
         self._refuse_what_is_not_read()
         try:
             count = int(self.element.get("count", ""))
@@ -273,7 +273,7 @@ class _SetElement:
         return radii if common is None else np.full(count, self._number(common))
 
     def _compensated(self, count: int) -> tuple[bool, ...]:
-        """One flag for all points, or one for each."""
+        """Read whether each point is compensated: one flag for all points, or one for each."""
         single = self.element.findtext(f"{_Q}Compensated")
         words = (single or self.element.findtext(f"{_Q}Compensations") or "").split()
         meaning = {"true": True, "1": True, "false": False, "0": False}
