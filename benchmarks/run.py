@@ -24,7 +24,7 @@ from pretravel.compensation.compensation import apply
 from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
 from pretravel.compensation.point_errors import points_by_trials
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
@@ -257,7 +257,7 @@ def trials() -> None:
     count = 100_000
 
     def ours() -> MonteCarlo:
-        return sphere_by_trials(ball, touches, points, made, digits=2, most_trials=count)[0]
+        return sphere_by_trials(ball, digits=2, most_trials=count)[0]
 
     drawn = points_by_trials(touches, points, made, trials=LOOPED)
     radii = np.array([fit_sphere(trial).radius for trial in drawn])

@@ -21,6 +21,7 @@ _PUBLIC = {
     "Touches": "touches",
     "PretravelMap": "maps.pretravel_map",
     "Placement": "frames",
+    "Provenance": "maps.provenance",
     # virtual branch
     "Probe": "probe.description",
     "load_probe": "probe.catalogue",
@@ -49,7 +50,12 @@ _PUBLIC = {
     "simulate": "probing.simulation",
     "parse_surface": "surface.specification",
     # measured branch
-    "qualify": "identification.kinds",
+    "qualify": "identification.kind_registry",
+    "choose": "identification.kind_registry",
+    "qualify_like": "identification.kind_registry",
+    "QualificationSetup": "maps.provenance",
+    "KindOfMap": "maps.kind",
+    "WozniakKind": "maps.kinds.wozniak",
     "Qualification": "qualification.qualification",
     "apply": "compensation.compensation",
     "embed": "compensation.compensation",
@@ -127,14 +133,17 @@ if TYPE_CHECKING:
     from pretravel.formats.source_file import SourceFile
     from pretravel.formats.touches_csv import read_plan, read_targets, read_touches, write_touches
     from pretravel.frames import Placement
-    from pretravel.identification.kinds import qualify
+    from pretravel.identification.kind_registry import choose, qualify, qualify_like
     from pretravel.identification.probe import identify
     from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
     from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.separation import Separation, separate
+    from pretravel.maps.kind import KindOfMap
+    from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.maps.provenance import Provenance, QualificationSetup
     from pretravel.model.fem.condensation import ReducedModel
     from pretravel.model.fem.mesh import MeshSettings
     from pretravel.model.fem.reduction_cache import reduced_model

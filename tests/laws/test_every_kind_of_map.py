@@ -30,7 +30,7 @@ from pretravel.directions import (
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.frames import probe_rotation
-from pretravel.identification.kinds import BASES, KINDS, qualify
+from pretravel.identification.kind_registry import BASES, KINDS, qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches

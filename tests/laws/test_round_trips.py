@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
 from pretravel.frames import probe_rotation
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.probe.catalogue import load_probe

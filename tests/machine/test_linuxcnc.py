@@ -28,7 +28,7 @@ from pretravel.formats.logs.log_lines import read_log_positions
 from pretravel.formats.logs.pretravel_log import read_own_log
 from pretravel.formats.logs.probeopen import read_probeopen
 from pretravel.frames import probe_rotation
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probing.targets import Targets
 from pretravel.touches import moved

@@ -11,7 +11,7 @@ from pretravel.controls.lookup import (
 )
 from pretravel.directions import ring_pattern
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport

@@ -33,7 +33,7 @@ SHARED_NAMES = {
     "Picture": "",
     "Place": "",
     "REPEATABILITY": "",
-    "Wozniak": "",
+    "WozniakKind": "",
     "kinds": "",
     "observation": "",
     "plausibility": "",

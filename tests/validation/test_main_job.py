@@ -13,7 +13,7 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import KINDS, qualify
+from pretravel.identification.kind_registry import KINDS, qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches

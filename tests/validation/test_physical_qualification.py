@@ -17,7 +17,7 @@ from pretravel.directions import from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import KINDS, choose, qualify
+from pretravel.identification.kind_registry import KINDS, choose, qualify
 from pretravel.identification.physical import PhysicalMapFit
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.probe.catalogue import load_probe

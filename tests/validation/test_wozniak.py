@@ -16,9 +16,9 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.directions import five_point_pattern, from_angles, sphere_pattern_25
 from pretravel.errors import PretravelError
-from pretravel.identification.kinds import qualify
-from pretravel.maps.kinds.mean import Mean
-from pretravel.maps.kinds.wozniak import Wozniak, WozniakBasis, wozniak_constant
+from pretravel.identification.kind_registry import qualify
+from pretravel.maps.kinds.mean import MeanKind
+from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
@@ -87,7 +87,7 @@ def test_five_points_give_the_constant(transducer: str) -> None:
         _touches(pretravel, n),
         2.0 * SPHERE,
         tip_diameter=2.0 * TIP,
-        kind=Wozniak(lobe, transducer),
+        kind=WozniakKind(lobe, transducer),
     )
     assert result.pretravel_map.coefficients[0] == pytest.approx(constant, abs=1e-9)
     assert np.abs(result.center).max() < 1e-9
@@ -109,7 +109,7 @@ def test_five_points_do_not_tell_the_lobes() -> None:
     with pytest.raises(PretravelError, match="azimuth of largest pretravel"):
         qualify(touches, 25.0, tip_diameter=4.0, kind="wozniak")
     with pytest.raises(PretravelError, match="give the tip's diameter"):
-        qualify(touches, 25.0, kind=Wozniak(0.0))
+        qualify(touches, 25.0, kind=WozniakKind(0.0))
 
 
 def _reduction(probe_pretravel, lobe: float, transducer: str, n: np.ndarray) -> float:
@@ -168,7 +168,7 @@ def test_compensated_sphere_is_better_than_a_mean_radius() -> None:
     probe = _contact_probe(50.0)
     five, n = five_point_pattern(), sphere_pattern_25()
     spread = {}
-    for kind in (Mean(), Wozniak(180.0 * DEGREE)):
+    for kind in (MeanKind(), WozniakKind(180.0 * DEGREE)):
         result = qualify(
             _touches(predict(probe, five).pretravel, five),
             25.0,

@@ -13,7 +13,7 @@ from pretravel.cli.showing import save_picture, show
 
 
 def _kinds() -> list[str]:
-    from pretravel.identification.kinds import AUTO, KINDS
+    from pretravel.identification.kind_registry import AUTO, KINDS
 
     return [*KINDS, AUTO]
 
@@ -83,8 +83,8 @@ def qualify(
     from pretravel.errors import PretravelError
     from pretravel.formats.map_file import write_map
     from pretravel.formats.readings import read_readings
-    from pretravel.identification.kinds import KINDS, choose
-    from pretravel.maps.kinds.wozniak import Wozniak
+    from pretravel.identification.kind_registry import KINDS, choose
+    from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
@@ -106,11 +106,11 @@ def qualify(
             axial_pretravel=axial_pretravel.millimetres,
             axis=axis,
         )
-        wozniak = Wozniak(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
+        wozniak = WozniakKind(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
         choice = choose(
             measured,
             setup,
-            wozniak if KINDS.get(kind) is Wozniak else kind,
+            wozniak if KINDS.get(kind) is WozniakKind else kind,
             candidates=[wozniak],
         )
     result = choice.qualification

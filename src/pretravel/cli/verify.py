@@ -76,7 +76,7 @@ def verify(
     )
     decision = "kept"
     if accept is not None:
-        from pretravel.identification.kinds import qualify_like
+        from pretravel.identification.kind_registry import qualify_like
 
         again = qualify_like(readings.touches, pretravel_map, diameter, ring=ring)
         write_map(accept, again.pretravel_map)

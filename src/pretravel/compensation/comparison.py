@@ -1,4 +1,4 @@
-"""What simpler corrections would leave of a map: one radius, axis radii, sectors, Woźniak."""
+"""Residuals of simpler corrections than a map: one radius, axis radii, sectors, Woźniak."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _AXIS = np.array([[0.0, 0.0, 1.0]])
 
 
 @dataclass(frozen=True)
-class Left:
-    """What a correction leaves over some directions. [mm]
+class CorrectionResidual:
+    """Residual of a correction over some directions. [mm]
 
     Attributes
     ----------
@@ -45,21 +45,21 @@ class Left:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Corrections held against a map.
+    """Corrections compared with a map.
 
     Attributes
     ----------
-    rows : tuple of Left
+    rows : tuple of CorrectionResidual
         Method by method, the finest last.
     azimuth_deg : (a,) float
     curves : mapping of str to (a,) float
         Correction less map on the equator, by method. [mm]
     u_map : float
-        Root mean square of the map's own standard uncertainty, all directions; zero where it
-        states none. [mm]
+        Root mean square of the standard uncertainty of the map over all directions; zero where the
+        map states none. [mm]
     """
 
-    rows: tuple[Left, ...]
+    rows: tuple[CorrectionResidual, ...]
     azimuth_deg: FloatArray
     curves: dict[str, FloatArray]
     u_map: float
@@ -68,14 +68,14 @@ class Comparison:
 def compare_corrections(
     pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
 ) -> Comparison:
-    """Hold the corrections of today's controls, and Woźniak's, against a map.
+    """Compare the corrections of today's controls, and Woźniak's, with a map.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
-        Stands for the probe. Corrections are filled from it without errors of touching.
+        Represents the probe. The corrections are made from it, without errors of touching.
     part_normals : (n, 3) float, optional
-        Outward unit normals that a part is touched along.
+        Outward unit normals of the touches of a part.
 
     Returns
     -------
@@ -84,13 +84,13 @@ def compare_corrections(
     Raises
     ------
     ExtrapolationError
-        A map that does not hold all around the equator, or not along a part's normals.
+        The map does not hold all around the equator, or not along the normals of the part.
 
     Notes
     -----
-    Radii of controls are for the plane of the table. Their length is set along the axis, which
-    shifts every point along it: between axis and plane the correction goes over from
-    the one to the other with the normal's part along the axis (where the map holds on the axis).
+    The radii of controls hold in the plane of the table. The length of the tool is set along the
+    axis, which shifts every point along it. Between axis and plane the correction is interpolated
+    by the component of the normal along the axis (where the map holds on the axis).
     Woźniak's constant and lobe azimuth are fitted to the map over all directions.
 
     >>> from pretravel.maps.support import DirectionSupport
@@ -114,7 +114,7 @@ def compare_corrections(
         off = {where: correction(n) - truth[where] for where, n in places.items()}
         curves[method] = off["equator"]
         rows += [
-            Left(
+            CorrectionResidual(
                 method,
                 where,
                 len(values),
@@ -128,10 +128,10 @@ def compare_corrections(
 
 
 def _supported(pretravel_map: PretravelMap) -> FloatArray:
-    """Directions all over the part of the sphere where the map holds, machine frame."""
+    """Directions spread over all that the map supports, machine frame."""
     sphere = fibonacci_cap(_COUNT, np.pi)
     held = sphere[pretravel_map.support.supports(sphere)]
-    if not len(held):  # a ring: its neighbours within the margin are too few to be met
+    if not len(held):  # a ring, whose margin contains none of the spread directions
         held = pretravel_map.support.nodes
     return np.asarray(held @ pretravel_map.rotation.T)
 
@@ -139,7 +139,7 @@ def _supported(pretravel_map: PretravelMap) -> FloatArray:
 def _corrections(
     pretravel_map: PretravelMap, everywhere: FloatArray
 ) -> dict[str, Callable[[FloatArray], FloatArray]]:
-    """Pretravel that each method takes off, as functions of the normal, machine frame."""
+    """Pretravel that each method subtracts, as functions of the normal, machine frame."""
     ring = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
     four = equator(pretravel_map, np.array([0.0, 90.0, 180.0, 270.0]))
     axes = np.array([0.5 * (four[0] + four[2]), 0.5 * (four[1] + four[3])])

@@ -1,4 +1,4 @@
-"""Compensation: readings in, surface points with uncertainties out, and back."""
+"""Compensation: readings in, surface points with uncertainties out; and the inverse."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pretravel.touches import Touches, at_rest, refuse_glancing
 from pretravel.units import DEGREE
 
 OBLIQUE = 10.0 * DEGREE
-"""Approaches further off the normal than this are warned about. [rad]"""
+"""Approaches at a larger angle to the normal than this are warned about. [rad]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,11 @@ class Points:
     Attributes
     ----------
     positions : (n, 3) float
-        Where the ball first touched the surface. [mm]
+        Points of first contact. [mm]
     normals : (n, 3) float
         Outward unit normals that the compensation used.
     pretravel : (n,) float
-        Taken off, along -n. [mm]
+        That was subtracted, along -n. [mm]
     covariance : (n, 3, 3) float
         Of each point: repeatability along the approach, map, tip radius. [mm²]
     deviation : (n,) float or None
@@ -44,9 +44,9 @@ class Points:
 
     Notes
     -----
-    Covariances are of single points. Errors of the map are common to points with like
-    normals (`PretravelMap.value_covariance`): averaging n points does not divide
-    their uncertainty by the root of n.
+    Covariances are of single points. Errors of the map are common to points with similar normals
+    (`PretravelMap.value_covariance`): the mean of n points does not have an uncertainty smaller by
+    the root of n.
     """
 
     positions: FloatArray
@@ -75,14 +75,14 @@ def apply(
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
-    Without a nominal surface the normals are the touches' own. The spindle travelled
-    pretravel / |a·n| along the approach a since first contact; going back by that and by
-    the tip radius along n gives the point of first contact. A map that knows the signal
-    delay is one of the probe at rest; feed times delay is taken off first.
+    Without a nominal surface the normals are those of the touches. Between first contact and
+    trigger the spindle travels pretravel / |a·n| along the approach a. The point of first contact
+    lies back by this travel, and by the tip radius along n. A map that contains the signal delay is
+    that of the probe at rest; feed times delay is subtracted first.
 
-    With a nominal surface the contact is found on it: where the deflected ball
-    touches the surface that lies parallel to the nominal one. The map is asked for the normal
-    there, however far the tip has slid, and the distance of the two surfaces is the deviation.
+    With a nominal surface the contact is determined on it: the deflected ball touches a surface
+    parallel to the nominal one. The map is evaluated at the normal there, however far the tip has
+    slid, and the distance of the two surfaces is the deviation.
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ def apply(
     pretravel_map : PretravelMap
         Predicted or measured.
     nominal : Surface or Part, optional
-        Not given: deviations are from the touches' nominal points, where they have them.
+        Not given: deviations are from the nominal points of the touches, where there are any.
     extrapolate : bool
-        Also for normals outside the map's directions.
+        Also for normals outside the directions of the map.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def apply(
     ExtrapolationError
         Normals that the map does not support.
     PretravelError
-        Touches that touch the nominal surface nowhere.
+        Touches that do not touch the nominal surface.
 
     References
     ----------
@@ -151,17 +151,17 @@ def apply(
 def _on_nominal(
     touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
 ) -> tuple[LocalGeometry, FloatArray]:
-    """Where each touch touches the nominal surface moved along its normal, and by how much."""
+    """Contact of each touch with a surface parallel to the nominal one, and their distance."""
     radius = pretravel_map.tip_radius
     search = ContactSearch(nominal, len(touches))
     near = touches.positions - radius * touches.normals
     curvatures = np.zeros((len(touches), 2))
-    # Twice: how curved the part is at the contact changes its compression a little.
+    # Twice: the curvature of the part at the contact changes its compression a little.
     for _ in range(2):
 
         def reach_of(rows: IntArray, curvatures: FloatArray = curvatures) -> Reach:
             def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
-                # Steps on the way to the contact may leave the map; the end is checked by `apply`.
+                # Steps on the way to the contact may leave the map; `apply` checks the end.
                 moved = pretravel_map.tip_displacement(
                     local.normal, curvatures[rows[own]], extrapolate=True
                 )
@@ -191,7 +191,7 @@ def _on_nominal(
 def compensation_warnings(
     touches: Touches, points: Points, pretravel_map: PretravelMap
 ) -> list[str]:
-    """What a user should know before believing the points, as sentences.
+    """What to know before the points are used, as sentences.
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.maps.kinds.mean import MeanBasis
@@ -206,8 +206,9 @@ def compensation_warnings(
     warnings = []
     if not pretravel_map.states_uncertainty:
         warnings.append(
-            "this map is a prediction without an uncertainty of its own: u_um holds the tip radius "
-            "(and a told repeatability) alone, not how far the described probe is from yours"
+            "this map is a prediction without an uncertainty of its own: u_um contains the tip "
+            "radius (and a given repeatability) alone, not the difference between the described "
+            "probe and yours"
         )
     made_at = pretravel_map.feed if pretravel_map.delay is None else None
     if made_at is not None and touches.feeds is not None:
@@ -220,17 +221,16 @@ def compensation_warnings(
             )
     if touches.feeds is not None and not pretravel_map.states_uncertainty:
         warnings.append(
-            f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map knows "
-            "no signal delay: feed × delay is still in the deviations"
+            f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map "
+            "contains no signal delay: feed × delay is still in the deviations"
         )
-    closing = -np.sum(touches.approach_directions * touches.normals, axis=1)
-    obliqueness = float(np.arccos(np.clip(closing.min(), -1.0, 1.0)))
+    obliqueness = float(np.arccos(np.clip(touches.closing().min(), -1.0, 1.0)))
     if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
         warnings.append(
             f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
-            "signal delay adds its travel along the approach, but a qualified map holds it as if "
-            "it were pretravel; at 45° and 12 µm of delay travel that is 3.5 µm. Probe along the "
-            "normal, or qualify at two feeds, which tells the delay apart"
+            "signal delay adds its travel along the approach, but a qualified map contains it as "
+            "pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along the "
+            "normal, or qualify at two feeds, which separates the delay"
         )
     if points.deviation is not None:
         middle = float(np.median(points.deviation))
@@ -244,7 +244,7 @@ def compensation_warnings(
 
 
 def placed(points: Points, placement: Placement) -> Points:
-    """Points of a part, in the machine.
+    """Points of a part in the frame of the machine.
 
     Parameters
     ----------
@@ -288,8 +288,8 @@ def embed(
     approaches : (n, 3) float, optional
         -normals when not given.
     feeds : (n,) float, optional
-        Of the touches, whose delay travel comes on top where the map knows the delay; at rest
-        when not given. [mm/min]
+        Of the touches; their delay travel is added where the map contains the delay. At rest when
+        not given. [mm/min]
     extrapolate : bool
 
     Returns

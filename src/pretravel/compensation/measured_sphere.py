@@ -8,9 +8,14 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.compensation.compensation import Points
-from pretravel.compensation.point_errors import point_sources, total_covariance
+from pretravel.compensation.point_errors import (
+    REPEATABILITY,
+    point_sources,
+    total_covariance,
+)
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
 from pretravel.uncertainty.gum import Budget, Component, Propagated
 from pretravel.uncertainty.monte_carlo import MonteCarlo, Validation, monte_carlo, validate
@@ -26,14 +31,20 @@ class MeasuredSphere:
     ----------
     fit : SphereFit
     covariance : (4, 4) float
-        Of centre and radius, errors common to many points included. [mm²]
+        Of centre and radius, with the errors that are common to many points. [mm²]
     budget : Budget
         Of the diameter, by source. [mm]
+    points : Points
+        That were fitted.
+    along_normals : Covariance
+        Of these points along their normals, all sources together. [mm²]
     """
 
     fit: SphereFit
     covariance: FloatArray
     budget: Budget
+    points: Points
+    along_normals: Covariance
 
     @property
     def diameter(self) -> float:
@@ -93,30 +104,28 @@ def measured_sphere(
         )
         for name, part in parts.items()
     )
-    return MeasuredSphere(fit, frozen(sum(parts.values())), Budget(components))
-
-
-REPEATABILITY = "repeatability"
+    return MeasuredSphere(
+        fit,
+        frozen(sum(parts.values())),
+        Budget(components),
+        points,
+        total_covariance(sources),
+    )
 
 
 def sphere_by_trials(
     measured: MeasuredSphere,
-    touches: Touches,
-    points: Points,
-    pretravel_map: PretravelMap,
     *,
     probability: float = 0.95,
     digits: int = 1,
     most_trials: int = 100_000,
     seed: int | None = 1,
 ) -> tuple[MonteCarlo, Validation]:
-    """The diameter's distribution by trials, and whether the GUM's interval stands.
+    """The distribution of the diameter by trials, and whether it confirms the GUM's interval.
 
     Parameters
     ----------
     measured : MeasuredSphere
-    touches, points, pretravel_map
-        As for `measured_sphere`.
     probability, digits, most_trials, seed
         As for `monte_carlo`.
 
@@ -126,13 +135,13 @@ def sphere_by_trials(
         Of the diameter. [mm]
     Validation
     """
-    along = total_covariance(point_sources(touches, points, pretravel_map))
 
     def draw(generator: np.random.Generator, trials: int) -> FloatArray:
-        return along.errors(generator, trials)
+        return measured.along_normals.errors(generator, trials)
 
     def diameters(moved: FloatArray) -> FloatArray:
-        # Every trial's sphere is fitted anew, Gauss-Newton for all trials at once.
+        # The sphere of every trial is fitted, by Gauss-Newton for all trials at once.
+        points = measured.points
         p = points.positions[None] + moved[:, :, None] * points.normals[None]
         return 2.0 * _sphere_radii(p, measured.fit)
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
-from pretravel.identification.kinds import restored_basis
+from pretravel.identification.kind_registry import restored_basis
 from pretravel.maps.basis import StoredArray, StoredBasis
 from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap

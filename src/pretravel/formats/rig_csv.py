@@ -19,7 +19,7 @@ from pretravel.laboratory.rig_calibration import RigCalibration, Spread, azimuth
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
-REPEATABILITY = "repeatability at"
+OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
 
@@ -215,7 +215,7 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
                 kind,
                 values[0] * MICROMETRE,
                 values[1] * 1e-6,
-                repeatability=source.startswith(REPEATABILITY),
+                repeatability=source.startswith(OWN_REPEATABILITY),
             )
         )
     return tuple(found)

@@ -12,7 +12,7 @@ from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.compensation.compensation import apply
 from pretravel.errors import PretravelError
 from pretravel.maps.kind import KindOfMap
-from pretravel.maps.kinds.mean import Mean
+from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.qualification import Qualification, qualify
@@ -76,7 +76,7 @@ def compare_kinds(
     uncertainty than its own.
     """
     setup = replace(setup, search_outliers=False)
-    whole = qualify(touches, setup, Mean())
+    whole = qualify(touches, setup, MeanKind())
     left_out = _left_out(whole)
     scores = [
         _score(name, kind, touches, setup, whole.groups, left_out) for name, kind in kinds.items()

@@ -27,9 +27,9 @@ from pretravel.trigger.six_seats import (
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE, MICROMETRE
 
-FEWEST_DIRECTIONS = 8
+FEWEST_FOR_SIX_SEATS = 8
 """Ideal probe, centre and level are ten numbers; with priors this many directions suffice."""
-FEW_DIRECTIONS = 15
+FEW_FOR_SIX_SEATS = 15
 """A physical map from fewer directions than this is warned about."""
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0)
 """Scales of asymmetry, as multiples of the spreads of `ASYMMETRIES`; the likelihood chooses
@@ -171,7 +171,7 @@ def _effective_dof(problem: _Problem, x: FloatArray) -> float:
 
 
 @dataclass(frozen=True)
-class Physical(KindOfMap):
+class PhysicalKind(KindOfMap):
     """A six-seat probe: statics of the tripod, linear compliance, Hertz contact."""
 
     name: ClassVar[str] = "physical"
@@ -185,7 +185,7 @@ class Physical(KindOfMap):
         assert isinstance(fit, PhysicalMapFit)
         found = []
         count = fit.observation.direction_count
-        if count < FEW_DIRECTIONS:
+        if count < FEW_FOR_SIX_SEATS:
             found.append(
                 f"{count} directions are few for a six-seat probe: another one may explain them "
                 "as well, and u of the map does not contain that; touch 25"
@@ -231,11 +231,11 @@ def fit_physical(observation: Observation, repeats: Scatter) -> PhysicalMapFit:
     use the same statics.
     """
     count = observation.direction_count
-    if count < FEWEST_DIRECTIONS:
+    if count < FEWEST_FOR_SIX_SEATS:
         raise PretravelError(
             f"{count} directions are too few for kind physical: a six-seat probe has seven "
             "parameters beside centre and asymmetry; touch at least "
-            f"{FEWEST_DIRECTIONS} directions, 25 are good"
+            f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
         )
     well_known = repeats.dof >= _WELL_KNOWN_NOISE
     sigma = max(repeats.deviation, _LEAST_NOISE) if well_known else _TYPICAL_NOISE

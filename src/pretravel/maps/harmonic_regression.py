@@ -1,17 +1,17 @@
-"""Harmonics from few touches: a regression that knows how kinematic probes look.
+"""Harmonics from few touches: a regression with priors that describe kinematic probes.
 
-A map of spherical harmonics has more coefficients than a sphere has touches.
-Each coefficient therefore gets a prior variance, and the data choose how large
-these are (empirical Bayes, restricted likelihood):
+A map of spherical harmonics has more coefficients than a sphere has touches. Each coefficient
+therefore has a prior variance, whose size is estimated from the data (empirical Bayes, restricted
+likelihood):
 
 - zonal harmonics, and harmonics with three lobes around the axis (orders 3, 6, 9,
   ...) that are even about one azimuth, belong to the ideal three-rod probe; their
   amplitudes and that azimuth are estimated;
-- all others are the probe's asymmetry; they share one amplitude, usually small;
-- amplitudes fall with the degree. A function with kinks, which trigger force has
-  where another seat opens first, has coefficients that fall with the power 2.5.
+- all others describe the asymmetry of the probe; they share one amplitude, which is usually small;
+- amplitudes decrease with the degree. Trigger force has kinks where another seat opens first, and
+  the coefficients of a function with kinks decrease with the power 2.5.
 
-The centre of the reference, and the mean, get no prior at all.
+The centre of the reference and the mean have no prior.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from pretravel.units import DEGREE, MICROMETRE
 LOBE_DEGREES = (15, 24)
 """Largest degree of zonal and three-lobed harmonics, for few and for many directions.
 
-Twenty-five directions resolve no more than degree 15; what kinks have above it is 0.2 um
-of a 25 um map, which hundreds of directions do resolve."""
+Twenty-five directions resolve degree 15 at most. Kinks contribute 0.2 um of a 25 um map above it,
+which hundreds of directions resolve."""
 ASYMMETRY_DEGREE = 8
 """Largest degree of all others on a sphere."""
 RING_DEGREE = 30
@@ -43,25 +43,25 @@ _TYPICAL_NOISE, _NOISE_SPREAD = math.log(0.3), 2.0  # log um, vague
 
 @dataclass(frozen=True, eq=False)
 class HarmonicFit:
-    """What the regression found, all in mm.
+    """Result of the regression, in mm.
 
     Attributes
     ----------
     terms : (k, 2) int
-        Degree and order; the first is (0, 0), then the nuisance translation's, then
-        the harmonics with a prior.
+        Degree and order; the first is (0, 0), then those of a translation, then the harmonics
+        with a prior.
     coefficients : (k,) float
         Posterior mean.
     covariance : (k, k) float
         Posterior covariance.
     noise : float
-        Standard deviation of a single touch, as the likelihood has it.
+        Standard deviation of a single touch, estimated by the likelihood.
     lobe_azimuth : float
         About which the lobes are even, in [0, 60°). [rad]
     hat : (n, n) float
         Fitted values per observed value.
     amplitudes : (7,) float
-        What the likelihood chose; to fit again without choosing again.
+        Estimated by the likelihood; with them a fit can be repeated without a new estimate.
     """
 
     terms: IntArray
@@ -79,7 +79,7 @@ def sphere_terms(directions: int) -> IntArray:
     Parameters
     ----------
     directions : int
-        How many directions were touched.
+        Number of touched directions.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def ring_terms() -> IntArray:
 
 
 class _Problem:
-    """The regression, reduced to what the likelihood needs; everything in um."""
+    """The regression, reduced to the terms of the likelihood; lengths in um."""
 
     def __init__(
         self,
@@ -118,7 +118,7 @@ class _Problem:
     ) -> None:
         free_design = real_spherical_harmonics(directions, free)
         design = real_spherical_harmonics(directions, terms)
-        # Repeats of a direction count through their mean and their scatter.
+        # Repeats of a direction enter by their mean and their scatter.
         count = np.bincount(groups).astype(np.float64)
         self.mean = np.zeros((len(count), len(groups)))
         self.mean[groups, np.arange(len(groups))] = 1.0 / count[groups]
@@ -132,9 +132,9 @@ class _Problem:
         self.y = root[:, 0] * y
         self.rows = (free_design, design)
         stacked = np.hstack([self.free, self.design, self.y[:, None]])
-        if len(stacked) > stacked.shape[1]:  # nothing is lost by an orthogonal reduction
+        if len(stacked) > stacked.shape[1]:  # an orthogonal reduction is exact
             stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
-            # Its last row is what no column explains: scatter, as among repeats.
+            # Its last row is the part that no column explains: scatter, as among repeats.
             self.within += float(stacked[-1, -1] ** 2)
             self.within_dof += float(len(count) - (stacked.shape[1] - 1))
             stacked = stacked[:-1]
@@ -216,22 +216,22 @@ def fit_harmonics(
     terms: IntArray,
     amplitudes: FloatArray | None = None,
 ) -> HarmonicFit:
-    """Harmonics of pretravel, with what the reference's position adds left free.
+    """Fit harmonics of pretravel; the mean and the position of the reference have no prior.
 
     Parameters
     ----------
     directions : (n, 3) float
         Contact normals in the probe frame.
     values : (n,) float
-        Observed pretravel, a translation of the reference still in it. [mm]
+        Observed pretravel; it contains a translation of the reference. [mm]
     groups : (n,) int
-        Which direction each touch repeats, 0 to g - 1.
+        Number of the direction of each touch, 0 to g - 1.
     free : (f, 2) int
-        Terms without a prior: the mean, and the translation's (degree 1).
+        Terms without a prior: the mean, and those of a translation (degree 1).
     terms : (k, 2) int
         Terms with a prior.
     amplitudes : (7,) float, optional
-        Of an earlier fit, to be kept.
+        Of an earlier fit, which are kept.
 
     Returns
     -------
@@ -245,13 +245,18 @@ def fit_harmonics(
     >>> bool(abs(found[0] - 0.002) < 1e-4)
     True
     """
+    problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
+    if amplitudes is None:
+        amplitudes = _estimated_amplitudes(problem)
+    return _posterior(problem, amplitudes, free, terms)
+
+
+def _estimated_amplitudes(problem: _Problem) -> FloatArray:
+    """Amplitudes of greatest restricted likelihood, from the best azimuths of the lobes, (7,)."""
     from scipy.optimize import minimize
     from threadpoolctl import threadpool_limits
 
-    problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
-    if amplitudes is not None:
-        return _posterior(problem, amplitudes, free, terms)
-    # Start from the scatter: repeats give the noise, what is left the amplitudes.
+    # Start from the scatter: repeats determine the noise, the residual the amplitudes.
     residual = (
         problem.small_y
         - problem.small_free @ np.linalg.lstsq(problem.small_free, problem.small_y, rcond=None)[0]
@@ -272,7 +277,7 @@ def fit_harmonics(
     azimuths = np.arange(0.0, 60.0, 7.5) * DEGREE
     bounds = [(low, amplitude + 4.0)] * 3 + [(1.0, 5.0)] * 2 + [(low, amplitude + 2.0)]
     bounds += [(-math.inf, math.inf)]
-    # Matrices this small gain nothing from threads and lose much on a busy machine.
+    # For matrices of this size threads gain nothing, and cost much on a busy machine.
     with threadpool_limits(1, user_api="blas"):
         costs = [problem.cost(start(azimuth)) for azimuth in azimuths]
         found = min(
@@ -282,15 +287,16 @@ def fit_harmonics(
             ),
             key=lambda result: float(result.fun),
         )
-    return _posterior(problem, np.asarray(found.x), free, terms)
+    return np.asarray(found.x)
 
 
 def _posterior(problem: _Problem, h: FloatArray, free: IntArray, terms: IntArray) -> HarmonicFit:
+    """Coefficients and covariance at given amplitudes."""
     variance = math.exp(2.0 * h[5])
     prior = problem.prior_variances(h)
     design = problem.turned(problem.design, h[6])
-    # Least squares on data and prior together, by QR: it stays exact when the noise
-    # vanishes, where normal equations would lose all digits.
+    # Least squares on data and prior together, by QR, which stays exact without noise, where
+    # normal equations lose all digits.
     count, split, size = len(design), problem.free.shape[1], len(terms)
     stacked = np.zeros((count + size, split + size))
     stacked[:count, :split] = problem.free

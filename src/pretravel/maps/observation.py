@@ -16,7 +16,7 @@ from pretravel.directions import unit
 class Observation:
     """Touches on a reference about a centre, in the probe frame.
 
-    Made from touches by `pretravel.qualification.observation.observe`.
+    Made from touches by `pretravel.qualification.observe.observe`.
 
     Attributes
     ----------

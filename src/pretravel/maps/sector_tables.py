@@ -1,4 +1,4 @@
-"""Tables of controls over the azimuth: eight sectors and two axis radii, and what they leave."""
+"""Tables of controls over the azimuth: eight sectors, two axis radii, and their residuals."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.units import DEGREE
 
-CRITERIA = ("max", "rms")
+RESAMPLING_CRITERIA = ("max", "rms")
 _STEP = 0.5  # degrees, boundaries of sectors among them
 _EQUATOR = 0.5 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
 class SectorTable:
-    """Ten radii, and how far their nearest-sector lookup stays off the map on the equator.
+    """Ten radii, and the residuals of their nearest-sector lookup on the equator.
 
     Attributes
     ----------
@@ -36,23 +36,23 @@ class SectorTable:
 
 
 def equator(pretravel_map: PretravelMap, azimuth_deg: FloatArray) -> FloatArray:
-    """The map's values on the equator of the machine's axes, (n,). [mm]
+    """Pretravel on the equator, at azimuths of the machine frame, (n,). [mm]
 
     Raises
     ------
     ExtrapolationError
-        A map that does not hold there.
+        The map does not hold there.
     """
     return pretravel_map.pretravel(from_angles(_EQUATOR, azimuth_deg * DEGREE))
 
 
 def touched_sectors(pretravel_map: PretravelMap) -> SectorTable:
-    """The table as a control fills it: radii touched at the angles of their names.
+    """The table as a control makes it: each radius is touched at the angle that it is named after.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
-        Stands for the probe.
+        Represents the probe.
 
     Returns
     -------
@@ -60,17 +60,17 @@ def touched_sectors(pretravel_map: PretravelMap) -> SectorTable:
     """
     angles = [[0.0, 180.0], [90.0, 270.0], *([float(name)] for name in SECTOR_NAMES[2:])]
     values = [float(np.mean(equator(pretravel_map, np.array(own)))) for own in angles]
-    return _judged(pretravel_map, np.array(values))
+    return _with_residuals(pretravel_map, np.array(values))
 
 
 def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> SectorTable:
-    """The table that leaves the least of the map.
+    """The table with the smallest residuals.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
     criterion : str
-        ``max``: the largest residual is as small as it can be; ``rms``: their mean square is.
+        ``max``: the largest residual is as small as possible; ``rms``: the mean square is.
 
     Returns
     -------
@@ -83,11 +83,14 @@ def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> Se
 
     Notes
     -----
-    Sectors do not overlap, so each radius is the middle of the map's range over its own
-    directions (or the mean), both of its opposite sectors for X and Y.
+    Sectors do not overlap. Each radius is therefore the middle of the range of the map over its
+    own directions (or the mean); for X and Y over both opposite sectors.
     """
-    if criterion not in CRITERIA:
-        raise PretravelError(f"--criterion {criterion}: it is {' or '.join(CRITERIA)}")
+    if criterion not in RESAMPLING_CRITERIA:
+        raise PretravelError(
+            f"criterion '{criterion}' is not known; there are {', '.join(RESAMPLING_CRITERIA)}",
+            inputs=("criterion",),
+        )
     weight, value = _samples(pretravel_map)
     found = []
     for sector in range(len(SECTOR_NAMES)):
@@ -97,7 +100,7 @@ def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> Se
         else:
             share = weight[:, sector]
             found.append(float(np.sum(share * value) / np.sum(share)))
-    return _judged(pretravel_map, np.array(found))
+    return _with_residuals(pretravel_map, np.array(found))
 
 
 def _samples(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
@@ -106,9 +109,9 @@ def _samples(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray]:
     return weight, equator(pretravel_map, azimuth)
 
 
-def _judged(pretravel_map: PretravelMap, pretravel: FloatArray) -> SectorTable:
+def _with_residuals(pretravel_map: PretravelMap, pretravel: FloatArray) -> SectorTable:
     weight, value = _samples(pretravel_map)
-    # Halfway between two sectors a control takes one of them: the worse counts.
+    # Halfway between two sectors a control uses either: the larger residual counts.
     off = np.where(weight > 0.0, np.abs(pretravel - value[:, None]), 0.0).max(axis=1)
     share = np.sum(weight * (pretravel - value[:, None]) ** 2, axis=1)
     return SectorTable(frozen(pretravel), float(off.max()), float(np.sqrt(np.mean(share))))

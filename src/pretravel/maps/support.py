@@ -1,9 +1,8 @@
-"""Which directions a set of nodes supports, and linear interpolation between them.
+"""Directions that a set of nodes supports, and linear interpolation between them.
 
-The sphere is laid flat by stereographic projection from -z (the direction in
-which no probe is touched), which keeps circles and angles: a Delaunay
-triangulation of the plane is then one of the sphere. There is no seam in azimuth
-and no pole: +z is the plane's origin, a point like any other.
+A stereographic projection from -z, a direction in which no probe is touched, maps the sphere to a
+plane and preserves circles and angles: a Delaunay triangulation of the plane is therefore one of
+the sphere. It has no seam in azimuth and no pole: +z is the origin of the plane.
 """
 
 from __future__ import annotations
@@ -21,22 +20,22 @@ from pretravel.errors import PretravelError
 from pretravel.units import DEGREE
 
 LARGEST_HOLE = 60.0 * DEGREE
-"""Triangles whose empty circle is wider than this are holes, not support. [rad]
+"""Triangles with a wider circumscribed circle than this are holes, not support. [rad]
 
-An octant, as in the five-point sphere qualification (four touches on the
-equator, one at the pole), has 54.7° and is the coarsest pattern in use.
+The coarsest pattern in use is an octant with 54.7°: the five-point sphere qualification (four
+touches on the equator, one at the pole).
 """
 
 MARGIN = 5.0 * DEGREE
-"""How far outside the triangles a direction may lie and still be supported. [rad]"""
+"""Distance from the triangles up to which a direction is still supported. [rad]"""
 
-_SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection runs away
+_SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
 _CHUNK = 16384
 
 
 def _project(directions: FloatArray) -> FloatArray:
-    # Radius tan(polar / 2), by the half-angle formula that keeps its digits on either
-    # hemisphere; -z itself, where there is no azimuth, goes far out along x.
+    # Radius tan(polar / 2), by the half-angle formula that is exact to the last digits on either
+    # hemisphere; -z itself, which has no azimuth, is projected far along x.
     across, height = np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2]
     radius = np.where(
         height >= 0.0, across / (1.0 + np.abs(height)), (1.0 - height) / np.maximum(across, 1e-6)
@@ -51,13 +50,13 @@ def _project(directions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Mesh:
-    """Triangles that hold, and the edges along which a near miss is judged."""
+    """Triangles that support directions, and the edges that bound them."""
 
-    triangulation: Any  # scipy.spatial.Delaunay, or None when the nodes are in a row
+    triangulation: Any  # scipy.spatial.Delaunay, or None where the nodes lie on one line
     triangle_held: BoolArray
     edges: IntArray
-    edge_normals: FloatArray  # of the edges' great circles, towards their triangles
-    edge_bounds: BoolArray  # whether the edge has a triangle to bound
+    edge_normals: FloatArray  # of the great circles of the edges, towards their triangles
+    edge_bounds: BoolArray  # whether the edge bounds a triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +96,7 @@ class DirectionSupport:
         plane = self._plane
         try:
             triangulation = Delaunay(plane)
-        except (QhullError, ValueError):  # fewer than three nodes, or all in a row
+        except (QhullError, ValueError):  # fewer than three nodes, or all on one line
             spread = plane - plane.mean(axis=0)
             along = spread @ np.linalg.svd(spread, full_matrices=False)[2][0]
             order = np.argsort(along, kind="stable")
@@ -105,8 +104,8 @@ class DirectionSupport:
             return self._with_edges(None, np.zeros(0, dtype=bool), edges.astype(np.int64))
         triangles = np.sort(triangulation.simplices, axis=1).astype(np.int64)
         a, b, c = (self.nodes[triangles[:, i]] for i in range(3))
-        # The plane through three nodes cuts the sphere in their circle; its
-        # normal, on the side away from -z, points to the circle's centre.
+        # The plane through three nodes cuts the sphere in their circle; its normal,
+        # on the side away from -z, points to the centre of the circle.
         normal = np.cross(b - a, c - a)
         normal *= np.where(np.sum(normal * a, axis=1) < 0.0, -1.0, 1.0)[:, None]
         length = np.linalg.norm(normal, axis=1)
@@ -218,7 +217,7 @@ class DirectionSupport:
         rows = np.arange(len(directions))
         t = np.clip(along[rows, nearest] / np.maximum(length[nearest], 1e-300), 0.0, 1.0)
         t = np.where(on_arc[rows, nearest], t, 1.0 * (to_end < to_start)[rows, nearest])
-        # Chords of the flat triangles cut off what lies between them and the arcs.
+        # The chords of the flat triangles cut off the area between chord and arc.
         cut_off = on_arc[rows, nearest] & mesh.edge_bounds[nearest] & (height[rows, nearest] >= 0.0)
         chosen = mesh.edges[nearest]
         return (

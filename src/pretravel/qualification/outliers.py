@@ -1,4 +1,4 @@
-"""Touches and directions that do not belong: named, not dropped."""
+"""Detection of outliers among touches and directions. They are named, not removed."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from pretravel.maps.observation import Observation
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
-FEWEST_DIRECTIONS = 8
-"""With fewer directions left the others do not say enough of one."""
+FEWEST_OTHER_DIRECTIONS = 8
+"""With fewer directions left, the others do not predict one well enough."""
 OUTLIER_LEVEL = 0.01
-"""Chance of naming any touch an outlier when all are good (Bonferroni)."""
+"""Probability that any touch is named although all are good (Bonferroni)."""
 MOST_WRONG_DIRECTIONS = 3
-"""How many directions are named at most: more are not outliers but another surface."""
+"""Largest number of directions that are named: more of them are another surface."""
 KINKS = 1.4
-"""Limits for directions are wider by this: a map's kinks surprise more often than noise does.
+"""Factor on the limits for directions: kinks of a map exceed the limits more often than noise.
 
-Of 60 simulated good probes one or two then have a direction named."""
+With it, one or two of 60 simulated good probes have a direction named."""
 GROSS = 20.0
-"""Errors beyond this many standard deviations of a touch are looked into in any case."""
+"""Errors beyond this many standard deviations of a touch are tested in any case."""
 SUSPICION = 2.5
-"""Standard deviations of a direction's left-out error from which it is looked into."""
+"""Left-out error of a direction, in standard deviations, from which it is tested."""
 
 
 @dataclass(frozen=True)
 class Outlier:
-    """A touch that does not belong. It was named, not dropped.
+    """A touch or direction that does not fit the others. It is named, not removed.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Outlier:
     distance : float
         From the other touches of its direction, or from the map. [mm]
     limit : float
-        What repeatability would let pass. [mm]
+        Largest distance that repeatability explains. [mm]
     message : str
     """
 
@@ -54,12 +54,12 @@ class Outlier:
 def _outlier_factor(count: int) -> float:
     from scipy.stats import norm
 
-    # 1.2 for scales that are themselves estimated from the data.
+    # 1.2 because the scales are themselves estimated from the data.
     return 1.2 * float(norm.isf(OUTLIER_LEVEL / (2.0 * count)))
 
 
 def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]:
-    """Touches far from the median of their direction, and pairs far from each other."""
+    """Touches far from the median of their direction, and pairs that lie far apart."""
     from scipy.stats import chi2
 
     values, groups = observation.values, observation.groups
@@ -69,7 +69,7 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
         return []
     median = np.array([np.median(values[groups == g]) for g in repeated])
     variance = np.array([np.var(values[groups == g], ddof=1) for g in repeated])
-    # The median over directions is not moved by a few bad touches.
+    # A few bad touches do not move the median over directions.
     unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
     noise = math.sqrt(float(np.median(variance) / unbias))
     limit = max(_outlier_factor(len(values)) * noise, 1e-9)
@@ -78,13 +78,13 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
         rows = np.flatnonzero(groups == group)
         place = describe(observation.directions[rows[0]])
         if len(rows) == 2:
-            # Of two nobody can say which; their difference scatters by the root of two more.
+            # Of two touches either may be wrong; their difference scatters by the root of two more.
             apart = float(values[rows[0]] - values[rows[1]])
             if abs(apart) > math.sqrt(2.0) * limit:
                 names = " and ".join(touches.where(int(row)) for row in rows)
                 message = (
                     f"{names} at {place} lie {abs(apart) / MICROMETRE:.1f} µm apart; repeatability "
-                    f"lets {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm pass. Both were kept: "
+                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm. Both were kept: "
                     "remove the wrong one, or both, and qualify again"
                 )
                 pair = (int(rows[0]), int(rows[1]))
@@ -96,8 +96,8 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
                 message = (
                     f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
                     f"from the median of the {len(rows)} touches of its direction; "
-                    f"{limit / MICROMETRE:.1f} µm would pass. It was kept: remove the line and "
-                    "qualify again if it is wrong"
+                    f"repeatability explains {limit / MICROMETRE:.1f} µm. It was kept: remove the "
+                    "line and qualify again if it is wrong"
                 )
                 found.append(Outlier((int(row),), distance, limit, message))
     return found
@@ -106,16 +106,16 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
 def direction_outliers(
     touches: Touches, observation: Observation, fit: HarmonicMapFit, named: Sequence[int] = ()
 ) -> list[Outlier]:
-    """Directions far from what the others say of them: a chip, dirt, a wrong normal.
+    """Directions far from the prediction of the others: a chip, dirt, a wrong normal.
 
-    A direction that stands out is left out, amplitudes are estimated again, and its
-    touches are compared with what the rest predicts: a wrong direction would otherwise
-    pass for a lively map. With hundreds of directions their neighbours say as much.
+    A conspicuous direction is left out, amplitudes are estimated again, and its touches are
+    compared with the prediction of the rest: otherwise a wrong direction would be fitted as a map
+    with large variation. With hundreds of directions the neighbours suffice for the prediction.
     """
     found: list[Outlier] = []
     kept = np.ones(len(observation.groups), dtype=bool)
     current, part = fit, observation
-    if len(named):  # touches that were named already must not hide others
+    if len(named):  # touches that were named already must not conceal others
         kept[list(named)] = False
         part = observation.take(kept)
         current = fit_harmonic(part)
@@ -124,13 +124,13 @@ def direction_outliers(
         if suspect is None:
             break
         out = kept & (observation.groups == np.unique(observation.groups[kept])[suspect])
-        if len(np.unique(observation.groups[kept & ~out])) < FEWEST_DIRECTIONS:
+        if len(np.unique(observation.groups[kept & ~out])) < FEWEST_OTHER_DIRECTIONS:
             break
         kept = kept & ~out
         part = observation.take(kept)
         current = fit_harmonic(part)
         design = current.basis.design(observation.directions[out])
-        # The posterior before the gauge: observed about the same centre as the others.
+        # The posterior before the centre is separated: about the same centre as the others.
         expected = design @ current.posterior.coefficients
         variance = float(np.mean(design @ current.posterior.covariance @ design.T))
         variance += current.noise**2 / float(out.sum())
@@ -146,16 +146,16 @@ def direction_outliers(
                 distance,
                 limit,
                 f"{names} at {describe(observation.directions[rows[0]])} "
-                f"lie{'' if rows[1:] else 's'} {distance / MICROMETRE:+.1f} µm from what the other "
-                f"directions say; {limit / MICROMETRE:.1f} µm would pass. Kept: remove the "
-                f"line{'s' if rows[1:] else ''} and qualify again if wrong",
+                f"lie{'' if rows[1:] else 's'} {distance / MICROMETRE:+.1f} µm from the prediction "
+                f"of the other directions; noise and kinks explain {limit / MICROMETRE:.1f} µm. "
+                f"Kept: remove the line{'s' if rows[1:] else ''} and qualify again if wrong",
             )
         )
     return found
 
 
 def _most_suspect(observation: Observation, fit: HarmonicMapFit) -> int | None:
-    """The direction that fits least when left out, if it is worth looking into."""
+    """The direction with the largest left-out error, if it is large enough for a test."""
     groups = np.unique(observation.groups, return_inverse=True)[1]
     count = np.bincount(groups)
     mean = np.bincount(groups, fit.residuals) / count
@@ -163,6 +163,6 @@ def _most_suspect(observation: Observation, fit: HarmonicMapFit) -> int | None:
     score = np.abs(mean) / np.sqrt(fit.noise**2 / count * free)
     if score.max() >= SUSPICION:
         return int(np.argmax(score))
-    # A gross error makes the map so lively that its score is small; it is large all the same.
+    # A gross error increases the estimated variation of the map, and so reduces its own score.
     error = np.abs(mean) / free
     return int(np.argmax(error)) if error.max() > GROSS * fit.noise else None

@@ -23,9 +23,9 @@ from pretravel.qualification.delay import (
     signal_delay,
     travel_per_second,
 )
-from pretravel.qualification.observation import observe
+from pretravel.qualification.map_warnings import map_warnings, repeat_warnings
+from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
-from pretravel.qualification.plausibility import map_warnings, repeat_warnings
 from pretravel.touches import Touches, at_rest
 
 
@@ -114,7 +114,7 @@ def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qua
     setup : QualificationSetup
         Reference, tip and conventions.
     kind : KindOfMap
-        For example ``Harmonic()``; `pretravel.qualify` takes it by name.
+        For example ``HarmonicKind()``; `pretravel.qualify` takes it by name.
 
     Returns
     -------
@@ -131,10 +131,10 @@ def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qua
     The sphere as reference: Woźniak, section 4; Rodrigues 2021, equation 2.1.
 
     >>> from pretravel.directions import sphere_pattern_25
-    >>> from pretravel.maps.kinds.mean import Mean
+    >>> from pretravel.maps.kinds.mean import MeanKind
     >>> n = sphere_pattern_25()
     >>> touches = Touches(n * (12.5 + 3.0 - 0.010) + [100.0, 0.0, 0.0], n)
-    >>> result = qualify(touches, QualificationSetup(25.0, tip_diameter=6.0), Mean())
+    >>> result = qualify(touches, QualificationSetup(25.0, tip_diameter=6.0), MeanKind())
     >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
     ([100.0, 0.0, 0.0], 2.99)
     """

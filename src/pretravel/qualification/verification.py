@@ -13,7 +13,7 @@ from pretravel.frames import probe_rotation
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.observation import observe
+from pretravel.qualification.observe import observe
 from pretravel.touches import Touches, at_rest
 from pretravel.units import DEGREE
 

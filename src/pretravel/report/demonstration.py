@@ -17,7 +17,7 @@ from pretravel.errors import InputError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_choice import distances_from_reference
-from pretravel.identification.kinds import KINDS, qualify
+from pretravel.identification.kind_registry import KINDS, qualify
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE

@@ -15,7 +15,7 @@ from pretravel.identification.physical import PhysicalMapFit
 from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
-from pretravel.qualification.plausibility import over_support
+from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text

@@ -54,7 +54,7 @@ class TestIdentify:
     def test_a_probe_of_another_kind_widens_u(self) -> None:
         """Woźniak's lobes are no six-seat probe's: said, and u is of the size of what is missed."""
         from pretravel.formats.touches_csv import read_touches
-        from pretravel.identification.kinds import qualify
+        from pretravel.identification.kind_registry import qualify
         from pretravel.identification.probe import identify
 
         made = qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="wozniak")

@@ -15,7 +15,7 @@ from pretravel.compensation.point_errors import (
 )
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
@@ -72,7 +72,7 @@ def test_sphere_by_both(made: PretravelMap) -> None:
     touches = Touches(n * 15.49, n)
     points = apply(touches, made)
     ball = measured_sphere(touches, points, made)
-    trials, judged = sphere_by_trials(ball, touches, points, made, digits=1, most_trials=60_000)
+    trials, judged = sphere_by_trials(ball, digits=1, most_trials=60_000)
     assert trials.standard_uncertainty[0] == pytest.approx(ball.budget.combined, rel=NEAR)
     assert trials.value[0] == pytest.approx(ball.diameter, abs=0.02 * ball.budget.combined)
     assert judged.valid[0]

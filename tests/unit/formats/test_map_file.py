@@ -11,7 +11,7 @@ from pretravel.directions import grid
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.map_file import read_map
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import EXAMPLES

@@ -13,7 +13,7 @@ from pretravel.compensation.point_errors import point_sources
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
-from pretravel.identification.kinds import KINDS, qualify
+from pretravel.identification.kind_registry import KINDS, qualify
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict

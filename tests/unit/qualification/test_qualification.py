@@ -12,7 +12,7 @@ from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere

@@ -10,7 +10,7 @@ import pytest
 from pretravel.directions import sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.reference_touches import sphere_touches

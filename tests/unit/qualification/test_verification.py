@@ -19,7 +19,7 @@ from pretravel.formats.map_file import write_map
 from pretravel.formats.probe_history import add_verification, read_history
 from pretravel.formats.touches_csv import write_touches
 from pretravel.frames import probe_rotation
-from pretravel.identification.kinds import qualify
+from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis

@@ -102,7 +102,7 @@ class HarmonicMapFit(MapFit):
 
 
 @dataclass(frozen=True)
-class Harmonic(KindOfMap):
+class HarmonicKind(KindOfMap):
     """Spherical harmonics, with priors of a three-rod probe.
 
     Across the axis the centre is where the map has no first harmonic. Along the axis the map is

@@ -48,7 +48,7 @@ class MeanBasis(MapBasis):
 
 
 @dataclass(frozen=True)
-class Mean(KindOfMap):
+class MeanKind(KindOfMap):
     """The mean over all touches, about the least-squares centre."""
 
     name: ClassVar[str] = "mean"

@@ -74,7 +74,7 @@ class SectorBasis(MapBasis):
 
 
 @dataclass(frozen=True)
-class Sectors(KindOfMap):
+class SectorsKind(KindOfMap):
     """The mean of each sector over the touches near the equator that fall into it."""
 
     name: ClassVar[str] = "sectors"

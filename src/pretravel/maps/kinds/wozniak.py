@@ -22,7 +22,7 @@ from pretravel.units import DEGREE, MICROMETRE
 FEWEST_TO_FIND_LOBES = 8
 """Directions below which the azimuth of the lobes must be given."""
 TRANSDUCERS = ("contact", "piezo")
-"""What switches: electric contacts at three arms (lobes), or a piezo element (none)."""
+"""What triggers: electric contacts at three arms (lobes), or a piezo element (no lobes)."""
 
 _LOBE = 2.0 * math.pi / 3.0
 
@@ -45,8 +45,8 @@ class WozniakBasis(MapBasis):
     Notes
     -----
     Three functions: the shape, its slope with the lobe's azimuth, and a constant. Maps
-    have the coefficients (A, 0, 0); the other two carry the variances of the azimuth and of
-    what this shape misses.
+    have the coefficients (A, 0, 0); the other two carry the variances of the azimuth and of the
+    residuals of this shape.
 
     References
     ----------
@@ -158,7 +158,7 @@ def _basis(lobe_azimuth: float, transducer: str) -> WozniakBasis:
 
 
 @dataclass(frozen=True)
-class Wozniak(KindOfMap):
+class WozniakKind(KindOfMap):
     """A, and with enough directions the azimuth of the lobes, together with the centre.
 
     Parameters

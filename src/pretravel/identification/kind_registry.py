@@ -8,14 +8,14 @@ from typing import Any, Unpack
 
 from pretravel.errors import PretravelError
 from pretravel.identification.kind_choice import KindScore, compare_kinds
-from pretravel.identification.physical import Physical
+from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap
-from pretravel.maps.kinds.harmonic import Harmonic, HarmonicBasis
-from pretravel.maps.kinds.mean import Mean, MeanBasis
-from pretravel.maps.kinds.sectors import SectorBasis, Sectors
+from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind
+from pretravel.maps.kinds.mean import MeanBasis, MeanKind
+from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
 from pretravel.maps.kinds.tabulated import TabulatedBasis
-from pretravel.maps.kinds.wozniak import Wozniak, WozniakBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup, SetupOptions
 from pretravel.qualification import qualification
@@ -26,7 +26,7 @@ from pretravel.trigger.response import ResponseBasis
 from pretravel.trigger.six_seats import SixSeatBasis
 
 KINDS: Mapping[str, type[KindOfMap]] = {
-    kind.name: kind for kind in (Mean, Sectors, Wozniak, Harmonic, Physical)
+    kind.name: kind for kind in (MeanKind, SectorsKind, WozniakKind, HarmonicKind, PhysicalKind)
 }
 """Kinds that are fitted to touches, by name. A new kind is one file, listed here."""
 
