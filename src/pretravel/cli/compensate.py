@@ -11,7 +11,9 @@ from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
 if TYPE_CHECKING:
+    from pretravel.compensation.compensation import Points
     from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.touches import Touches
 
 
 def compensate(
@@ -66,7 +68,7 @@ def compensate(
     """
     from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.compensation import apply, compensation_warnings, placed
-    from pretravel.formats.points import point_endings, write_points
+    from pretravel.formats.points import point_endings
     from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
@@ -102,18 +104,29 @@ def compensate(
     if output.suffix.lower() == ".html":
         write_page(output, report)
     else:
-        write_points(
-            output,
-            points,
-            _origin(touches, map_file, pretravel_map),
-            nominal_points=measured.nominal_points,
-            tip_radius=pretravel_map.tip_radius,
+        _write_points(
+            output, points, measured, pretravel_map, names=(touches.name, Path(map_file).name)
         )
     save_picture(report, plot)
     show(report, verbose=verbose)
 
 
-def _origin(touches: Path, map_file: str, pretravel_map: PretravelMap) -> str:
-    """Names of the files from which points were computed, with the kind of the map."""
+def _write_points(
+    output: Path,
+    points: Points,
+    measured: Touches,
+    pretravel_map: PretravelMap,
+    *,
+    names: tuple[str, str],
+) -> None:
+    """Write points, with the names of the files of touches and map from which they come."""
+    from pretravel.formats.points import write_points
+
     source = pretravel_map.provenance.source or "unknown"
-    return f"{touches.name} compensated with {Path(map_file).name} ({pretravel_map.kind}; {source})"
+    write_points(
+        output,
+        points,
+        f"{names[0]} compensated with {names[1]} ({pretravel_map.kind}; {source})",
+        nominal_points=measured.nominal_points,
+        tip_radius=pretravel_map.tip_radius,
+    )

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -10,6 +10,10 @@ from pretravel.cli.files import MAPS, PICTURES, check_files
 from pretravel.cli.options import Diameter, Picture, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.maps.kinds.wozniak import WozniakKind
 
 
 def _kinds() -> list[str]:
@@ -80,21 +84,16 @@ def qualify(
 
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
-    from pretravel.errors import PretravelError
     from pretravel.formats.map_file import write_map
     from pretravel.formats.readings import read_readings
-    from pretravel.identification.kind_registry import KINDS, choose
-    from pretravel.maps.kinds.wozniak import WozniakKind
+    from pretravel.identification.kind_registry import choose
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
-    from pretravel.units import DEGREE, MICROMETRE
+    from pretravel.units import MICROMETRE
 
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
-    if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
-        raise PretravelError("--lobe-azimuth and --transducer go with --kind wozniak")
-    if lobe_azimuth is not None and transducer == "piezo":
-        raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
+    wozniak = _wozniak(kind, lobe_azimuth, transducer)
     readings = read_readings(touches).in_machine_axes()
     measured = readings.touches
     with working(f"qualifying on {len(measured)} touches"):
@@ -106,13 +105,8 @@ def qualify(
             axial_pretravel=axial_pretravel.millimetres,
             axis=axis,
         )
-        wozniak = WozniakKind(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
-        choice = choose(
-            measured,
-            setup,
-            wozniak if KINDS.get(kind) is WozniakKind else kind,
-            candidates=[wozniak],
-        )
+        chosen = wozniak if kind == wozniak.name else kind
+        choice = choose(measured, setup, chosen, candidates=[wozniak])
     result = choice.qualification
     report = qualification_document(
         result,
@@ -126,3 +120,15 @@ def qualify(
         write_map(output, result.pretravel_map)
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _wozniak(kind: str, lobe_azimuth: float | None, transducer: str) -> WozniakKind:
+    """The kind wozniak with its settings, which no other kind has."""
+    from pretravel.maps.kinds.wozniak import WozniakKind
+    from pretravel.units import DEGREE
+
+    if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
+        raise PretravelError("--lobe-azimuth and --transducer are only for --kind wozniak")
+    if lobe_azimuth is not None and transducer == "piezo":
+        raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
+    return WozniakKind(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
