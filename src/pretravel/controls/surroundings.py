@@ -13,7 +13,7 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.controls.machine import Machine
-from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle
+from pretravel.probing.obstacles import StylusOutline, first_obstacle, stylus_obstacle
 from pretravel.surface.cad.part import Part
 
 _EDGES = 0.05
@@ -175,7 +175,7 @@ class PartObstacle:
                 ),
                 0.5 * np.array([machine.stem_diameter, machine.body_diameter]) + margin,
             )
-            met[rows] |= stem_obstacle(self.part, end[rows], direction, outline, reach) >= 0
+            met[rows] |= stylus_obstacle(self.part, end[rows], direction, outline, reach) >= 0
         return met
 
 

@@ -26,7 +26,7 @@ _TURNED_AWAY = "turned away"
 
 @dataclass(frozen=True, eq=False)
 class InspectionPlan:
-    """Points to touch, face by face, row by row.
+    """Points to touch, ordered by faces and rows.
 
     Attributes
     ----------
@@ -77,6 +77,10 @@ class InspectionRegion:
     ------
     PretravelError
         A negative margin, or a range that does not increase.
+
+    >>> region = InspectionRegion(max_polar=math.radians(60.0))
+    >>> region.turned_away(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])).tolist()
+    [False, True]
     """
 
     margin: float = 1.0
@@ -135,7 +139,7 @@ def plan_inspection(
     Parameters
     ----------
     surface : Surface or Part
-        Of a part the chosen faces.
+        Points are chosen on the chosen faces of a part.
     grid : pair of int
         Number of points along u and along v, evenly spaced in the parameters.
     spacing : float
@@ -269,7 +273,7 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
 def _rows(
     surface: Surface, region: InspectionRegion, spacing: float, most: int = _MOST
 ) -> FloatArray:
-    """Rows along u with points evenly spaced along their length; a limited distance of rows."""
+    """Rows of points along u; points in a row, and rows, are at most the spacing apart."""
     low, high = region.box(surface)
     share = np.linspace(0.0, 1.0, _FINE)
     u, v = low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1])

@@ -171,7 +171,7 @@ def _distance(
     return nearest, which
 
 
-def stem_obstacle(
+def stylus_obstacle(
     part: Part,
     spindle: FloatArray,
     approach: FloatArray,

@@ -47,11 +47,14 @@ class PartSetup:
     clearance : float
         Length of way before the contact on which the ball must meet no other face. [mm]
     check_stylus : bool
-        Whether the stylus of a described probe must not meet the part either.
+        Whether to check that the stylus of a described probe does not meet the part either.
     placement : Placement, optional
         Of the part in the machine: surface, targets and touches are in the part's
         frame, the probe's orientation and gravity in the machine's frame. The frames are the same
         when not given.
+
+    >>> PartSetup(friction=0.1).to_part.tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
 
     material: Material | str | None = None
@@ -258,7 +261,7 @@ def refuse_failures(
 
 
 def _advice(outcomes: SurfaceTouches, targets: Targets, surface: Surface | Part) -> str:
-    """What the user can check, for targets that cannot be touched."""
+    """Advice on what to check, for targets that cannot be touched."""
     failed = np.flatnonzero(~outcomes.converged)
     if np.all(outcomes.status[failed] == TouchStatus.NOT_CONVERGED):
         return "The targets may be correct; this is a limit of the solver: rotate them by 0.001°"

@@ -32,7 +32,7 @@ MEANING = {
     TouchStatus.MISSED: "missed: the ball does not meet the surface on its way",
     TouchStatus.EDGE: "edge: the ball meets an edge or slides to one, where there is no normal",
     TouchStatus.OTHER_FACE: "other face: the ball meets another face first",
-    TouchStatus.STEM: "stem: the stylus runs into the part",
+    TouchStatus.STEM: "stem: the stylus meets the part",
     TouchStatus.NEVER_TRIGGERS: "never triggers: a force in this direction loads every seat",
     TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow at the target",
     TouchStatus.NOT_CONVERGED: "not converged: no solution was found",

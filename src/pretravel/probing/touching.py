@@ -16,7 +16,12 @@ from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
 from pretravel.probe.description import Probe
-from pretravel.probing.obstacles import StylusOutline, first_obstacle, stem_obstacle, sweeps_surface
+from pretravel.probing.obstacles import (
+    StylusOutline,
+    first_obstacle,
+    stylus_obstacle,
+    sweeps_surface,
+)
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
@@ -266,7 +271,7 @@ def _stylus_obstacles(
     """Faces that the stylus meets at some touches; -1 for none."""
     approach = solution.approach[rows]
     spindle = solution.lines.anchor[rows] + solution.last.length[rows, None] * approach
-    return stem_obstacle(part, spindle, approach, stylus, clearance)
+    return stylus_obstacle(part, spindle, approach, stylus, clearance)
 
 
 def _result(

@@ -63,8 +63,12 @@ class Lines:
     anchor : (n, 3) float
         Points of the lines. [mm]
     direction : (n, 3) float or None
-        Unit directions of the lines; None: against the surface's own normal, which
-        with a reach of zero gives nearest points.
+        Unit directions of the lines; None: against the surface's own normal, so that a
+        reach of zero leads to nearest points.
+
+    >>> down = Lines(np.array([[0.0, 0.0, 9.0]]), np.array([[0.0, 0.0, -1.0]]))
+    >>> len(down), down.directions_at(np.eye(3)[:1]).tolist()
+    (1, [[0.0, 0.0, -1.0]])
     """
 
     anchor: FloatArray
@@ -129,7 +133,7 @@ class Contact:
 
 
 def ball_center(radius: float) -> Reach:
-    """The reach of a rigid ball on a rigid stem: its centre, or with radius zero the point itself.
+    """The reach of a rigid ball on a rigid stylus: its centre; with radius zero the point itself.
 
     >>> from pretravel.surface.shapes import Plane
     >>> floor = Plane([0, 0, 0], [0, 0, 1]).local(np.zeros((1, 2)))
@@ -208,7 +212,7 @@ class _Iteration:
         return local, length, offset - length[:, None] * directions
 
     def advance(self, rows: IntArray, shift: FloatArray) -> BoolArray:
-        """Move rows by tangential displacements, halved until they help; where one helped."""
+        """Move rows by tangential displacements, halved until the error decreases; where it did."""
         here = self.local.take(rows)
         fraction = np.ones(len(rows))
         waiting = np.arange(len(rows))

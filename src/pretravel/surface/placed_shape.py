@@ -18,7 +18,7 @@ TURN = 2.0 * math.pi
 
 
 def axes_about(axis: npt.ArrayLike, x_axis: npt.ArrayLike | None = None) -> FloatArray:
-    """Rows x, y, z of a right-handed frame with the given z, and x as close as possible to its own.
+    """Rows x, y, z of a right-handed frame with the given z and nearly the given x.
 
     >>> axes_about([0.0, 0.0, 1.0], [3.0, 0.0, 4.0]).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -48,7 +48,7 @@ class ContactProblem:
         return solve_contact(surface, start, self.lines.take(rows), self.reach(rows))
 
     def faces_approach(self, rows: IntArray, normals: FloatArray) -> BoolArray:
-        """Which contacts have a normal that counts."""
+        """Which contacts of the given rows have a normal against `against`, (m,)."""
         if self.against is None:
             return np.ones(len(rows), dtype=bool)
         return np.asarray(np.sum(normals * self.against[rows], axis=1) < 0.0)

@@ -77,7 +77,7 @@ class Revolution(Parametric):
 
 @dataclass(frozen=True, eq=False)
 class Offset:
-    """A surface at a constant distance from another, along the normal of that."""
+    """A surface at a constant distance from another one, along the normal of the other one."""
 
     basis: Surface
     distance: float
