@@ -201,7 +201,7 @@ class TomlStructure:
         self._keys[kind] = keys
 
     def value(self, kind: type[Value], make: Callable[[Any], Value]) -> None:
-        """State how a value type is made from what stands in the file.
+        """State how a value type is made from the value in the file.
 
         Parameters
         ----------

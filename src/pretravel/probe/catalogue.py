@@ -1,4 +1,4 @@
-"""Probe descriptions as TOML: the catalogue that comes along, and files of one's own."""
+"""Probe descriptions as TOML: the catalogue of the package, and the user's files."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class _Trigger:
 
 @dataclass(frozen=True)
 class _Description:
-    """A description as it stands in the file, table by table."""
+    """The tables of a description's file."""
 
     tripod: Tripod
     seats: Seats
@@ -179,7 +179,7 @@ def parse_probe(text: str, place: str = "description", folder: Path = Path()) ->
     place : str
         The name of the text in messages.
     folder : Path
-        Where a STEP file is looked for.
+        The folder to which the path of a STEP file is relative.
 
     Returns
     -------

@@ -368,7 +368,7 @@ class Probe:
         return max(self.stylus, key=lambda segment: segment.length)
 
     def with_lever(self, lever: float, *, shorten: bool = False) -> Probe:
-        """The same probe with another lever: the hub offset changes, the stylus stays.
+        """The same probe with another lever: the hub offset changes, the stylus does not.
 
         Parameters
         ----------

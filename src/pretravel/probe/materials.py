@@ -108,7 +108,7 @@ def material(name: str, others: Mapping[str, Material] | None = None) -> Materia
     ----------
     name : str
     others : mapping of str to Material, optional
-        Materials of a description's own, looked up first.
+        Materials of a description; they have precedence.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from pretravel.probe.description import Probe
 
 SEAT_NAMES = ("A-left", "A-right", "B-left", "B-right", "C-left", "C-right")
 """Rods A, B, C in the description's order; left is the counter-clockwise side of the
-rod, seen from the spindle and looking outward along the rod."""
+rod, as seen from the spindle, looking outward along the rod."""
 
 
 class SeatFrame(NamedTuple):

@@ -189,16 +189,19 @@ def check_conditions(
     largest = min(LARGEST_FRICTION, 0.95 * math.tan(probe.seats.support_angle))
     if not (math.isfinite(friction) and 0.0 <= friction <= largest):
         raise PretravelError(
-            f"a friction coefficient of {friction:g} at the seats: it lies between 0 and "
+            f"the friction coefficient at the seats is {friction:g}; it must lie between 0 and "
             f"{largest:.3g} (polished carbide 0.1 to 0.2; beyond the tangent of the support angle "
             "rods jam between their balls)"
         )
     if overtravel is not None and not 0.0 < overtravel <= LARGEST_OVERTRAVEL:
         raise PretravelError(
-            f"an overtravel of {overtravel:g} mm: it lies above 0 and up to {LARGEST_OVERTRAVEL:g}"
+            f"the overtravel is {overtravel:g} mm; it must be positive and at most "
+            f"{LARGEST_OVERTRAVEL:g} mm"
         )
     if cycles < 1 or steps < 5:
-        raise PretravelError(f"{cycles} cycles of {steps} steps: at least 1 of 5 are needed")
+        raise PretravelError(
+            f"{cycles} cycles of {steps} steps are too few: at least 1 cycle of 5 steps is needed"
+        )
     if probe.criterion != "first_contact":
         raise PretravelError(
             f"cycles with friction determine when the first seat opens; the criterion "

@@ -107,7 +107,7 @@ def predict(
     directions : (n, 3) float
         Outward surface normals, probe frame, unit vectors.
     model : str or ComplianceModel
-        ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or a model of your own.
+        ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or an object of the user's.
     workpiece : Material, optional
         Steel when not given.
     gravity : (3,) float, optional

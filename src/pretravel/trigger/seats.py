@@ -138,7 +138,7 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     if gravity is not None:
         if probe.moving.mass == 0.0:
             raise DescriptionError(
-                "gravity was asked for, but the probe's description has no moving mass; "
+                "a direction of gravity was given, but the description has no moving mass; "
                 "add [moving] with mass_g and height_mm"
             )
         down = checked_unit(np.atleast_2d(np.asarray(gravity, dtype=np.float64)), "gravity")[0]

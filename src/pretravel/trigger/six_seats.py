@@ -89,7 +89,7 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
     Parameters
     ----------
     values : (18,) float
-        In the order of `PARAMETERS`, logarithms where these say so.
+        In the order of `PARAMETERS`; logarithms of the logarithmic ones.
     tip_radius : float
         [mm]
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
 from pretravel.frames import probe_rotation
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
@@ -21,7 +22,7 @@ from pretravel.trigger.compliance.ren import RenProbe, ren_pretravel
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.loading import loaded
 from pretravel.trigger.predict import predict, predicted_map
-from pretravel.trigger.seats import seat_statics
+from pretravel.trigger.seats import SeatStatics, seat_statics
 
 UP = np.array([[0.0, 0.0, 1.0]])
 STEEL, ALUMINIUM = material("steel"), material("aluminium")
@@ -219,3 +220,18 @@ class TestSimulation:
         assert np.abs(gap).max() < 1e-9
         turned = np.degrees(np.arccos(np.sum(normal * n, axis=1)))
         assert np.all(turned > 0.05)
+
+
+@pytest.mark.parametrize("model", ["analytic", "ren", "shen"])
+def test_reactions_are_solved_once_for_a_prediction(
+    omp40: Probe, model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solve, calls = SeatStatics.unit_reactions, []
+
+    def counted(statics: SeatStatics, directions: FloatArray) -> FloatArray:
+        calls.append(len(directions))
+        return solve(statics, directions)
+
+    monkeypatch.setattr(SeatStatics, "unit_reactions", counted)
+    predict(omp40, UP, model)
+    assert calls == [len(UP)]

@@ -171,7 +171,7 @@ def _check_joined(
 
 
 def _spring_face(parts: Sequence[ProbeSolid]) -> Any:
-    """The highest face of the tripod (of whichever part): the spring stands on it."""
+    """The highest face of the tripod, on which the spring presses."""
     carriers = {part.name for part in parts if part.carries_seats} | {"hub"}
     faces = [face for part in parts if part.name in carriers for face in part.solid.faces]
     return max(faces, key=lambda face: (round(face.center.z, 9), face.mass))

@@ -92,7 +92,7 @@ def _too_large(matrix: sparse.csr_matrix, solver: str) -> CapacityError:
 def _cholmod(matrix: sparse.csr_matrix) -> Solve:
     from sksparse.cholmod import cholesky
 
-    factor = cholesky(matrix.T.tocsc())  # looks at the lower triangle
+    factor = cholesky(matrix.T.tocsc())  # it reads the lower triangle
 
     def solve(right: FloatArray) -> FloatArray:
         return np.asarray(factor(np.asarray(right, dtype=np.float64)))

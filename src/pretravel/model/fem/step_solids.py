@@ -39,7 +39,7 @@ def step_solids(probe: Probe, step: StepGeometry) -> list[ProbeSolid]:
     counted = Counter(solid.name for solid in solids)
 
     def picked(selector: str) -> list[Any]:
-        """One solid by number, or all of a name (three rods, say)."""
+        """One solid by its number, or all solids of a name (such as three rods)."""
         if selector.startswith("#") and selector[1:].isdigit():
             number = int(selector[1:])
             if 1 <= number <= len(solids):
@@ -112,7 +112,7 @@ def _check_tip(probe: Probe, solid: Any, path: Path) -> None:
     if away > 0.05 * probe.tip.radius:
         raise DescriptionError(
             f"{path}: the tip's centre lies at ({centre[0]:.3f}, {centre[1]:.3f}, "
-            f"{centre[2]:.3f}) mm, but the description puts it at (0, 0, {-probe.lever:g}): move "
+            f"{centre[2]:.3f}) mm, but (0, 0, {-probe.lever:g}) is described: move "
             "the solids into the probe's frame (origin on the axis in the plane of the rods, z "
             "upwards) or correct stylus lengths and hub offset"
         )

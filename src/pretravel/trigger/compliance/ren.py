@@ -29,7 +29,7 @@ class Ren(ComplianceModel):
     L_c is Hertz's indentation of one seat under the whole trigger force, magnified by lever
     over the height of the seats' triangle; L_p is the stem as one cantilever of the stylus's
     length; both act across the axis, where the paper has its forces. L_k adds to the spindle's
-    travel; the paper subtracts it, since its laser looks at the tip (`ren_pretravel` is the
+    travel; the paper subtracts it, since its laser measures the tip (`ren_pretravel` is the
     paper's own sum).
 
     References
