@@ -92,6 +92,9 @@ _PUBLIC = {
     # the machine
     "Machine": "controls.machine",
     "plan_program": "controls.program",
+    "PartObstacle": "controls.surroundings",
+    "SphereObstacle": "controls.surroundings",
+    "linuxcnc_program": "controls.linuxcnc_program",
     "read_machine": "formats.machine_file",
     "read_readings": "formats.readings",
     "write_readings": "formats.readings",
@@ -115,8 +118,10 @@ if TYPE_CHECKING:
     from pretravel.compensation.compensation import Points, apply, embed
     from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
     from pretravel.compensation.point_errors import point_sources
+    from pretravel.controls.linuxcnc_program import linuxcnc_program
     from pretravel.controls.machine import Machine
     from pretravel.controls.program import plan_program
+    from pretravel.controls.surroundings import PartObstacle, SphereObstacle
     from pretravel.errors import (
         DescriptionError,
         ExtrapolationError,

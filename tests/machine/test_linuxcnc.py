@@ -15,7 +15,8 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
-from pretravel.controls.lookup import exact_lookup, lookup_series, lookup_table
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_table import lookup_table
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.controls.program import plan_program
@@ -120,7 +121,7 @@ class TestOtherProbes:
         run_program(tmp_path / "sphere.ngc", probe)
         readings = read_own_log(tmp_path / "sphere.log")
         pretravel_map = qualify(readings.touches, DIAMETER, tip_diameter=6.0).pretravel_map
-        form = lookup_series(pretravel_map)
+        form = exact_lookup(pretravel_map)
         for name, text in linuxcnc_subroutines(pretravel_map, form).items():
             (tmp_path / name).write_text(text)
         part_machine = Machine(
@@ -211,7 +212,7 @@ class TestSubroutines:
         assert told == pytest.approx(chosen.largest_error / MICROMETRE, abs=5.1e-4)
 
     def test_outside_the_map_it_stops(self, tmp_path: Path, example_map: PretravelMap) -> None:
-        for name, text in linuxcnc_subroutines(example_map, lookup_series(example_map)).items():
+        for name, text in linuxcnc_subroutines(example_map, exact_lookup(example_map)).items():
             (tmp_path / name).write_text(text)
         program = tmp_path / "outside.ngc"
         program.write_text("G21\no<pretravel_lookup> call [0] [0] [-1]\nM2\n")
@@ -334,7 +335,7 @@ class TestPoints:
             example_map, delay=0.004, u_delay=1e-5, feed=None,
             rotation=probe_rotation((0.0, np.sin(0.05), np.cos(0.05)), 0.7),
         )  # fmt: skip
-        for name, text in linuxcnc_subroutines(pretravel_map, lookup_series(pretravel_map)).items():
+        for name, text in linuxcnc_subroutines(pretravel_map, exact_lookup(pretravel_map)).items():
             (tmp_path / name).write_text(text)
         normals = ring_pattern(np.array([20.0, 60.0]) * DEGREE, 6)
         tilt = np.tile([[0.3, -0.2, 0.1]], (len(normals), 1))
@@ -355,7 +356,7 @@ class TestPoints:
     def test_one_call_a_point_in_mm_and_inch(
         self, tmp_path: Path, example_map: PretravelMap
     ) -> None:
-        for name, text in linuxcnc_subroutines(example_map, lookup_series(example_map)).items():
+        for name, text in linuxcnc_subroutines(example_map, exact_lookup(example_map)).items():
             (tmp_path / name).write_text(text)
         program = tmp_path / "points.ngc"
         program.write_text(

@@ -6,9 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from pretravel.controls.lookup import (
-    sectoral_factor,
-)
+from pretravel.controls.lookup_formula import sectoral_factor
 from pretravel.directions import ring_pattern
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_registry import qualify

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
-from pretravel.controls.lookup import LookupTable, describe_form, exact_lookup, lookup_table
+from pretravel.controls.lookup import describe_form
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_program import TRIPPED_AT_START, check_line_lengths
 from pretravel.controls.log_format import (
@@ -11,16 +9,7 @@ from pretravel.controls.log_format import (
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
 )
-from pretravel.controls.lookup import (
-    Lookup,
-    LookupSeats,
-    LookupSeries,
-    LookupTable,
-    catmull_rom_text,
-    describe_form,
-    recurrence,
-    sectoral_factor,
-)
+from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import GLANCING
 from pretravel.units import DEGREE, INCH
@@ -40,8 +29,8 @@ def linuxcnc_subroutines(
     ----------
     pretravel_map : PretravelMap
         Its supported directions, tip radius and signal delay are used.
-    form : LookupSeries, LookupSeats or LookupTable
-        The form of that map in which the control evaluates it.
+    form : Lookup
+        The form of that map that the control evaluates.
     base : int
         First parameter for a table.
 
@@ -49,7 +38,7 @@ def linuxcnc_subroutines(
     -------
     mapping of str to str
         Text by file name. Each file is a subroutine with the file's name, for the folder that
-        SUBROUTINE_PATH gives.
+        SUBROUTINE_PATH states.
 
     Raises
     ------
@@ -66,9 +55,12 @@ def linuxcnc_subroutines(
         "base": base,
         "inch": INCH,
     }
-    template, of_form = _lookup_template(form)
     texts: dict[str, dict[str, object]] = {
-        "pretravel_lookup.ngc": {"form_template": template, "slack_deg": _SLACK, **of_form},
+        "pretravel_lookup.ngc": {
+            "form_template": form.template,
+            "slack_deg": _SLACK,
+            **form.template_values(),
+        },
         "pretravel_compensate.ngc": {"glancing": GLANCING},
         "pretravel_point.ngc": {"tripped": TRIPPED_AT_START},
         "pretravel_head.ngc": {
@@ -77,28 +69,9 @@ def linuxcnc_subroutines(
             "surface_point_columns": SURFACE_POINT_COLUMNS,
         },
     }
-    if isinstance(form, LookupTable):
+    if form.needs_table:
         texts["pretravel_table.ngc"] = {}
     files = {name: render(f"linuxcnc/{name}", **common, **values) for name, values in texts.items()}
     for text in files.values():
         check_line_lengths(text)
     return files
-
-
-def _lookup_template(form: Lookup) -> tuple[str, dict[str, object]]:
-    """The part of the lookup that evaluates a form, and what that template needs besides."""
-    if isinstance(form, LookupSeries):
-        functions = {"sectoral_factor": sectoral_factor, "recurrence": recurrence}
-        return "linuxcnc/series.ngc", {**functions}
-    if isinstance(form, LookupSeats):
-        rest = form.response.rest_reactions
-        return "linuxcnc/seats.ngc", {
-            "response": form.response,
-            "sunk_at_rest": [np.cbrt(reaction**2) for reaction in rest],
-        }
-    return "linuxcnc/table_lookup.ngc", {
-        "columns": form.values.shape[1],
-        "polar_step_deg": form.polar_step / DEGREE,
-        "azimuth_step_deg": form.azimuth_step / DEGREE,
-        "catmull_rom": catmull_rom_text,
-    }

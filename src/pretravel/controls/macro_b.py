@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pretravel.controls.gcode import render
-from pretravel.controls.lookup import LookupTable, catmull_rom_text, describe_form
+from pretravel.controls.lookup import describe_form
+from pretravel.controls.lookup_table import LookupTable
 from pretravel.errors import PretravelError
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
@@ -118,10 +119,7 @@ def fanuc_macro(
         base=base,
         program=program,
         travel=travel,
-        columns=columns,
         lowest_deg=form.band.lowest / DEGREE,
         highest_deg=form.band.highest / DEGREE,
-        polar_step_deg=form.polar_step / DEGREE,
-        azimuth_step_deg=form.azimuth_step / DEGREE,
-        catmull_rom=catmull_rom_text,
+        **form.template_values(),
     )

@@ -49,7 +49,7 @@ class ProbingProgram:
     leave : (k, 3) float
         The way up from the last start to the safe height. [mm]
     checked, unchecked : tuple of str
-        What was checked and what could not be checked, as texts for users.
+        The checks that were made, and those that were not possible, as texts for users.
     left_out : tuple of str
         Labels of the targets that the probe cannot reach.
     """
@@ -107,7 +107,7 @@ def plan_program(
     repeats : int
         Number of touches of each target at each feed.
     obstacles : sequence of Obstacle
-        All objects that are known to stand around.
+        All objects that the moves must not meet.
     leave_out : bool
         Leave out targets that the probe cannot get to, instead of refusing them.
 
@@ -174,7 +174,7 @@ def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
         )
     if len(set(feeds)) < len(feeds):
         raise PretravelError(
-            "a feed is there twice; give the number of repeats instead",
+            "a feed occurs twice; state the number of repeats instead",
             inputs=("feeds", "repeats"),
         )
     for feed in feeds:
@@ -292,7 +292,7 @@ def _sequence(names: Sequence[str], feeds: Sequence[float], repeats: int) -> lis
 def _checks(
     limits_unchecked: str, surroundings: Surroundings
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What was checked, and what was not."""
+    """The checks that were made, and those that were not possible."""
     checked, unchecked = [], []
     if limits_unchecked:
         unchecked.append(f"the machine's limits: {limits_unchecked}")

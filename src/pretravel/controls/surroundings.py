@@ -1,4 +1,4 @@
-"""What stands around on the machine's table, and the moves of a probe that meet it.
+"""Obstacles on the machine's table, and the moves of a probe that they block.
 
 The probe axis is the machine's z. Tip, stem and body of the probe are a ball and two cylinders.
 """
@@ -30,19 +30,19 @@ class Obstacle(Protocol):
 
     @property
     def top(self) -> float:
-        """Its highest point. [mm]"""
+        """Height of the obstacle's highest point. [mm]"""
         ...
 
     def off(self, points: FloatArray) -> FloatArray:
-        """Distance of points from its surface, (n,). [mm]"""
+        """Distance of points from the obstacle's surface, (n,). [mm]"""
         ...
 
     def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Whether tip, stem or body meet it on straight moves from (n, 3) to (n, 3), (n,)."""
+        """Whether the obstacle blocks tip, stem or body on moves from (n, 3) to (n, 3), (n,)."""
         ...
 
     def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
-        """The same for moves that end with the tip on it: they may meet it there, not before."""
+        """The same for moves that end with the tip on the obstacle; only the end may meet it."""
         ...
 
 
@@ -66,7 +66,7 @@ class SphereObstacle:
 
     @property
     def top(self) -> float:
-        """Its highest point. [mm]"""
+        """Height of the obstacle's highest point. [mm]"""
         return float(self.center[2] + self.radius)
 
     def off(self, points: FloatArray) -> FloatArray:
@@ -125,7 +125,7 @@ class PartObstacle:
 
     @property
     def top(self) -> float:
-        """Its highest point. [mm]"""
+        """Height of the obstacle's highest point. [mm]"""
         return float(self.part.box[1][2])
 
     def off(self, points: FloatArray) -> FloatArray:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.controls.lookup import (
+from pretravel.controls.lookup import supported_band
+from pretravel.controls.lookup_formula import (
     LookupSeats,
-    LookupTable,
+    LookupSeries,
     exact_lookup,
-    lookup_series,
-    lookup_table,
     recurrence,
     sectoral_factor,
-    supported_band,
 )
+from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -52,7 +51,8 @@ class TestLookup:
 
     def test_series_is_exact(self) -> None:
         pretravel_map = example_map()
-        series = lookup_series(pretravel_map)
+        series = exact_lookup(pretravel_map)
+        assert isinstance(series, LookupSeries)
         assert series.largest_error < 1e-12
         directions = fibonacci_cap(500, 90 * DEGREE)
         assert series.value(directions) == pytest.approx(
@@ -78,7 +78,9 @@ class TestLookup:
             HarmonicBasis(terms), rng.standard_normal(len(terms)), Covariance.none(len(terms)),
             DirectionSupport(sphere_pattern_25()), tip_radius=3.0,
         )  # fmt: skip
-        assert lookup_series(whole).largest_error < 1e-12
+        series = exact_lookup(whole)
+        assert isinstance(series, LookupSeries)
+        assert series.largest_error < 1e-12
 
     @pytest.mark.parametrize("kind", ["harmonic", "physical", "wozniak"])
     def test_table_errs_no_more_than_its_header_says(self, kind: str) -> None:

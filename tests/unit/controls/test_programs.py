@@ -177,7 +177,7 @@ class TestTargetsAndParts:
 
     def test_a_feed_twice(self) -> None:
         one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
-        with pytest.raises(PretravelError, match="a feed is there twice"):
+        with pytest.raises(PretravelError, match="a feed occurs twice"):
             plan_program(one, MACHINE, title="p", feeds=[50, 50])
 
 
@@ -198,6 +198,12 @@ class TestText:
             assert line.endswith(",end)")
             assert line.count(",") == len(TOUCH_COLUMNS) + 2
         assert "a _b_ _1_ ?" in text.splitlines()[0]
+
+    @pytest.mark.parametrize("length", [300, 1000])
+    def test_a_line_that_the_control_would_refuse(self, length: int) -> None:
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        with pytest.raises(PretravelError, match="too long for the control"):
+            linuxcnc_program(plan_program(one, MACHINE, title="t" * length), "a.log")
 
     def test_tool_and_work_offset(self) -> None:
         machine = replace(MACHINE, tool=99, work_offset="G59.1")

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.controls.heidenhain import heidenhain_table
-from pretravel.controls.lookup import (
-    lookup_table,
-)
+from pretravel.controls.lookup_table import lookup_table
 from pretravel.controls.macro_b import fanuc_macro
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation

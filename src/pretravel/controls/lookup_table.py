@@ -1,0 +1,190 @@
+"""Maps as tables over polar angle and azimuth, with cubic interpolation on the control."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.controls.lookup import (
+    Band,
+    MapSamples,
+    probe_frame_pretravel,
+    supported_band,
+)
+from pretravel.directions import azimuth_angle, grid, polar_angle
+from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import DEGREE
+
+_STEP_OF_A_RING = 1.0 * DEGREE
+"""Step of the polar angle where a band has no width. [rad]"""
+_LADDER = (30.0, 20.0, 15.0, 10.0, 7.5, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0)
+"""Steps of the tables that are tried. [degrees]"""
+
+
+@dataclass(frozen=True, eq=False)
+class LookupTable:
+    """Pretravel over polar angle and azimuth in equal steps; cubic between (Catmull-Rom).
+
+    Attributes
+    ----------
+    band : Band
+        Polar angles of the first and the last row of nodes, borders not counted.
+    values : (p + 2, a) float
+        Rows over the polar angle, with one border row before the first and one after the last;
+        columns over the azimuth from zero, all around. [mm]
+    largest_error : float
+        Largest difference from the map within the band. [mm]
+    """
+
+    template: ClassVar[str] = "linuxcnc/table_lookup.ngc"
+    needs_table: ClassVar[bool] = True
+
+    band: Band
+    values: FloatArray
+    largest_error: float = 0.0
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of nodes, without the borders."""
+        return len(self.values) - 2
+
+    @property
+    def polar_step(self) -> float:
+        """Step of the polar angle. [rad]"""
+        width = self.band.highest - self.band.lowest
+        return width / (self.rows - 1) if width > 0.0 else _STEP_OF_A_RING
+
+    @property
+    def azimuth_step(self) -> float:
+        """Step of the azimuth. [rad]"""
+        return float(2.0 * math.pi / self.values.shape[1])
+
+    @cached_property
+    def number(self) -> int:
+        """A number that identifies this table."""
+        return zlib.crc32(np.ascontiguousarray(self.values).tobytes()) % 900_000 + 100_000
+
+    @property
+    def description(self) -> str:
+        """See `Lookup`."""
+        return f"table of {self.rows} x {self.values.shape[1]}, cubic between"
+
+    def template_values(self) -> Mapping[str, object]:
+        """See `Lookup`."""
+        return {
+            "columns": self.values.shape[1],
+            "polar_step_deg": self.polar_step / DEGREE,
+            "azimuth_step_deg": self.azimuth_step / DEGREE,
+            "catmull_rom": catmull_rom_text,
+        }
+
+    def value(self, directions: FloatArray) -> FloatArray:
+        """See `Lookup`."""
+        columns = self.values.shape[1]
+        down = (polar_angle(directions) - self.band.lowest) / self.polar_step
+        i = np.clip(np.floor(down).astype(np.int64), 0, self.rows - 2)
+        around = azimuth_angle(directions) / self.azimuth_step
+        j = np.floor(around).astype(np.int64)
+        weights_down = _catmull_rom(np.clip(down - i, 0.0, 1.0))
+        weights_around = _catmull_rom(around - j)
+        total = np.zeros(len(directions))
+        for a in range(4):
+            for b in range(4):
+                node = self.values[i + a, (j + b - 1) % columns]
+                total += weights_down[a] * weights_around[b] * node
+        return total
+
+
+def _catmull_rom(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Weights of four neighbours at a share f of the way from the second to the third."""
+    return (
+        0.5 * f * (f * (2.0 - f) - 1.0),
+        0.5 * (f * f * (3.0 * f - 5.0) + 2.0),
+        0.5 * f * (f * (4.0 - 3.0 * f) + 1.0),
+        0.5 * f * f * (f - 1.0),
+    )
+
+
+def catmull_rom_text(share: str) -> tuple[str, str, str, str]:
+    """The same weights as expressions of a control, of a variable that holds the share.
+
+    >>> catmull_rom_text("#1")[3]
+    '0.5*#1*#1*[#1-1]'
+    """
+    f = share
+    return (
+        f"0.5*{f}*[{f}*[2-{f}]-1]",
+        f"0.5*[{f}*{f}*[3*{f}-5]+2]",
+        f"0.5*{f}*[{f}*[4-3*{f}]+1]",
+        f"0.5*{f}*{f}*[{f}-1]",
+    )
+
+
+def _with_borders(values: FloatArray) -> FloatArray:
+    """One more row at each end, on the parabola through the three nearest rows."""
+    if len(values) < 3:
+        return np.vstack([values[:1], values, values[-1:]])
+    before = 3.0 * values[0] - 3.0 * values[1] + values[2]
+    after = 3.0 * values[-1] - 3.0 * values[-2] + values[-3]
+    return np.vstack([before, values, after])
+
+
+def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: int) -> LookupTable:
+    """The coarsest table within a tolerance; where there is none, the most accurate one.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    tolerance : float
+        Largest error against the map within the band. [mm]
+    most_values : int
+        Number of variables that the control has for the table.
+
+    Returns
+    -------
+    LookupTable
+
+    Raises
+    ------
+    PretravelError
+        There are too few variables for the coarsest table.
+    """
+    band = supported_band(pretravel_map)
+    samples = MapSamples(pretravel_map, band)
+    best: LookupTable | None = None
+    for rows, columns in _sizes(band, most_values):
+        polar = np.linspace(band.lowest, band.highest, rows)
+        azimuth = 2.0 * math.pi / columns * np.arange(columns)
+        values = probe_frame_pretravel(pretravel_map, grid(polar, azimuth)).reshape(rows, columns)
+        table = LookupTable(band, frozen(_with_borders(values)))
+        error = samples.largest_error(table)
+        if best is None or error < best.largest_error:
+            best = replace(table, largest_error=error)
+        if error <= tolerance:
+            return best
+    if best is None:
+        raise PretravelError(
+            f"{most_values} variables are too few for a table over polar angle and azimuth"
+        )
+    return best
+
+
+def _sizes(band: Band, most_values: int) -> Iterator[tuple[int, int]]:
+    """Rows and columns of the tables that are tried, coarse ones first."""
+    width = (band.highest - band.lowest) / DEGREE
+    for polar_step in _LADDER:
+        rows = max(round(width / polar_step), 1) + 1
+        for azimuth_step in _LADDER:
+            columns = round(360.0 / azimuth_step)
+            # Similar steps; that of the azimuth up to three times finer, because lobes lie there.
+            similar = polar_step / 3.0 <= azimuth_step <= polar_step
+            if similar and (rows + 2) * columns <= most_values:
+                yield rows, columns
