@@ -11,8 +11,11 @@ from pretravel.frames import Placement
 from pretravel.units import DEGREE
 
 _FIRST, _APART, _TURN = 5221, 20, 9
+"""Parameter of the x of G54; distance to the next offset; distance from x to the turn."""
 _G92_ON, _G92 = 5210, 5211
+"""Parameters of G92: whether it is active, and its x."""
 _ACTIVE = 5220
+"""Parameter of the number of the active offset."""
 
 
 def read_work_offset(source: Source, offset: str | None = None, units: str = "mm") -> tuple[
