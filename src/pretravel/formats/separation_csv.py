@@ -1,4 +1,4 @@
-"""Multi-step readings read from CSV, and separations written."""
+"""Readings of a multi-step test from CSV files, and separations and plans as columns or JSON."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
 
 
 def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
-    """The columns of the contract, machine directions first.
+    """A separation as columns, machine directions first.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
 
 
 def separation_json(result: Separation) -> dict[str, Any]:
-    """A separation as a document, with the variance of every pair.
+    """A separation as a JSON document, with the variance of every pair.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def separation_json(result: Separation) -> dict[str, Any]:
 
 
 def separation_plan_table(plan: SeparationPlan) -> dict[str, npt.ArrayLike]:
-    """One row for each reading to be made, in order; errors are to be filled in.
+    """A plan as columns: one row for each reading in order, without its error.
 
     Returns
     -------

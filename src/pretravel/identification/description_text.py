@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pretravel.identification.probe import FREE, Identification
+from pretravel.identification.free_numbers import FREE
+from pretravel.identification.probe import Identification
 from pretravel.probe.catalogue import rewritten
 
 

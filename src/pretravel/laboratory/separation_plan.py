@@ -1,4 +1,4 @@
-"""How many orientations and repeats a separation needs for a wanted uncertainty."""
+"""Plan of a multi-step test: orientations and repeats for a required uncertainty."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pretravel.arrays import FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation_variances import direction_variance_uncertainty
+from pretravel.units import MICROMETRE
 
 MOST_DIRECTIONS = 72
 MOST_REPEATS = 50
@@ -23,18 +24,18 @@ class SeparationPlan:
     Attributes
     ----------
     directions : int
-        Equally spaced, for machine and probe alike.
+        Number of equally spaced directions, the same for machine and probe.
     steps : tuple of int
         Orientations of the probe, in steps of 360° / directions. In orientation s machine
         direction i is touched with probe direction i - s.
     repeats : int
         Of every reading.
     u_error : float
-        Standard uncertainty of each systematic error about their mean, for the variance
-        assumed. [mm]
+        Standard uncertainty of each systematic error about their mean, for the expected
+        variance. [mm]
     u_variance : float
-        Relative standard uncertainty of each direction's variance, the share between machine
-        and probe held; infinite where too little is left over.
+        Relative standard uncertainty of each direction's variance, for a fixed share of machine
+        and probe; infinite where too few degrees of freedom are left.
     """
 
     directions: int
@@ -45,11 +46,11 @@ class SeparationPlan:
 
     @property
     def readings(self) -> int:
-        """Touches in all."""
+        """Number of touches."""
         return self.directions * len(self.steps) * self.repeats
 
     def pairs(self) -> tuple[IntArray, IntArray]:
-        """Machine and probe index (from 1) of every reading, repeats in a row."""
+        """Machine and probe index (from 1) of every reading, with repeats one after another."""
         return turned_pairs(self.directions, self.steps, self.repeats)
 
 
@@ -67,17 +68,18 @@ def turned_pairs(
 
 
 def _spectrum(directions: int, steps: tuple[int, ...]) -> FloatArray:
+    """Magnitude of the Fourier transform of the steps at each frequency but zero."""
     frequency = np.arange(1, directions)
     angles = 2.0 * np.pi * np.outer(frequency, steps) / directions
     return np.asarray(np.abs(np.exp(1j * angles).sum(axis=1)))
 
 
 def error_factor(directions: int, steps: tuple[int, ...]) -> float:
-    """U of a machine (or probe) error about the mean over all, for readings of unit variance.
+    """Standard uncertainty of a systematic error about their mean, for readings of unit variance.
 
-    Turned orientations make the normal matrix circulant: at each frequency the machine's and
-    the probe's errors are coupled by the Fourier transform of the steps. Infinite where
-    the readings fall apart.
+    The orientations make the normal matrix circulant: at each frequency the Fourier transform of
+    the steps couples the errors of machine and probe. Infinite where the readings form
+    groups without a common direction.
 
     >>> round(error_factor(24, tuple(range(24))) * 24**0.5, 3)  # complete: root of 23 / 24
     0.979
@@ -90,9 +92,9 @@ def error_factor(directions: int, steps: tuple[int, ...]) -> float:
 
 
 def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> float:
-    """Relative u of a direction's variance about the mean, variances alike.
+    """Relative standard uncertainty of the variance of a direction, where all are equal.
 
-    Both sorts of direction have variance one half; relative to it.
+    It is relative to the variance one half of a machine's or probe's direction.
     """
     machine, probe = turned_pairs(directions, steps)
     readings = MultiStepReadings(machine, probe, np.zeros(len(machine)))
@@ -100,7 +102,7 @@ def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> fl
 
 
 def best_steps(directions: int, orientations: int) -> tuple[int, ...]:
-    """Orientations, one after the other where they help systematic errors most.
+    """Orientations, each chosen to reduce the uncertainty of systematic errors most.
 
     >>> best_steps(8, 3)[:2]
     (0, 1)
@@ -120,18 +122,18 @@ def plan_separation(
     u_error: float | None = None,
     u_variance: float | None = None,
 ) -> SeparationPlan:
-    """The test with the fewest touches that reaches the wanted uncertainties.
+    """Plan the test with the fewest touches that reaches the required uncertainties.
 
     Parameters
     ----------
     directions : int
-        Of machine and probe.
+        Number of directions of machine and probe.
     variance : float
-        Expected of a single touch, machine and probe together. [mm²]
+        Expected variance of a single touch, of machine and probe together. [mm²]
     u_error : float, optional
-        Wanted for systematic errors. [mm]
+        Required standard uncertainty of systematic errors. [mm]
     u_variance : float, optional
-        Wanted for each direction's variance, relative to it.
+        Required relative standard uncertainty of the variance of each direction.
 
     Returns
     -------
@@ -140,62 +142,105 @@ def plan_separation(
     Raises
     ------
     PretravelError
-        Nothing is wanted, or nothing reaches it.
+        No requirement, or a requirement that no test reaches.
 
     Notes
     -----
-    Turning the probe costs more than touching again, so of tests with the same number of
-    touches the one with fewer orientations is taken. But repeats in one orientation say
-    less of variances than readings in another, where more partners take part.
+    A new orientation costs more than a repeat, so that of tests with the same number of
+    touches the one with fewer orientations is taken. But repeats in one orientation contribute
+    less to variances than readings in another one, which combine more pairs.
 
     >>> plan = plan_separation(12, 1e-6, u_error=0.4e-3)
     >>> len(plan.steps) * plan.repeats >= 6
     True
     """
-    if not 3 <= directions <= MOST_DIRECTIONS:
-        raise PretravelError(f"{directions} directions: between 3 and {MOST_DIRECTIONS}")
-    if not 0.0 < variance < math.inf:
-        raise PretravelError(
-            f"the expected variance is {variance * 1e6:g} µm²; it must be positive"
-        )
-    if u_error is None and u_variance is None:
-        raise PretravelError("say what is wanted: u of the errors, of the variances, or both")
-    for name, wanted in (("u of the errors", u_error), ("u of the variances", u_variance)):
-        if wanted is not None and not wanted > 0.0:
-            raise PretravelError(f"the wanted {name} is {wanted:g}; it must be positive")
-    deviation = math.sqrt(variance)
+    wanted = _Requirement(directions, variance, u_error, u_variance)
+    lowest_error, lowest_variance = wanted.lowest()
     best: SeparationPlan | None = None
-    everything = tuple(range(directions))
-    nearest = (
-        error_factor(directions, everything) * deviation / math.sqrt(MOST_REPEATS),
-        variance_factor(directions, everything, MOST_REPEATS),
-    )
-    possible = (u_error is None or nearest[0] <= u_error) and (
-        u_variance is None or nearest[1] <= u_variance
-    )
-    for orientations in range(2, directions + 1) if possible else ():
-        steps = best_steps(directions, orientations)
-        factor = error_factor(directions, steps) * deviation
-        needed = 1
-        if u_error is not None:
-            needed = max(math.ceil((factor / u_error) ** 2 - 1e-9), 1)
-        while needed <= MOST_REPEATS:
-            if best is not None and orientations * needed * directions >= best.readings:
-                break
-            of_variance = variance_factor(directions, steps, needed)
-            plan = SeparationPlan(
-                directions, steps, needed, factor / math.sqrt(needed), of_variance
-            )
-            if u_variance is None or of_variance <= u_variance:
-                best = plan
-                break
-            # Each repeat adds degrees of freedom about in proportion.
-            ratio = (of_variance / u_variance) ** 2 if math.isfinite(of_variance) else 2.0
-            needed = max(needed + 1, min(math.floor(0.8 * needed * ratio), 2 * needed))
+    if wanted.reached_by(lowest_error, lowest_variance):
+        for orientations in range(2, directions + 1):
+            steps = best_steps(directions, orientations)
+            best = _fewest_repeats(wanted, steps, best) or best
     if best is None:
         raise PretravelError(
-            f"no test with up to {directions} orientations and {MOST_REPEATS} repeats reaches "
-            f"this; the nearest has u = {nearest[0] * 1e3:.3g} µm of errors and "
-            f"{100.0 * nearest[1]:.0f} % of variances"
+            f"no test with up to {directions} orientations and {MOST_REPEATS} repeats reaches this "
+            f"uncertainty; the lowest ones are {lowest_error / MICROMETRE:.3g} µm of errors and "
+            f"{100.0 * lowest_variance:.0f} % of variances"
         )
     return best
+
+
+@dataclass(frozen=True)
+class _Requirement:
+    """The expected variance of a test and its required uncertainties; see `plan_separation`."""
+
+    directions: int
+    variance: float
+    u_error: float | None
+    u_variance: float | None
+
+    def __post_init__(self) -> None:
+        if not 3 <= self.directions <= MOST_DIRECTIONS:
+            raise PretravelError(
+                f"the number of directions is {self.directions}; it must be 3 to {MOST_DIRECTIONS}",
+                inputs=("directions",),
+            )
+        if not 0.0 < self.variance < math.inf:
+            raise PretravelError(
+                f"the expected variance is {self.variance / MICROMETRE**2:g} µm²; it must be "
+                "positive",
+                inputs=("variance",),
+            )
+        if self.u_error is None and self.u_variance is None:
+            raise PretravelError(
+                "no uncertainty is required: give that of the errors, of the variances, or both",
+                inputs=("u_systematic", "u_variance"),
+            )
+        for name, value in (("errors", self.u_error), ("variances", self.u_variance)):
+            if value is not None and not value > 0.0:
+                raise PretravelError(
+                    f"the required uncertainty of the {name} is {value:g}; it must be positive"
+                )
+
+    @property
+    def deviation(self) -> float:
+        """Expected standard deviation of a single touch. [mm]"""
+        return math.sqrt(self.variance)
+
+    def lowest(self) -> tuple[float, float]:
+        """The uncertainties of errors and variances of the largest test."""
+        steps = tuple(range(self.directions))
+        return (
+            error_factor(self.directions, steps) * self.deviation / math.sqrt(MOST_REPEATS),
+            variance_factor(self.directions, steps, MOST_REPEATS),
+        )
+
+    def reached_by(self, u_error: float, u_variance: float) -> bool:
+        """Whether these uncertainties are small enough."""
+        return (self.u_error is None or u_error <= self.u_error) and (
+            self.u_variance is None or u_variance <= self.u_variance
+        )
+
+
+def _fewest_repeats(
+    wanted: _Requirement, steps: tuple[int, ...], best: SeparationPlan | None
+) -> SeparationPlan | None:
+    """The test with these orientations that reaches the requirement with fewer touches than `best`.
+
+    None where there is no such test.
+    """
+    single = error_factor(wanted.directions, steps) * wanted.deviation
+    repeats = 1
+    if wanted.u_error is not None:
+        repeats = max(math.ceil((single / wanted.u_error) ** 2 - 1e-9), 1)
+    while repeats <= MOST_REPEATS:
+        if best is not None and len(steps) * repeats * wanted.directions >= best.readings:
+            return None
+        relative = variance_factor(wanted.directions, steps, repeats)
+        if wanted.u_variance is None or relative <= wanted.u_variance:
+            u_error = single / math.sqrt(repeats)
+            return SeparationPlan(wanted.directions, steps, repeats, u_error, relative)
+        # Each repeat adds degrees of freedom about in proportion.
+        ratio = (relative / wanted.u_variance) ** 2 if math.isfinite(relative) else 2.0
+        repeats = max(repeats + 1, min(math.floor(0.8 * repeats * ratio), 2 * repeats))
+    return None

@@ -73,7 +73,7 @@ class TestIdentify:
         assert np.all(off < 4.0 * found.standard_uncertainty + 4.0 * true.standard_uncertainty)
 
     @pytest.mark.parametrize(
-        ("free", "words"), [("magic", "what can is preload"), ("", "nothing is free")]
+        ("free", "words"), [("magic", "there are preload"), ("", "no number is free")]
     )
     def test_errors_teach(self, tmp_path: Path, free: str, words: str) -> None:
         run("predict", "omp40-2", "--azimuth", "0:350:30", "--polar", "0:90:30",

@@ -63,4 +63,4 @@ class TestSeparate:
         count = len(filled) - 1
         form.write_text("\n".join([*filled[:5], lines[5], *filled[6:]]) + "\n")
         assert f"{count - 1} readings" in run("separate", form)
-        assert "say what is wanted" in run("separation-plan", code=2)
+        assert "no uncertainty is required" in run("separation-plan", code=2)
