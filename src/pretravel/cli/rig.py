@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,7 +12,12 @@ from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
 
+if TYPE_CHECKING:
+    from pretravel.laboratory.certificate import CalibrationCertificate
+    from pretravel.laboratory.rig import RigTrace
+
 _RESULTS = (".csv", ".json", ".html")
+_REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
 
 
 def rig(
@@ -68,15 +73,12 @@ def rig(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.laboratory_file import read_laboratory
     from pretravel.formats.map_file import write_map
-    from pretravel.formats.rig_csv import read_budget, read_rig_trace, rig_json, rig_table
+    from pretravel.formats.rig_csv import read_budget, rig_json, rig_table
     from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
-    from pretravel.laboratory.rig import at_reference_temperature
     from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
     from pretravel.laboratory.rig_calibration import calibrate_rig
     from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.rig_map import rig_map
-    from pretravel.report.certificate_report import TEMPLATE, certificate_document
-    from pretravel.report.page import write_page
     from pretravel.report.rig_report import rig_document
     from pretravel.whole_file import write_json
 
@@ -90,31 +92,23 @@ def rig(
     statements = LaboratoryStatements() if lab is None else read_laboratory(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
     with working(f"reading {len(traces)} traces"):
-        read = [
-            at_reference_temperature(read_rig_trace(path), temperature, expansion * 1e-6)
-            for path in traces
-        ]
+        read = _read_traces(traces, temperature, expansion)
         touches = [rig_touch(trace) for trace in read]
     if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))
     calibration = calibrate_rig(touches)
     own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
-    notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
     if output is not None and ending == ".json":
         write_json(output, rig_json(calibration, own))
     elif output is not None and ending == ".html":
+        source = _REN_SOURCE if budget is None else budget.name
         certificate = calibration_certificate(
-            calibration,
-            components,
-            statements,
-            budget_source="Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
-            if budget is None
-            else budget.name,
-            temperature=temperature,
+            calibration, components, statements, budget_source=source, temperature=temperature
         )
-        write_page(output, certificate_document(certificate, read), template=TEMPLATE)
+        _write_certificate(output, certificate, read)
     if map_file is not None:
         write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
+    notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
     missing = statements.missing if ending == ".html" else 0
     warnings = [*notes, *_missing_information(missing, own_budget=budget is not None)]
     report = rig_document(calibration, own, read, warnings=warnings)
@@ -127,6 +121,26 @@ def _check_traces(traces: Sequence[Path]) -> None:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
         raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
+
+
+def _read_traces(paths: Sequence[Path], temperature: float, expansion: float) -> list[RigTrace]:
+    """Traces, with the ruler at its reference temperature."""
+    from pretravel.formats.rig_csv import read_rig_trace
+    from pretravel.laboratory.rig import at_reference_temperature
+
+    return [
+        at_reference_temperature(read_rig_trace(path), temperature, expansion * 1e-6)
+        for path in paths
+    ]
+
+
+def _write_certificate(
+    output: Path, certificate: CalibrationCertificate, traces: Sequence[RigTrace]
+) -> None:
+    from pretravel.report.certificate_report import TEMPLATE, certificate_document
+    from pretravel.report.page import write_page
+
+    write_page(output, certificate_document(certificate, traces), template=TEMPLATE)
 
 
 def _missing_information(fields: int, *, own_budget: bool) -> Iterator[str]:

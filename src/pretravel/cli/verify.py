@@ -1,13 +1,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, Picture, Verbose
 from pretravel.cli.showing import save_picture, show
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.touches import Touches
 
 CHANGED = 1
 """Exit code for scripts when the probe has changed; 2 is an error."""
@@ -48,67 +53,63 @@ def verify(
 
     Example: pretravel verify today.csv --map map.nc --diameter 24.9987 --history probe.sqlite
     """
-    import json
-
-    from pretravel.errors import PretravelError
-    from pretravel.formats.map_file import read_map, write_map
+    from pretravel.formats.map_file import read_map
     from pretravel.formats.probe_history import add_verification, read_history
     from pretravel.formats.readings import read_readings
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.report.page import write_page
     from pretravel.report.verification_report import verification_document, verification_values
-    from pretravel.whole_file import whole_file
+    from pretravel.whole_file import write_json
 
     check_files(
-        [
-            (output, (".json", ".html")),
-            (plot, PICTURES),
-            (accept, (".nc",)),
-        ],
+        [(output, (".json", ".html")), (plot, PICTURES), (accept, (".nc",))],
         [touches, map_file, history],
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
         raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
-    pretravel_map = read_map(map_file)
+    old_map = read_map(map_file)
     readings = read_readings(touches).in_machine_axes()
-    result = verify_probe(
-        readings.touches, pretravel_map, diameter, ring=ring, false_alarm_rate=0.01 * false_alarms
-    )
+    measured = readings.touches
+    rate = 0.01 * false_alarms
+    result = verify_probe(measured, old_map, diameter, ring=ring, false_alarm_rate=rate)
     decision = "kept"
     if accept is not None:
-        from pretravel.identification.kind_registry import qualify_like
-
-        again = qualify_like(readings.touches, pretravel_map, diameter, ring=ring)
-        write_map(accept, again.pretravel_map)
+        _write_new_map(accept, measured, old_map, diameter, ring=ring)
         decision = f"accepted {accept.name}"
-    entries = []
     if history is not None:
         add_verification(
             history,
             result,
-            pretravel_map=pretravel_map,
+            pretravel_map=old_map,
             map_name=map_file.name,
             touches_name=touches.name,
             decision=decision,
         )
-        entries = read_history(history)
     report = verification_document(
         result,
         decision,
         title=f"{touches.name} against {map_file.name}",
-        entries=entries,
+        entries=[] if history is None else read_history(history),
         warnings=readings.notes(),
     )
     if output is not None and output.suffix.lower() == ".json":
-        with whole_file(output) as temporary:
-            values = verification_values(result, decision)
-            temporary.write_text(json.dumps(values, indent=1), encoding="utf-8")
+        write_json(output, verification_values(result, decision))
     elif output is not None:
         write_page(output, report)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if result.changed:
         raise typer.Exit(CHANGED)
+
+
+def _write_new_map(
+    path: Path, touches: Touches, old_map: PretravelMap, diameter: float, *, ring: bool
+) -> None:
+    """Qualify as the old map was qualified, and write the new map."""
+    from pretravel.formats.map_file import write_map
+    from pretravel.identification.kind_registry import qualify_like
+
+    write_map(path, qualify_like(touches, old_map, diameter, ring=ring).pretravel_map)
 
 
 def history(
