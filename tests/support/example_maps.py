@@ -13,15 +13,20 @@ from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.qualification import Qualification
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
-from tests.support.examples import EXAMPLES
+from tests.support.examples import SPHERE
 
 
 @cache
+def example_qualification(kind: str = "harmonic") -> Qualification:
+    """Of the example touches, made once in each worker: kind physical takes seconds."""
+    return qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind=kind)
+
+
 def example_map(kind: str = "harmonic") -> PretravelMap:
-    touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    return qualify(touches, 24.9987, tip_diameter=6.0, kind=kind).pretravel_map
+    return example_qualification(kind).pretravel_map
 
 
 def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) -> PretravelMap:

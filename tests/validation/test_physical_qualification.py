@@ -13,13 +13,10 @@ import numpy as np
 import pytest
 
 from pretravel.compensation.compensation import apply
-from pretravel.directions import from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.directions import from_angles
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kind_registry import KINDS, choose, qualify
-from pretravel.identification.physical import PhysicalMapFit
-from pretravel.maps.provenance import QualificationSetup
+from pretravel.identification.kind_registry import qualify
 from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
@@ -68,19 +65,6 @@ def test_uncertainties_over_a_part_are_honest(studied: list[tuple[np.ndarray, np
     assert np.sum((ratios < 0.6) | (ratios > 1.6)) <= 1
 
 
-def test_example_probe() -> None:
-    """The example's truth is unknown here. The fit leaves what the repeats scatter (a lack of fit
-    would show), and says so."""
-    touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    result = qualify(touches, 24.9987, tip_diameter=6.0, kind="physical")
-    fit = result.fit
-    assert isinstance(fit, PhysicalMapFit)
-    assert fit.misfit > 0.05
-    assert result.residuals.std() == pytest.approx(0.30e-3, rel=0.1)
-    assert result.warnings == ()
-    assert result.pretravel_map.kind == "physical"
-
-
 def test_noise_free_touches_give_the_probe_back() -> None:
     """Nothing but priors stands between; 10 nm of noise outweigh them."""
     rng = np.random.default_rng(1)
@@ -91,52 +75,6 @@ def test_noise_free_touches_give_the_probe_back() -> None:
     error = value - response.pretravel(PART)
     error -= PART @ np.linalg.lstsq(PART, error)[0]
     assert np.abs(error).max() < 0.05e-3
-
-
-def test_another_kind_of_probe_is_noticed() -> None:
-    """Lobes that no tripod has, 1 um: said, and u of the map grows by what is missed."""
-    rng = np.random.default_rng(2)
-    response = made_up_response(rng, 0.0)
-    touches = touches_of(response, PATTERN, rng)
-    lobes = 1e-3 * np.cos(2.0 * np.arctan2(PATTERN[:, 1], PATTERN[:, 0])) * PATTERN[:, 2]
-    wrong = replace(touches, positions=touches.positions - lobes[:, None] * PATTERN)
-    result = qualify(wrong, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False)
-    assert isinstance(result.fit, PhysicalMapFit)
-    assert result.fit.misfit < 0.01
-    assert "six-seat kind" in " ".join(result.warnings)
-    u = result.pretravel_map.standard_uncertainty(PART)
-    assert u.min() > 0.3e-3
-
-
-def test_gauge_is_stated() -> None:
-    """Centre against first harmonic: along the axis priors decide, to a quarter of a micrometre."""
-    rng = np.random.default_rng(3)
-    result = qualify(
-        touches_of(made_up_response(rng, 0.0), PATTERN, rng),
-        25.0,
-        tip_diameter=6.0,
-        kind="physical",
-        search_outliers=False,
-    )
-    assert isinstance(result.fit, PhysicalMapFit)
-    across, along = result.fit.gauge_uncertainty[:2].max(), result.fit.gauge_uncertainty[2]
-    assert across < along
-    assert np.sqrt(np.diag(result.center_covariance)) == pytest.approx(result.fit.gauge_uncertainty)
-    assert "first harmonic" in result.pretravel_map.provenance.gauge
-
-
-def test_without_the_tip_diameter_points_are_the_same() -> None:
-    rng = np.random.default_rng(4)
-    touches = touches_of(made_up_response(rng, 0.0), PATTERN, rng)
-    told, open_ = (
-        qualify(touches, 25.0, tip_diameter=d, kind="physical", search_outliers=False)
-        for d in (6.0, None)
-    )
-    part = Touches(PART * 30.0, PART)
-    first, second = (apply(part, r.pretravel_map, extrapolate=True) for r in (told, open_))
-    off = np.sum((first.positions - second.positions) * PART, axis=1)
-    off -= PART @ np.linalg.lstsq(PART, off)[0]
-    assert off.std() < 0.1e-3
 
 
 def test_shen_and_springer_1998() -> None:
@@ -214,21 +152,3 @@ def test_kp3_ring_halves() -> None:
     }
     assert rms["physical"] < rms["harmonic"] < rms["sectors"] < rms["mean"]
     assert rms["physical"] < 4.5
-
-
-def test_choice_among_kinds() -> None:
-    """On a six-seat probe's touches the physical kind predicts left-out directions best; on a
-    sphere that is just round, one number does as well as any, and the choice says why."""
-    touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    chosen = choose(touches, QualificationSetup(24.9987, tip_diameter=6.0))
-    assert chosen.kind == "physical"
-    assert [score.kind for score in chosen.scores][:2] == ["physical", "harmonic"]
-    assert {score.kind for score in chosen.scores} == set(KINDS)
-    sectors = next(score for score in chosen.scores if score.kind == "sectors")
-    assert "sector" in sectors.problem
-
-
-def test_too_few_directions() -> None:
-    n = sphere_pattern_25()[:7]
-    with pytest.raises(PretravelError, match="touch at least 8"):
-        qualify(Touches(n * 15.49, n), 25.0, tip_diameter=6.0, kind="physical")

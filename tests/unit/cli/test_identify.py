@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pretravel.probe.catalogue import load_probe
-from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
-from tests.support.examples import SPHERE
 
 
 class TestIdentify:
@@ -39,38 +36,6 @@ class TestIdentify:
         written = (tmp_path / "found.toml").read_text(encoding="utf-8")
         assert "# axis to the points where the rods rest" in written
         assert f"identified from map.{ending}" in written
-
-    def test_what_the_map_does_not_tell(self, tmp_path: Path) -> None:
-        run("predict", "omp40-2", "--azimuth", "0:350:10", "--polar", "0:90:10",
-            "-o", tmp_path / "map.nc")  # fmt: skip
-        from pretravel.formats.map_file import read_map
-        from pretravel.identification.probe import identify
-
-        found = identify(
-            read_map(tmp_path / "map.nc"), load_probe("omp40-2"), ["lever", "tripod_radius"]
-        )
-        assert any("undone by" in sentence for sentence in found.unknown)
-
-    def test_a_probe_of_another_kind_widens_u(self) -> None:
-        """Woźniak's lobes are no six-seat probe's: said, and u is of the size of what is missed."""
-        from pretravel.formats.touches_csv import read_touches
-        from pretravel.identification.kind_registry import qualify
-        from pretravel.identification.probe import identify
-
-        made = qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="wozniak")
-        sharp = replace(
-            made.pretravel_map,
-            covariance=Covariance.full(1e-4 * made.pretravel_map.covariance.matrix),
-        )
-        found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
-        assert any("another kind" in sentence for sentence in found.unknown)
-        true = identify(
-            qualify(read_touches(SPHERE), 24.9987, tip_diameter=6.0, kind="physical").pretravel_map,
-            load_probe("omp40-2-100mm"),
-            ["rotation", "stem_diameter"],
-        )
-        off = np.abs(found.values - true.values)
-        assert np.all(off < 4.0 * found.standard_uncertainty + 4.0 * true.standard_uncertainty)
 
     @pytest.mark.parametrize(
         ("free", "words"), [("magic", "there are preload"), ("", "no number is free")]

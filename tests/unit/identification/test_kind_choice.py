@@ -1,0 +1,20 @@
+"""The choice among the kinds of map."""
+
+from __future__ import annotations
+
+from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kind_registry import KINDS, choose
+from pretravel.maps.provenance import QualificationSetup
+from tests.support.examples import SPHERE
+
+
+def test_choice_among_kinds() -> None:
+    """On a six-seat probe's touches the physical kind predicts left-out directions best; on a
+    sphere that is just round, one number does as well as any, and the choice says why."""
+    touches = read_touches(SPHERE)
+    chosen = choose(touches, QualificationSetup(24.9987, tip_diameter=6.0))
+    assert chosen.kind == "physical"
+    assert [score.kind for score in chosen.scores][:2] == ["physical", "harmonic"]
+    assert {score.kind for score in chosen.scores} == set(KINDS)
+    sectors = next(score for score in chosen.scores if score.kind == "sectors")
+    assert "sector" in sectors.problem
