@@ -59,7 +59,7 @@ _PUBLIC = {
     "Qualification": "qualification.qualification",
     "apply": "compensation.compensation",
     "embed": "compensation.compensation",
-    "Points": "compensation.compensation",
+    "Points": "compensation.points",
     "measured_sphere": "compensation.measured_sphere",
     "sphere_by_trials": "compensation.measured_sphere",
     "point_sources": "compensation.point_errors",
@@ -115,9 +115,10 @@ __all__ = ["__version__", *_PUBLIC]
 
 if TYPE_CHECKING:
     from pretravel.compensation.comparison import compare_corrections
-    from pretravel.compensation.compensation import Points, apply, embed
+    from pretravel.compensation.compensation import apply, embed
     from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
     from pretravel.compensation.point_errors import point_sources
+    from pretravel.compensation.points import Points
     from pretravel.controls.linuxcnc_program import linuxcnc_program
     from pretravel.controls.machine import Machine
     from pretravel.controls.program import plan_program

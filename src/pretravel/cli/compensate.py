@@ -11,7 +11,7 @@ from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
 if TYPE_CHECKING:
-    from pretravel.compensation.compensation import Points
+    from pretravel.compensation.points import Points
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.touches import Touches
 
@@ -67,7 +67,8 @@ def compensate(
     --plot points.png
     """
     from pretravel.cli.map_argument import map_or_prediction
-    from pretravel.compensation.compensation import apply, compensation_warnings, placed
+    from pretravel.compensation.compensation import apply, compensation_warnings
+    from pretravel.compensation.points import placed
     from pretravel.formats.points import point_endings
     from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.compensation.point_errors import errors_of_points
+from pretravel.compensation.points import Points
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
-from pretravel.frames import Placement
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
@@ -22,48 +20,6 @@ from pretravel.units import DEGREE
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches at a larger angle to the normal than this are warned about. [rad]"""
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Surface points, one for each touch, in the touches' order and frame.
-
-    Attributes
-    ----------
-    positions : (n, 3) float
-        Points of first contact. [mm]
-    normals : (n, 3) float
-        Outward unit normals that the compensation used.
-    pretravel : (n,) float
-        That was subtracted, along -n. [mm]
-    covariance : (n, 3, 3) float
-        Of each point: repeatability along the approach, map, tip radius. [mm²]
-    deviation : (n,) float or None
-        Distance from the nominal along its normal, positive outside. [mm]
-    labels : tuple of str
-
-    Notes
-    -----
-    Covariances are of single points. Errors of the map are common to points with similar normals
-    (`PretravelMap.value_covariance`): the mean of n points does not have an uncertainty smaller by
-    the root of n.
-    """
-
-    positions: FloatArray
-    normals: FloatArray
-    pretravel: FloatArray
-    covariance: FloatArray
-    deviation: FloatArray | None
-    labels: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    @property
-    def standard_uncertainty(self) -> FloatArray:
-        """Standard uncertainty along the normal, (n,). [mm]"""
-        variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
-        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def apply(
@@ -241,28 +197,6 @@ def compensation_warnings(
                 "mm, do the normals point out of the part, is the nominal where the part is?"
             )
     return warnings
-
-
-def placed(points: Points, placement: Placement) -> Points:
-    """Points of a part in the frame of the machine.
-
-    Parameters
-    ----------
-    points : Points
-    placement : Placement
-        Of the part in the machine.
-
-    Returns
-    -------
-    Points
-    """
-    turn = placement.rotation
-    return replace(
-        points,
-        positions=frozen(placement.points(points.positions)),
-        normals=frozen(placement.vectors(points.normals)),
-        covariance=frozen(turn @ points.covariance @ turn.T),
-    )
 
 
 def embed(

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
-from pretravel.compensation.compensation import Points
 from pretravel.compensation.point_errors import (
     REPEATABILITY,
     point_sources,
     total_covariance,
 )
+from pretravel.compensation.points import Points
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
+from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Correlation, Covariance
 from pretravel.units import delay_travel
-
-if TYPE_CHECKING:
-    from pretravel.compensation.compensation import Points
 
 REPEATABILITY = "repeatability"
 

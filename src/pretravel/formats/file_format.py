@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.errors import InputError
 from pretravel.formats.source_file import SourceFile
 from pretravel.frames import Placement, probe_rotation

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:

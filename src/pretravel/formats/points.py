@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.formats.file_format import PointsOrigin
 from pretravel.formats.logs.detection import FORMATS

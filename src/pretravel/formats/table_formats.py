@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.formats.file_format import FileFormat, FileReadings, PointsOrigin, ReadingOptions
 from pretravel.formats.netcdf import write_dataset
 from pretravel.formats.point_tables import points_dataset, points_table

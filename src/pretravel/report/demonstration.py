@@ -11,7 +11,8 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray
 from pretravel.compensation.comparison import Comparison, compare_corrections
-from pretravel.compensation.compensation import Points, apply
+from pretravel.compensation.compensation import apply
+from pretravel.compensation.points import Points
 from pretravel.directions import from_angles
 from pretravel.errors import InputError
 from pretravel.formats.csv_table import read_csv_table

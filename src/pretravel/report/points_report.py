@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.report.document import Document, KeyFigure, Picture, Span
 from pretravel.report.style import new_figure, polar_axes

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import exact_number
 from pretravel.formats.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import Points
+from pretravel.compensation.points import Points
 from pretravel.errors import InputError
 from pretravel.formats.csv_table import exact_number
 from pretravel.formats.file_format import (
