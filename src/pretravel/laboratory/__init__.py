@@ -1,1 +1,1 @@
-"""The calibration laboratory: rig, separation of machine and probe, standards."""
+"""The calibration laboratory: rig, separation of machine and probe, standards, certificate."""
