@@ -108,7 +108,7 @@ _PUBLIC = {
     "write_touches": "formats.touches_csv",
     "read_map": "formats.map_file",
     "write_map": "formats.map_file",
-    "write_points": "formats.points",
+    "write_points": "formats.point_files",
 }
 
 __all__ = ["__version__", *_PUBLIC]
@@ -132,7 +132,7 @@ if TYPE_CHECKING:
     from pretravel.formats.file_format import FileReadings, ReadingOptions
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
-    from pretravel.formats.points import write_points
+    from pretravel.formats.point_files import write_points
     from pretravel.formats.readings import read_readings, write_readings
     from pretravel.formats.rig_csv import read_rig_trace
     from pretravel.formats.separation_csv import read_multi_step_readings

@@ -31,7 +31,7 @@ from pretravel.errors import InputError, PretravelError
 from pretravel.units import DEGREE, GIGAPASCAL, MICROMETRE
 
 Value = TypeVar("Value")
-Place = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 """Keys and indices from the top of a document down to a value."""
 
 _UNITS: Mapping[str, float] = {
@@ -68,7 +68,7 @@ class TomlDocument:
     path: str
 
     @cached_property
-    def _lines(self) -> Mapping[Place, int]:
+    def _lines(self) -> Mapping[KeyPath, int]:
         return _lines_of_keys(self.text)
 
     def line(self, *place: str | int) -> int | None:
@@ -91,7 +91,7 @@ class TomlDocument:
         except PretravelError as error:
             raise self._with_place(error, str(error), place) from None
 
-    def _with_place(self, error: PretravelError, message: str, place: Place) -> PretravelError:
+    def _with_place(self, error: PretravelError, message: str, place: KeyPath) -> PretravelError:
         return type(error)(str(self.error(message, *place)), inputs=error.inputs)
 
 
@@ -289,7 +289,7 @@ class TomlStructure:
 
         return hook
 
-    def _faults(self, error: Exception, place: Place, tables: Any) -> Iterator[_Fault]:
+    def _faults(self, error: Exception, place: KeyPath, tables: Any) -> Iterator[_Fault]:
         """What was wrong, each with its place, from the nested errors of cattrs."""
         if isinstance(error, ClassValidationError):
             attributes, others = error.group_exceptions()
@@ -318,7 +318,7 @@ class TomlStructure:
         else:
             raise error
 
-    def _unknown(self, kind: type, place: Place, key: str) -> _Fault:
+    def _unknown(self, kind: type, place: KeyPath, key: str) -> _Fault:
         known = self.keys(kind).values()
         close = get_close_matches(key, known, n=1)
         if place:
@@ -329,7 +329,7 @@ class TomlStructure:
             message += f". Did you mean [{close[0]}]?" if close else ""
         return _Fault(0, (*place, key), message)
 
-    def _missing(self, kind: type, place: Place, missing: Sequence[str]) -> _Fault:
+    def _missing(self, kind: type, place: KeyPath, missing: Sequence[str]) -> _Fault:
         advice = f"; {self._hint}" if self._hint else ""
         if place:
             known = ", ".join(self.keys(kind).values())
@@ -351,7 +351,7 @@ class _Fault:
     """One thing that is wrong in a document; an unknown key first, as it explains a missing one."""
 
     rank: int
-    place: Place
+    place: KeyPath
     message: str
     cause: Exception | None = None
 
@@ -370,7 +370,7 @@ class _Fault:
         return document.error(f"{words} {self.message}", *self.place)
 
 
-def _words(place: Place) -> str:
+def _words(place: KeyPath) -> str:
     """A place as a reader finds it in the file: [tripod] radius_mm, [[stylus]] number 2."""
     words: list[str] = []
     for number, step in enumerate(place, start=1):
@@ -420,14 +420,14 @@ def _text(value: Any) -> str:
     return value
 
 
-def _lines_of_keys(text: str) -> dict[Place, int]:
+def _lines_of_keys(text: str) -> dict[KeyPath, int]:
     """The line of each table and key; of a value over several lines, the first.
 
     A statement of TOML is complete as soon as it is valid TOML by itself.
     """
-    lines: dict[Place, int] = {}
-    lists: dict[Place, int] = {}
-    table: Place = ()
+    lines: dict[KeyPath, int] = {}
+    lists: dict[KeyPath, int] = {}
+    table: KeyPath = ()
     statement, first = "", 1
     for number, line in enumerate(text.split("\n"), start=1):
         first = first if statement else number
@@ -448,9 +448,9 @@ def _lines_of_keys(text: str) -> dict[Place, int]:
     return lines
 
 
-def _place_of_head(head: Mapping[str, Any], lists: dict[Place, int]) -> Place:
+def _place_of_head(head: Mapping[str, Any], lists: dict[KeyPath, int]) -> KeyPath:
     """The place that the head of a table states; `lists` holds the last index of each list."""
-    place: Place = ()
+    place: KeyPath = ()
     inside: Any = head
     while inside:
         key, inside = next(iter(inside.items()))
@@ -463,7 +463,7 @@ def _place_of_head(head: Mapping[str, Any], lists: dict[Place, int]) -> Place:
     return place
 
 
-def _places(content: Any) -> Iterator[Place]:
+def _places(content: Any) -> Iterator[KeyPath]:
     """The places of all keys in a value."""
     if isinstance(content, Mapping):
         for key, value in content.items():

@@ -8,7 +8,7 @@ import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Diameter, Picture, ProbeAxis, Verbose
+from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
 
@@ -75,7 +75,7 @@ def check(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Determine the probing errors of a standard, from touches on a reference sphere.

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -23,7 +23,7 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Compare the errors that corrections leave, from one radius to the full map.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Frame, ModelName, Picture, Place, Verbose, part_in_machine
+from pretravel.cli.options import Frame, ModelName, PictureFile, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -58,7 +58,7 @@ def compensate(
     ] = None,
     place: Place = None,
     frame: Frame = "part",
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Compensate touches to surface points with uncertainties.
@@ -69,7 +69,7 @@ def compensate(
     from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.compensation import apply, compensation_warnings
     from pretravel.compensation.points import placed
-    from pretravel.formats.points import point_endings
+    from pretravel.formats.point_files import point_endings
     from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
@@ -121,7 +121,7 @@ def _write_points(
     names: tuple[str, str],
 ) -> None:
     """Write points, with the names of the files of touches and map from which they come."""
-    from pretravel.formats.points import write_points
+    from pretravel.formats.point_files import write_points
 
     source = pretravel_map.provenance.source or "unknown"
     write_points(

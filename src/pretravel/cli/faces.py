@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -14,7 +14,7 @@ from pretravel.cli.showing import save_picture, show
 def faces(
     step: Annotated[Path, typer.Argument(help="A STEP file.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """List the faces of a STEP file, with the numbers that part.step#face uses.

@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, ProbeName, Verbose
+from pretravel.cli.options import PictureFile, ProbeName, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -53,7 +53,7 @@ def fem(
     step: Annotated[
         Path | None, typer.Option(help="The solids of the mesh, for CAD: .step.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Build the finite-element model of a probe and show its state at the trigger.

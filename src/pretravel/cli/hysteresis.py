@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Angles
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Azimuths, Picture, Polars, ProbeName, Verbose
+from pretravel.cli.options import Azimuths, PictureFile, Polars, ProbeName, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -38,7 +38,7 @@ def hysteresis(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Load and unload a probe with friction at the seats: hysteresis, reseat error, zero drift.

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import ModelName, Picture, Verbose
+from pretravel.cli.options import ModelName, PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -25,7 +25,7 @@ def identify(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="The identified description, .toml.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Identify quantities of a probe's description from a measured map.

@@ -96,7 +96,7 @@ Diameter: TypeAlias = Annotated[
         min=0.001, max=10000.0, help="Calibrated diameter of the sphere (or ring), in mm."
     ),
 ]
-Picture: TypeAlias = Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")]
+PictureFile: TypeAlias = Annotated[Path | None, typer.Option(help="Picture: .png, .svg or .pdf.")]
 Verbose: TypeAlias = Annotated[
     bool, typer.Option("--verbose", help="Print the full report, not its key figures alone.")
 ]

@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Counts, Pair, Vector, counts, pair
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, ProbeAxis, Verbose
+from pretravel.cli.options import PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -50,7 +50,7 @@ def plan(
         ),
     ] = 90.0,
     axis: ProbeAxis = Vector(0, 0, 1),
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Choose points of a surface to touch, as targets for simulate or for a machine.

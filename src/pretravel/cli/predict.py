@@ -10,7 +10,7 @@ from pretravel.cli.files import MAPS, PICTURES, check_files
 from pretravel.cli.options import (
     Azimuths,
     Gravity,
-    Picture,
+    PictureFile,
     Polars,
     ProbeName,
     Verbose,
@@ -47,7 +47,7 @@ def predict(
         Path | None,
         typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html."),
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Predict trigger force, sensing distance and pretravel over directions.

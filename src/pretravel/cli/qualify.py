@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
 from pretravel.cli.files import MAPS, PICTURES, check_files
-from pretravel.cli.options import Diameter, Picture, ProbeAxis, Verbose
+from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
@@ -75,7 +75,7 @@ def qualify(
         Path | None,
         typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
@@ -63,7 +63,7 @@ def rig(
             min=0.0, max=100.0, help="Thermal expansion coefficient of the ruler, in 1e-6/K."
         ),
     ] = 8.0,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty.

@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Indices, indices
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Picture, Verbose
+from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
@@ -48,7 +48,7 @@ def separate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Separate the errors and variances of machine and probe, from multi-step readings.

@@ -11,7 +11,7 @@ from pretravel.cli.options import (
     ContactModel,
     Frame,
     Gravity,
-    Picture,
+    PictureFile,
     Place,
     Verbose,
     Workpiece,
@@ -86,7 +86,7 @@ def simulate(
     ] = False,
     place: Place = None,
     frame: Frame = "part",
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Simulate touches on any surface, as a machine would report them.

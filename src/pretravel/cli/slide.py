@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Pair, pair
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import ContactModel, Picture, ProbeName, Verbose, Workpiece
+from pretravel.cli.options import ContactModel, PictureFile, ProbeName, Verbose, Workpiece
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 
@@ -57,7 +57,7 @@ def slide(
     ] = "lateral",
     model: ContactModel = "analytic",
     workpiece: Workpiece = "steel",
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Follow one touch step by step: how the tip slides from first contact to the trigger.

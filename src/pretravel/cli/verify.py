@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.options import Diameter, Picture, Verbose
+from pretravel.cli.options import Diameter, PictureFile, Verbose
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
 
@@ -44,7 +44,7 @@ def verify(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Test whether a probe has changed since its qualification. Exit code 0: no; 1: yes.
@@ -119,7 +119,7 @@ def history(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html.")
     ] = None,
-    plot: Picture = None,
+    plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
     """Show the history of a probe: all verifications, as a table and a control chart.

@@ -23,7 +23,7 @@ from pretravel.uncertainty.covariance import Correlation, Covariance
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "pretravel map, version 1"
+MAP_FORMAT = "pretravel map, version 1"
 
 
 def map_dataset(
@@ -90,7 +90,7 @@ def _predicted_variables(table: Mapping[str, npt.ArrayLike]) -> dict[str, Any]:
 
 def _attributes(pretravel_map: PretravelMap) -> dict[str, Any]:
     attributes: dict[str, Any] = {
-        "format": FORMAT,
+        "format": MAP_FORMAT,
         "kind": pretravel_map.kind,
         "covariance_form": pretravel_map.covariance.correlation.value,
         "tip_radius_mm": pretravel_map.tip_radius,
@@ -139,7 +139,7 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         Not such a dataset.
     """
     attributes = dataset.attrs
-    if attributes.get("format") != FORMAT:
+    if attributes.get("format") != MAP_FORMAT:
         raise PretravelError(
             "this is not a pretravel map (no matching 'format' attribute); "
             "pretravel qualify and pretravel predict write them"

@@ -12,7 +12,7 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import write_map
-from pretravel.formats.points import write_points
+from pretravel.formats.point_files import write_points
 from pretravel.report.comparison_report import comparison_document, plot_comparison
 from pretravel.report.demonstration import BEST, Demonstration, KindErrors
 from pretravel.report.document import Column, Document, Picture, Section, Table

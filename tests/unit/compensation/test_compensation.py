@@ -13,7 +13,7 @@ from pretravel.compensation.compensation import apply, compensation_warnings
 from pretravel.directions import fibonacci_cap, unit
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.csv_table import read_csv_table
-from pretravel.formats.points import write_points
+from pretravel.formats.point_files import write_points
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport

@@ -35,7 +35,7 @@ from pretravel.whole_file import whole_file
 
 log = logging.getLogger(__name__)
 
-FORMAT = 3
+CACHE_FORMAT = 3
 """Increased whenever numbers or layout change; models of other formats are not used."""
 _UNREADABLE = (
     OSError,
@@ -75,7 +75,7 @@ def reduction_key(probe: Probe, settings: MeshSettings) -> str:
     """
     tripod = asdict(probe.tripod)
     content: dict[str, Any] = {
-        "format": FORMAT,
+        "format": CACHE_FORMAT,
         "interface": INTERFACE,
         "settings": asdict(settings),
         "tripod": tripod,
