@@ -265,7 +265,7 @@ class TestSubroutines:
     ) -> None:
         """The residual of the header, by a lookup written in O-words from the table's meaning."""
         text = renishaw_variables(example_map, base=600)
-        told = float(re.search(r"leaves ([\d.]+) um at most", text)[1])  # type: ignore[index]
+        told = float(re.search(r"residual of ([\d.]+) um at most", text)[1])  # type: ignore[index]
         lines = ["G21", *(line for line in text.splitlines() if line.startswith("#"))]
         # Sectors every 30°: X, 30, 60, Y, 120, 150, X, 210, 240, Y, 300, 330.
         order = [600, 610, 611, 601, 612, 613, 600, 614, 615, 601, 616, 617]
