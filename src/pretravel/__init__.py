@@ -86,7 +86,7 @@ _PUBLIC = {
     "fit_plane": "uncertainty.fitting.plane",
     "fit_cylinder": "uncertainty.fitting.cylinder",
     # both branches
-    "identify": "identification.probe",
+    "identify": "identification.probe_from_map",
     "verify": "qualification.verification",
     "compare_corrections": "compensation.comparison",
     # the machine
@@ -140,7 +140,7 @@ if TYPE_CHECKING:
     from pretravel.formats.touches_csv import read_plan, read_targets, read_touches, write_touches
     from pretravel.frames import Placement
     from pretravel.identification.kind_registry import choose, qualify, qualify_like
-    from pretravel.identification.probe import identify
+    from pretravel.identification.probe_from_map import identify
     from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig

@@ -23,7 +23,6 @@ SHARED_NAMES = {
     "wozniak": "a kind of map and a compliance model are of one paper, each in its registry",
     "compensation": "the room's subject is its main module",
     "qualification": "the room's subject is its main module",
-    "probe": "the room describes a probe; identification has a module for it, and one for maps",
 }
 
 

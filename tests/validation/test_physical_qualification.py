@@ -83,7 +83,7 @@ def test_shen_and_springer_1998() -> None:
     Theirs has one parameter, and the axis's height is not theirs to tell from the equator: so
     lever, support angle and tip are as described here, and compliances are fitted (their
     prior spreads are narrowed to 5 %). Predicted points are compared without a translation."""
-    from pretravel.identification.probe import identify
+    from pretravel.identification.probe_from_map import identify
 
     probe = load_probe("omp40-2-100mm-carbide")
     true = replace(

@@ -34,7 +34,7 @@ def identify(
     """
     from pretravel.formats.map_file import read_map
     from pretravel.identification.description_text import identified_description
-    from pretravel.identification.probe import identify as fit
+    from pretravel.identification.probe_from_map import identify as fit
     from pretravel.probe.catalogue import load_probe, parse_probe, source_text
     from pretravel.report.identification_report import identification_document
     from pretravel.whole_file import write_text

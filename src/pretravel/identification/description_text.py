@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pretravel.identification.free_numbers import FREE
-from pretravel.identification.probe import Identification
+from pretravel.identification.probe_from_map import Identification
 from pretravel.probe.catalogue import rewritten
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.frames import probe_rotation
 from pretravel.identification.free_numbers import FREE
-from pretravel.identification.probe import Identification
+from pretravel.identification.probe_from_map import Identification
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals, significant
 from pretravel.report.style import new_figure, polar_axes

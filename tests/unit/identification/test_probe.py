@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.formats.map_file import read_map
-from pretravel.identification.probe import identify
+from pretravel.identification.probe_from_map import identify
 from pretravel.probe.catalogue import load_probe
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
