@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from pretravel.compensation.measured_sphere import MeasuredSphere
 from pretravel.report.document import Column, KeyFigure, Section, Table
-from pretravel.report.formatting import decimals, significant
+from pretravel.report.formatting import decimals, number_text, significant
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
@@ -40,51 +38,45 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     combined                                            0.5000               22
     expanded, 95 %                                      1.0398           k 2.08
     """
-    rows = budget.rows()
-
-    def cells(number: Callable[[dict[str, Any]], float], *results: float | str) -> Any:
-        return [*(number(row) for row in rows), *results]
-
     own = 1.0 if own_units else MICROMETRE
-    factor = budget.coverage_factor()
-    nothing = (math.nan, math.nan)
+    total = (budget.combined / MICROMETRE, budget.expanded() / MICROMETRE)
+    names = [str(row["source"]) for row in budget.rows()]
+    kinds = [str(row["evaluation"]) for row in budget.rows()]
+    u = _numbers(budget, "standard_uncertainty", 1.0 / own)
+    dof: list[float | str] = [
+        *_numbers(budget, "dof")[:-2],
+        budget.effective_dof,
+        _coverage_text(budget),
+    ]
     return Table(
         (
-            Column.of(
-                "source", [*(str(row["source"]) for row in rows), "combined", "expanded, 95 %"]
-            ),
-            Column.of("type", [*(str(row["evaluation"]) for row in rows), "", ""]),
-            Column.of(
-                "u",
-                cells(lambda row: row["standard_uncertainty"] / own, *nothing),
-                "" if own_units else "µm",
-                significant(4) if own_units else decimals(4),
-            ),
-            Column.of(
-                "sensitivity",
-                cells(lambda row: row["sensitivity"], *nothing),
-                digits=significant(4),
-            ),
+            Column.of("source", [*names, "combined", "expanded, 95 %"]),
+            Column.of("type", [*kinds, "", ""]),
+            Column.of("u", u, "", significant(4))
+            if own_units
+            else Column.of("u", u, "µm", decimals(4)),
+            Column.of("sensitivity", _numbers(budget, "sensitivity"), digits=significant(4)),
             Column.of(
                 "contribution",
-                cells(
-                    lambda row: row["contribution"] / MICROMETRE,
-                    budget.combined / MICROMETRE,
-                    budget.expanded() / MICROMETRE,
-                ),
+                [*_numbers(budget, "contribution", 1.0 / MICROMETRE)[:-2], *total],
                 "µm",
                 decimals(4),
             ),
-            Column.of("share", cells(lambda row: 100.0 * row["share"], *nothing), "%", decimals(0)),
-            Column.of(
-                "dof",
-                cells(lambda row: row["dof"], budget.effective_dof, f"k {factor:.2f}"),
-                digits=decimals(0),
-            ),
+            Column.of("share", _numbers(budget, "share", 100.0), "%", decimals(0)),
+            Column.of("dof", dof, digits=decimals(0)),
         ),
         title=title,
         detail=True,
     )
+
+
+def _numbers(budget: Budget, key: str, factor: float = 1.0) -> list[float]:
+    """A column of a budget; its last two cells, combined and expanded, are empty."""
+    return [*(factor * float(row[key]) for row in budget.rows()), math.nan, math.nan]
+
+
+def _coverage_text(budget: Budget) -> str:
+    return f"k {number_text(budget.coverage_factor())}"
 
 
 def expanded_figure(name: str, budget: Budget, remark: str) -> KeyFigure:
@@ -94,7 +86,7 @@ def expanded_figure(name: str, budget: Budget, remark: str) -> KeyFigure:
         budget.expanded() / MICROMETRE,
         "µm",
         decimals(3),
-        remark=f"k = {budget.coverage_factor():.2f}, about 95 %; {remark}",
+        remark=f"k = {number_text(budget.coverage_factor())}, about 95 %; {remark}",
     )
 
 

@@ -47,7 +47,7 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
         ),
         tables=(shares_table(trigger),),
         pictures=(
-            Picture("Trigger force, pretravel, its parts", lambda: plot_prediction(trigger, title)),
+            Picture("Force, pretravel, its parts", lambda: plot_prediction(trigger, title)),
             Picture("The probe", lambda: plot_probe(probe)),
         ),
     )  # fmt: skip

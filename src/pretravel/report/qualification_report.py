@@ -17,7 +17,15 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification
-from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
+from pretravel.report.document import (
+    Column,
+    Document,
+    KeyFigure,
+    Picture,
+    Section,
+    Span,
+    Table,
+)
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes
 from pretravel.trigger.six_seats import IDEAL, PARAMETERS

@@ -12,7 +12,15 @@ from pretravel.arrays import FloatArray
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration, Spread
 from pretravel.report.budget_report import budget_table, expanded_figure
-from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
+from pretravel.report.document import (
+    Column,
+    Document,
+    KeyFigure,
+    Picture,
+    Section,
+    Span,
+    Table,
+)
 from pretravel.report.formatting import decimals, number_text, significant
 from pretravel.report.style import COLOURS, new_figure, polar_axes
 from pretravel.uncertainty.gum import Budget

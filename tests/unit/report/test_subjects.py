@@ -1,0 +1,141 @@
+"""Every subject's document: one text for each number, wherever it is shown."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pretravel.compensation.comparison import compare_corrections
+from pretravel.compensation.compensation import apply
+from pretravel.directions import grid
+from pretravel.formats.rig_csv import read_rig_trace
+from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.formats.touches_csv import read_touches
+from pretravel.identification.kind_registry import qualify
+from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
+from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
+from pretravel.laboratory.rig_calibration import calibrate_rig
+from pretravel.laboratory.rig_events import rig_touch
+from pretravel.laboratory.separation import separate
+from pretravel.laboratory.separation_plan import plan_separation
+from pretravel.laboratory.standard_check import CalibratedSphere
+from pretravel.laboratory.standards import CHECKS
+from pretravel.probe.catalogue import load_probe
+from pretravel.report.as_json import document_values
+from pretravel.report.certificate_report import TEMPLATE, certificate_document
+from pretravel.report.comparison_report import comparison_document
+from pretravel.report.document import Document
+from pretravel.report.formatting import figure_text
+from pretravel.report.page import page_text
+from pretravel.report.points_report import points_document
+from pretravel.report.prediction_report import prediction_document
+from pretravel.report.probe_report import catalogue_document
+from pretravel.report.qualification_report import qualification_document
+from pretravel.report.rig_report import rig_document
+from pretravel.report.separation_report import separation_document, separation_plan_document
+from pretravel.report.standards_report import standards_document
+from pretravel.report.terminal import terminal_text
+from pretravel.trigger.predict import predict
+from tests.support.examples import EXAMPLES
+
+SPHERE = EXAMPLES / "sphere_touches.csv"
+
+
+def _prediction() -> Document:
+    probe = load_probe("omp40-2")
+    directions = grid(np.radians([30.0, 90.0]), np.radians([0.0, 120.0, 240.0]))
+    return prediction_document(predict(probe, directions, "analytic"), probe)
+
+
+def _qualification() -> Document:
+    made = qualify(read_touches(SPHERE), 24.9987, kind="mean", tip_diameter=6.0)
+    return qualification_document(made, touches_name=SPHERE.name, warnings=["one more"])
+
+
+def _points() -> Document:
+    made = qualify(read_touches(SPHERE), 24.9987, kind="mean", tip_diameter=6.0)
+    return points_document(apply(read_touches(EXAMPLES / "part_touches.csv"), made.pretravel_map))
+
+
+def _comparison() -> Document:
+    made = qualify(read_touches(SPHERE), 24.9987, kind="harmonic", tip_diameter=6.0)
+    return comparison_document(compare_corrections(made.pretravel_map), map_name="map.nc")
+
+
+def _rig() -> Document:
+    traces = [read_rig_trace(path) for path in sorted((EXAMPLES / "rig").glob("*.csv"))]
+    calibration = calibrate_rig([rig_touch(trace) for trace in traces])
+    budget = length_budget(calibration_budget(calibration, REN_BUDGET), calibration.pretravel)
+    return rig_document(calibration, budget, traces)
+
+
+def _certificate() -> Document:
+    traces = [read_rig_trace(path) for path in sorted((EXAMPLES / "rig").glob("*.csv"))]
+    calibration = calibrate_rig([rig_touch(trace) for trace in traces])
+    data = calibration_certificate(calibration, REN_BUDGET, LaboratoryStatements())
+    return certificate_document(data, traces)
+
+
+def _separation() -> Document:
+    readings = read_multi_step_readings(EXAMPLES / "redundancy_24x24.csv")
+    return separation_document(separate(readings, method="least-squares"), pairs=[(2, 5)])
+
+
+def _separation_plan() -> Document:
+    return separation_plan_document(plan_separation(12, 0.5e-6, u_error=0.3e-3))
+
+
+def _standard() -> Document:
+    sphere = CalibratedSphere(24.9987)
+    check = CHECKS["iso10360-5"](read_touches(SPHERE), sphere, limits={"form": 0.002})
+    return standards_document(check, touches_name=SPHERE.name)
+
+
+def _catalogue() -> Document:
+    return catalogue_document({"omp40-2": load_probe("omp40-2")})
+
+
+@pytest.mark.parametrize(
+    "subject",
+    [
+        _prediction,
+        _qualification,
+        _points,
+        _comparison,
+        _rig,
+        _certificate,
+        _separation,
+        _separation_plan,
+        _standard,
+        _catalogue,
+    ],
+)
+def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
+    document = subject()
+    template = TEMPLATE if subject is _certificate else "page.html"
+    page = html.unescape(page_text(document, template=template))
+    # Lines are broken on a terminal only.
+    short, full = (
+        " ".join(terminal_text(document, verbose=verbose).split()) for verbose in (False, True)
+    )
+    figures = [*document.figures, *(f for section in document.sections for f in section.figures)]
+    for figure in figures:
+        text = figure_text(figure)
+        assert text in page
+        assert " ".join(text.split()) in full
+        assert figure.name in full
+    assert len(short) <= len(full)
+    assert document.verdict in page
+    assert document.title in page
+    json.dumps(document_values(document), allow_nan=False)
+
+
+def test_the_key_figures_of_a_short_report_are_few() -> None:
+    document = _qualification()
+    assert len(terminal_text(document).splitlines()) <= 8
+    assert "residuals" in terminal_text(document, verbose=True)
+    assert "one more" in document.warnings
