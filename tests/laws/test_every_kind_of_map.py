@@ -17,7 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pretravel.compensation.compensation import apply, embed
-from pretravel.controls.lookup import exact_lookup, lookup_table
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_table import lookup_table
 from pretravel.directions import (
     azimuth_angle,
     fibonacci_cap,
