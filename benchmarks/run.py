@@ -1,8 +1,8 @@
 """Ratios against the plain loop over points, and start-up times. Run: make benchmark.
 
-The loop is what one would write first: one direction at a time through the same public
-functions' formulas in scalar form. It runs on a part of the points and is scaled up;
-answers are compared, so that a fast wrong answer does not count.
+The loop is the simplest program: it evaluates the formulas of the same public functions in
+scalar form, one direction at a time. It runs on a part of the points, and its time is scaled
+up. The results of both are compared, so that a fast wrong result is detected.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _best(function: Callable[[], object], repeats: int = 3) -> float:
 
 
 class LoopedProbe:
-    """The analytic model one direction at a time, constants worked out once."""
+    """The analytic model for one direction at a time; its constants are computed once."""
 
     def __init__(self, probe: Probe) -> None:
         steel = material("steel")
@@ -153,10 +153,11 @@ def touches() -> None:
 
 
 class ThesisTouch:
-    """One touch as section 3.4 has it: twenty steps, in each `least_squares` on the six
-    equations 3.20 to 3.22 and 3.33 to 3.35 for u1, v1, u2, v2, lambda, t.
+    """One touch by the method of section 3.4, in twenty steps.
 
-    The surface is evaluated by the CAD kernel, one point at a time the fastest there is.
+    In each step `least_squares` solves the six equations 3.20 to 3.22 and 3.33 to 3.35 for u1,
+    v1, u2, v2, lambda, t. The surface is evaluated by the CAD kernel, which is the fastest way
+    for one point at a time.
     """
 
     def __init__(self, path: Path, tip: LateralTip) -> None:
@@ -174,8 +175,10 @@ class ThesisTouch:
     def travel(
         self, u: float, v: float, step: float, method: str = "trf", steps: int = 20
     ) -> float:
-        """Feed at the trigger, between two steps by a line; all steps are taken, as in
-        Table 4.10. [mm]"""
+        """Feed at the trigger, mm, interpolated linearly between two steps.
+
+        All steps are made, as in Table 4.10.
+        """
         r = self.tip.radius
         point, normal = self._at(u, v)
         into = -normal / np.linalg.norm(normal)
@@ -219,7 +222,7 @@ class ThesisTouch:
 
 
 def surface_touches() -> None:
-    """A hundred thousand touches on a freeform face, all at once and as the thesis takes them."""
+    """A hundred thousand touches on a freeform face, all at once and by the thesis's method."""
     path = Path(__file__).parents[1] / "examples/data/part.step"
     part = read_step_part(path)
     tip = predicted_tip(load_probe("omp40-2"))
@@ -233,7 +236,7 @@ def surface_touches() -> None:
     assert np.all(at_once.converged)
     assert np.nanmax(at_once.residual) < 1e-9
     stepped = ThesisTouch(path, lateral)
-    # Its twenty steps of a quarter of a micrometre reach every trigger here.
+    # Twenty steps of a quarter of a micrometre reach the trigger of every touch here.
     rows = range(STEPPED)
     thesis = np.array([stepped.travel(*uv[row], 0.00025) for row in rows])
     assert np.abs(thesis - at_once.pretravel[:STEPPED]).max() < 1e-6
@@ -248,7 +251,7 @@ def surface_touches() -> None:
 
 
 def trials() -> None:
-    """A sphere's diameter by Monte Carlo, against one sphere fit for each trial."""
+    """The diameter of a sphere by Monte Carlo, against one sphere fit for each trial."""
     n = sphere_pattern_25()
     touches = Touches(n * 15.49, n)
     made = _example_map()
@@ -268,7 +271,7 @@ def trials() -> None:
 
 
 def finite_elements() -> None:
-    """The 36 x 9 map as a user runs it, and one factorisation a direction instead of one."""
+    """The 36 x 9 map as a user runs it, against one factorisation for each direction."""
     command = [
         sys.executable, "-m", "pretravel", "predict", "omp40-2", "--model", "fem",
         "--azimuth", "0:350:10", "--polar", "10:90:10",
@@ -292,7 +295,7 @@ def finite_elements() -> None:
 
 
 def start_up() -> None:
-    """Beside a bare interpreter, in the same run."""
+    """Start-up times, compared with a bare interpreter in the same run."""
     commands = {
         "python -c pass": [sys.executable, "-c", "pass"],
         "import pretravel": [sys.executable, "-c", "import pretravel"],

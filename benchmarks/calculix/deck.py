@@ -1,4 +1,4 @@
-"""A probe with its six balls as a CalculiX deck: full nonlinear contact, two steps."""
+"""Input file of CalculiX for a probe with six balls: full nonlinear contact in two steps."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from pretravel.model.fem.seat_ball import CONTACT, ball_held
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 
-# Corners of a tetrahedron's faces S1 to S4, in CalculiX's numbering less one.
+# Corners of the faces S1 to S4 of a tetrahedron: the numbers of CalculiX minus one.
 _FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 STIFFNESS = 1e9
-"""Of the contact's penalty: at 2000 MPa rods and balls overlap by 2 nm. [N/mm³]"""
+"""Stiffness of the contact's penalty, N/mm³: at 2000 MPa rods and balls overlap by 2 nm."""
 OVERLAP = 1e-4
-"""All balls are moved towards the rods by this, so that there is contact to begin with: it
-lifts the tripod as a whole, in both steps alike. [mm]"""
+"""Displacement of all balls towards the rods, mm, which closes the contacts at the start.
+
+It lifts the whole tripod by the same amount in both steps."""
 
 
 def _rows(values: Iterable[object], per_line: int = 8) -> str:
@@ -47,9 +48,9 @@ def _surface(mesh: FiniteElementMesh, face: str, offset: int) -> str:
 def write_deck(
     path: Path, probe: Probe, model: FiniteElementModel, ball: FiniteElementMesh, force: np.ndarray
 ) -> None:
-    """Step 1: preload. Step 2: the force on the tip as well.
+    """Write the input file: step 1 applies the preload, step 2 adds the force on the tip.
 
-    Printed are the displacements of the tip's nodes and the reactions of each ball.
+    CalculiX prints the displacements of the nodes of the tip and the reactions of each ball.
     """
     mesh, frame = model.mesh, seat_frame(probe)
     contacts = frame.contacts(probe.tripod.rod_radius)

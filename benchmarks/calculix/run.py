@@ -1,13 +1,14 @@
-"""The condensed model against CalculiX: the same bodies, its own contact, its own solver.
+"""Comparison of the condensed model with CalculiX, which has its own contact and solver.
 
     python benchmarks/calculix/run.py            # three directions, about half an hour
-    python benchmarks/calculix/run.py --coarse   # a smaller mesh, minutes
+    python benchmarks/calculix/run.py --coarse   # a smaller mesh, some minutes
 
-CalculiX (package calculix-ccx of Debian) is installed with apt-get where it is missing and
-this runs as root. Compared are seat reactions and tip deflection from rest to 98 % of the
-trigger force (at the trigger itself a seat is about to open, and no contact solver stands
-there), then processor time per 36 x 9 map: CalculiX used fairly, two solves a direction
-(rest is shared: one and a half here), and with a golden-section search for the trigger.
+Both use the same bodies. If CalculiX (package calculix-ccx of Debian) is missing, the script
+installs it with apt-get, provided that it runs as root. It compares the seat reactions and the
+tip deflection from rest to 98 % of the trigger force. (At the trigger itself a seat is about to
+open, and contact solvers do not converge there.) Then it compares the processor time of a
+36 x 9 map for two uses of CalculiX: two solves for each direction, which is the fair comparison
+(the solve at rest is shared, so one and a half here), and a golden-section search for the trigger.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ from deck import write_deck
 DIRECTIONS = ((90.0, 0.0), (90.0, 60.0), (50.0, 20.0))  # polar, azimuth, degrees
 LOAD = 0.98
 MAP = 36 * 9
-# Golden section narrows an interval of a few newtons to 1e-3 N: ln(3e-4) / ln(0.618).
+# Trials of a golden-section search that reduces a few newtons to 1e-3 N: ln(3e-4) / ln(0.618).
 GOLDEN = 17
 
 
@@ -69,7 +70,7 @@ def processor_seconds(who: int) -> float:
 
 
 def read(path: Path, nodes: np.ndarray, weights: np.ndarray, normals: np.ndarray):
-    """Tip displacement and six reactions of each step, from the last increment of each."""
+    """Tip displacement and six seat reactions of each step, from its last increment."""
     steps: dict[float, dict[str, np.ndarray]] = {}
     lines = iter(path.read_text().splitlines())
     for line in lines:
@@ -97,8 +98,8 @@ def read(path: Path, nodes: np.ndarray, weights: np.ndarray, normals: np.ndarray
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--coarse", action="store_true", help="a smaller mesh, minutes")
-    parser.add_argument("--keep", type=Path, help="folder for decks and results")
+    parser.add_argument("--coarse", action="store_true", help="use a smaller mesh (some minutes)")
+    parser.add_argument("--keep", type=Path, help="keep the input files and results in this folder")
     options = parser.parse_args()
     ccx = install()
     probe = load_probe("omp40-2")

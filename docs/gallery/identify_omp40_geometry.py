@@ -1,13 +1,14 @@
 """Identify the OMP40-2's unpublished dimensions from Rodrigues 2021, Table 4.1, polar 90°.
 
-Seven sensing distances, printed to 0.1 µm, against seven dimensions: most are held by
-what is plausible (a prior with the bounds below), and the fit says how far the data move
-them. Run for elastic seats (the catalogue's omp40-2) and for rigid ones (omp40-2-thesis):
+Seven sensing distances, printed to 0.1 µm, are fitted by seven dimensions. Each dimension
+has a prior around a plausible value, within the bounds below; the result shows how far the
+data move it. Run the script for elastic seats (the catalogue's omp40-2) and for rigid seats
+(omp40-2-thesis):
 
     python docs/gallery/identify_omp40_geometry.py hertz
     python docs/gallery/identify_omp40_geometry.py rigid
 
-It prints the dimensions for the catalogue. Tables 4.2 to 4.9 and 2.3 are not looked at.
+The script prints the dimensions for the catalogue. It does not use Tables 4.2 to 4.9 and 2.3.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ from pretravel.trigger.seats import seat_statics
 
 TABLE = Path(__file__).parents[2] / "tests/validation/reference/rodrigues_trigger_50mm.csv"
 
-# dimension: plausible value and half-width of its bounds, mm. The body of an OMP40-2 is 40 mm
-# wide; M4 styli have heads of 5 to 8 mm.
+# For each dimension: plausible value and half-width of its bounds, mm. The body of an OMP40-2
+# is 40 mm wide; the heads of M4 styli have diameters of 5 to 8 mm.
 PLAUSIBLE = {
     "hub radius": (7.0, 2.0),
     "hub height": (8.0, 3.0),
@@ -45,11 +46,11 @@ PLAUSIBLE = {
     "rod radius": (2.0, 0.75),
     "ball radius": (2.5, 1.0),
 }
-ROUNDING = 0.1 / np.sqrt(12.0)  # µm, of the printed values
+ROUNDING = 0.1 / np.sqrt(12.0)  # µm: standard deviation of the rounding of the printed values
 
 
 def with_dimensions(probe: Probe, values: np.ndarray) -> Probe:
-    """The probe with other unpublished dimensions; what is published stays."""
+    """The probe with other unpublished dimensions; the published dimensions do not change."""
     hub_radius, hub_height, holder, head_length, head_diameter, rod, ball = map(float, values)
     head, stem = probe.stylus
     length = probe.stylus_length
@@ -66,7 +67,7 @@ def with_dimensions(probe: Probe, values: np.ndarray) -> Probe:
 
 
 def sensing_distance(probe: Probe, directions: np.ndarray, settings: MeshSettings) -> np.ndarray:
-    """By finite elements, µm; nothing is kept in the cache."""
+    """Sensing distances by finite elements, µm, shape (n,); the cache is not used."""
     solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
     reduced = condense(finite_element_model(probe, solids, mesh_solids(solids, settings)))
     statics = seat_statics(probe)
@@ -86,15 +87,15 @@ def main(contact: str) -> None:
     probe = replace(probe, seats=replace(probe.seats, contact=contact))
     middle = np.array([value for value, _ in PLAUSIBLE.values()])
     width = np.array([half for _, half in PLAUSIBLE.values()])
-    settings = MeshSettings(refinement=0.6)  # 0.3 % from the default, a fifth of the rounding
+    settings = MeshSettings(refinement=0.6)  # within 0.3 % of the default, a fifth of the rounding
 
     def residuals(shifted: np.ndarray) -> np.ndarray:
-        scaled = shifted - 2.0  # steps of finite differences are relative
+        scaled = shifted - 2.0  # shifted, because the steps of finite differences are relative
         predicted = sensing_distance(
             with_dimensions(probe, middle + width * scaled), directions, settings
         )
         print(f"  {np.round(middle + width * scaled, 3)} -> {np.round(predicted, 2)}", flush=True)
-        # Half of the bounds' half-width as the prior's standard deviation.
+        # The standard deviation of the prior is half of the bounds' half-width.
         return np.concatenate([(predicted - printed) / ROUNDING, 2.0 * scaled])
 
     fit = least_squares(residuals, np.full(7, 2.0), bounds=(1.0, 3.0), diff_step=0.05, max_nfev=6)

@@ -1,6 +1,6 @@
-"""How the sensing distance converges with the mesh: six refinements, the observed rate, the limit.
+"""Convergence of the sensing distance with the mesh: five refinements, observed rate, limit.
 
-Re-entrant edges (no fillet is described) hold the rate between a half and one.
+The description contains no fillets. The re-entrant edges limit the rate to between a half and one.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DIRECTIONS = from_angles(np.radians([90.0, 90.0, 40.0]), np.radians([0.0, 60.0, 
 
 
 def compute(name: str = "omp40-2") -> tuple[np.ndarray, np.ndarray]:
-    """Unknowns (k,) and sensing distances (k, 3) in µm."""
+    """Number of unknowns (k,) and sensing distances (k, 3), µm, for each refinement."""
     probe, unknowns, distances = load_probe(name), [], []
     for refinement in REFINEMENTS:
         settings = MeshSettings(refinement=refinement)
@@ -44,7 +44,7 @@ def extrapolated(distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw(unknowns: np.ndarray, distances: np.ndarray) -> Figure:
-    """Error against the limit over the refinement."""
+    """The plot of the error against the limit over the refinement."""
     rate, limit = extrapolated(distances)
     figure = Figure(figsize=(7, 5), layout="constrained", dpi=110)
     axes = figure.subplots()

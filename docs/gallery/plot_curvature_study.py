@@ -1,10 +1,11 @@
-"""What curvature does to pretravel, with equal normals: convex and concave, flat to 2 mm.
+"""Effect of curvature on pretravel, with equal normals: convex and concave, flat to 2 mm.
 
-The thesis finds 27.7 % less spindle travel on its ellipsoid than on a plane. That compares normals
-26.7° and 40° from the axis. Here the normals are the same; what is left is the slide: it
-lowers a convex surface under the tip by slide²/(2 (R + r)) and turns its normal, and with it
-force and deflection, by slide/(R + r): some micrometres over some millimetres, a thousandth.
-Where all that gives is counted, a curved part is compressed more (Hertz) as well.
+The thesis finds 27.7 % less spindle travel on its ellipsoid than on a plane. This compares
+normals at 26.7° and at 40° from the axis. Here the normals are equal, and only the effect of the
+slide remains. The slide lowers a convex surface under the tip by slide²/(2 (R + r)). It turns the
+normal, and so the force and the deflection, by slide/(R + r): some micrometres over some
+millimetres, a thousandth. With all displacements of the model, a curved part is also compressed
+more (Hertz).
 """
 
 from __future__ import annotations
@@ -23,11 +24,15 @@ from pretravel.surface.shapes import Plane, Reversed, Sphere
 
 POLAR = np.array([10.0, 26.7, 40.0, 60.0, 80.0])
 RADII = np.array([2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, convex
-HOLLOWS = np.array([3.5, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm: the ball has 3
+# A hollow must be larger than the ball, whose radius is 3 mm.
+HOLLOWS = np.array([3.5, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, concave
 
 
 def travel(tip: TipBehaviour, polar: float, radius: float) -> float:
-    """From contact to trigger, mm, on a sphere (negative: in a hollow; infinite: on a plane)."""
+    """Travel from contact to trigger, mm, on a sphere of this radius.
+
+    A negative radius stands for a hollow, an infinite one for a plane.
+    """
     n = from_angles(np.radians(polar), np.radians(20.0))
     target = Targets(np.zeros((1, 3)), n)
     if np.isinf(radius):
@@ -40,12 +45,14 @@ def travel(tip: TipBehaviour, polar: float, radius: float) -> float:
 
 
 def compute() -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """For the thesis's stylus (gives sideways only) and with everything: differences from
-    the plane in percent, (polar, radius): convex, concave; and the plane's travel, µm.
+    """Differences from the plane, %, (polar, radius), convex and concave; travel on the plane, µm.
+
+    They are given for the kinematics of the thesis (sideways deflection only) and for all
+    displacements of the model.
     """
     full = predicted_tip(load_probe("omp40-2-thesis-100mm"))
     result = {}
-    for name, tip in (("sideways only", LateralTip(full)), ("all that gives", full)):
+    for name, tip in (("sideways only", LateralTip(full)), ("all displacements", full)):
         flat = np.array([travel(tip, polar, np.inf) for polar in POLAR])
         curved = [
             np.array([[travel(tip, p, sign * r) for r in radii] for p in POLAR])
@@ -60,7 +67,7 @@ def compute() -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
 
 
 def draw(computed: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
-    """Difference from the plane over curvature; concave to the left."""
+    """The plot of the difference from the plane over curvature; concave is on the left."""
     figure = Figure(figsize=(11, 4.8), layout="constrained", dpi=110)
     for axes, (name, (convex, concave, flat)) in zip(
         figure.subplots(1, 2), computed.items(), strict=True
@@ -71,7 +78,7 @@ def draw(computed: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Figu
             axes.plot(curvature, values, ".-", label=f"{polar:g}° ({flat[row]:.1f} µm on a plane)")
         axes.axhline(0.0, color="k", lw=0.6)
         axes.set_xlabel("curvature / (1/mm), concave negative")
-        axes.set_ylabel("travel against a plane of the same normal / %")
+        axes.set_ylabel("change of travel against a plane with the same normal / %")
         axes.set_title(name, fontsize=10)
         axes.legend(fontsize=8, title="polar angle")
     figure.suptitle("Curvature with equal normals, 100 mm stylus, ball of 6 mm")

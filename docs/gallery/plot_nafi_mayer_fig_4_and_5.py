@@ -1,7 +1,7 @@
-"""Nafi and Mayer, Figures 4 and 5: machine and probe, errors and variances, from one test.
+"""Nafi and Mayer, Figures 4 and 5: errors and variances of machine and probe from one test.
 
-Their readings are not printed; these are the example's (simulated), 24 by 24, with one repeated
-configuration.
+The paper does not print its readings. The script uses the readings of the example (simulated),
+24 by 24, with one repeated configuration.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ def compute() -> Separation:
 
 
 def draw(result: Separation) -> Figure:
-    """Errors and variances over the directions."""
+    """The plot of errors and variances over the directions."""
     return plot_separation(
-        result, "Machine and probe told apart (bars: two standard uncertainties)"
+        result, "Separation of machine and probe (bars: two standard uncertainties)"
     )
 
 

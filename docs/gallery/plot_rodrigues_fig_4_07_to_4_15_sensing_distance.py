@@ -1,7 +1,7 @@
 """Rodrigues 2021, Figures 4.7 to 4.15: force and sensing distance over azimuth, polar 90 to 10°.
 
-Printed values (Tables 4.1 to 4.9) beside three models: finite elements with rigid seats, whose
-dimensions were identified at 90° alone; finite elements with seats that give; and the
+The printed values (Tables 4.1 to 4.9) are compared with three models: finite elements with rigid
+seats, whose dimensions were identified at 90° alone; finite elements with elastic seats; and the
 "existing method" with its lever of 50 mm.
 """
 
@@ -21,7 +21,7 @@ POLAR = np.arange(90.0, 9.0, -10.0)
 
 
 def compute() -> dict[str, list[Trigger]]:
-    """A trigger over azimuth for each polar angle, by model."""
+    """For each model: the triggers over azimuth, one entry for each polar angle."""
     walls = [from_angles(np.radians(polar), np.radians(AZIMUTH)) for polar in POLAR]
     models = {
         "finite elements, rigid seats": (load_probe("omp40-2-thesis"), "fem"),
@@ -35,7 +35,7 @@ def compute() -> dict[str, list[Trigger]]:
 
 
 def draw(computed: dict[str, list[Trigger]]) -> Figure:
-    """Nine rows of two panels in a three by six grid."""
+    """The plot: force and distance for nine polar angles, in three rows of six panels."""
     table = trigger_table()
     figure = Figure(figsize=(15, 10), layout="constrained", dpi=110)
     axes = figure.subplots(3, 6)
@@ -64,7 +64,7 @@ def draw(computed: dict[str, list[Trigger]]) -> Figure:
             panel.set_xticks([0, 120, 240, 360])
     handles, labels = axes[0, 1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9)
-    figure.suptitle("Rodrigues 2021, Figures 4.7 to 4.15, and what we get")
+    figure.suptitle("Rodrigues 2021, Figures 4.7 to 4.15: printed and computed values")
     return figure
 
 

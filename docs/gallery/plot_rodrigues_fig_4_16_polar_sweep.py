@@ -16,7 +16,7 @@ POLAR = np.arange(80.0, 9.0, -10.0)
 
 
 def compute() -> np.ndarray:
-    """Sensing distance of the thesis's probe (rigid seats), (polar, azimuth), µm."""
+    """Sensing distances of the thesis's probe (rigid seats), (polar, azimuth), µm."""
     probe = load_probe("omp40-2-thesis")
     return np.array(
         [
@@ -30,7 +30,7 @@ def compute() -> np.ndarray:
 
 
 def draw(distances: np.ndarray) -> Figure:
-    """Lines: ours; dots: printed."""
+    """The plot of computed values (lines) and printed values (dots)."""
     table = trigger_table()
     figure = Figure(figsize=(9, 6), layout="constrained", dpi=110)
     axes = figure.subplots()

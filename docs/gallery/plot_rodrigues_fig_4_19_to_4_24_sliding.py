@@ -1,8 +1,9 @@
-"""Rodrigues 2021, Figures 4.19, 4.23 and 4.24: the tip slides; Tables 4.10 and 4.11 beside it.
+"""Rodrigues 2021, Figures 4.19, 4.23 and 4.24: slide of the tip, with Tables 4.10 and 4.11.
 
-Twenty steps of 1 µm along the normal: on the convex surface (u = 0.5, v = 0.5 and -0.5), on the
-ellipsoid (a = 10, c = 6 mm, u = 0, v = 40°) and on a plane whose normal is 40° from the axis.
-Dots: printed. In rows 1 to 19 the thesis's ellipsoid is 0.449 µm too high, in row 20 it is not.
+The spindle makes twenty steps of 1 µm along the normal: on the convex surface (u = 0.5, v = 0.5
+and -0.5), on the ellipsoid (a = 10, c = 6 mm, u = 0, v = 40°) and on a plane whose normal is 40°
+from the axis. The dots are the printed values. The thesis's values for the ellipsoid are 0.449 µm
+too high in rows 1 to 19, but not in row 20.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ CASES = {
 
 
 def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
-    """History, surface and printed deflections (µm) of each case."""
+    """For each case: history of the slide, surface, printed deflections (µm)."""
     tip = predicted_tip(load_probe("omp40-2-thesis-100mm"))
     tables = sliding_tables()
     computed = {}
@@ -44,7 +45,7 @@ def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
 
 
 def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figure:
-    """Above, the way of the contact in space; below, deflection over feed."""
+    """The plot: path of the contact in space (top), deflection over feed (bottom)."""
     figure = Figure(figsize=(16, 8), layout="constrained", dpi=100)
     for column, (name, (history, surface, printed)) in enumerate(computed.items()):
         axes = figure.add_subplot(2, 4, column + 1, projection="3d")
@@ -52,7 +53,7 @@ def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figur
         axes.set_title(name, fontsize=10)
         below = figure.add_subplot(2, 4, column + 5)
         feed = 1e3 * history.feed
-        below.plot(feed, 1e3 * history.deflection, "-", label="ours")
+        below.plot(feed, 1e3 * history.deflection, "-", label="computed")
         below.plot(feed, printed, "o", ms=3, color="k", label="printed")
         if np.isfinite(history.trigger_feed):
             below.axvline(1e3 * history.trigger_feed, color="tab:red", lw=1, label="trigger")

@@ -1,10 +1,11 @@
 """Rodrigues 2021, Figure 4.25: spindle travel at the trigger over the polar angle.
 
 The thesis probes an inclined plane and an ellipsoid (a = 10, c = 6 mm) "along the same normal".
-It takes the ellipsoid's parameter v for the polar angle of its normal; the normal's true
-polar angle is atan(c / a tan v), so the two curves compare two directions. Both are shown, and
-the ellipsoid, slide and all, over the angle that its normal really has: there it falls on the
-plane's curve, but for the effect of curvature (plot_curvature_study.py).
+It takes the parameter v of the ellipsoid as the polar angle of the normal. The true polar angle of
+the normal is atan(c / a tan v), so the two curves of the thesis compare two directions. The script
+shows both curves, and the travel on the ellipsoid over the true angle of its normal. This third
+curve, which includes the slide, agrees with the curve of the plane except for the effect of
+curvature (plot_curvature_study.py).
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ A, C = 10.0, 6.0  # mm, half-axes of the ellipsoid
 
 
 def compute() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Travel along the normal at azimuth 0, µm: plane; ellipsoid at v; plane with the
-    ellipsoid's normals; and those normals' true polar angles, °.
+    """Travel along the normal at azimuth 0, µm, and the true polar angles of the ellipsoid, °.
 
-    Of the deflection alone: the thesis leaves out what tip and part give where they touch.
+    The travels are those on the plane, on the ellipsoid at v, and on planes with the normals of
+    the ellipsoid. They contain the deflection alone, because the thesis neglects the local
+    compression of tip and part.
     """
     tip = LateralTip(predicted_tip(load_probe("omp40-2-thesis"), "fem"))
 
     def on_plane(polar: np.ndarray) -> np.ndarray:
-        # On a plane nothing turns while the tip slides: equation 3.2.
+        # On a plane the normal does not turn while the tip slides: equation 3.2.
         n = from_angles(np.radians(polar), 0.0)
         return 1e3 * np.sum(tip.state(n).deflection * n, axis=1)
 
@@ -46,13 +48,13 @@ def compute() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def draw(computed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]) -> Figure:
-    """As in the thesis, and with the ellipsoid where it belongs."""
+    """The plot of the thesis, and the ellipsoid over the true polar angle."""
     plane, ellipsoid, _, true = computed
     figure = Figure(figsize=(8, 5), layout="constrained", dpi=110)
     axes = figure.subplots()
     axes.plot(ANGLE, plane, "k-o", ms=4, label="inclined plane")
     axes.plot(ANGLE, ellipsoid, "r-s", ms=4, label="ellipsoid, over the parameter v (the thesis)")
-    axes.plot(true, ellipsoid, "r--x", ms=5, label="ellipsoid, over its normal's polar angle")
+    axes.plot(true, ellipsoid, "r--x", ms=5, label="ellipsoid, over the true polar angle")
     axes.set_xlabel("polar angle / °")
     axes.set_ylabel("spindle travel from contact to trigger / µm")
     axes.legend(fontsize=8)

@@ -1,6 +1,6 @@
-"""Rodrigues 2021, section 4.6: length, diameter, material, preload; Figures 4.27 to 4.36.
+"""Rodrigues 2021, Figures 4.27 to 4.36: effect of length, diameter, material and preload.
 
-Baseline (Table 4.12): 100 mm stylus, carbide stem of 4.5 mm, 5.91 N, polar 90°.
+The baseline of section 4.6 (Table 4.12): 100 mm stylus, carbide stem of 4.5 mm, 5.91 N, polar 90°.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ AZIMUTH = np.arange(0.0, 61.0, 5.0)
 
 
 def variants() -> dict[str, dict[str, Probe]]:
-    """By figure pair: label to probe."""
+    """For each pair of figures: the probes by their labels."""
     base = load_probe("omp40-2-100mm-carbide")
     head, stem = base.stylus
 
@@ -41,7 +41,7 @@ def variants() -> dict[str, dict[str, Probe]]:
 
 
 def compute() -> dict[str, dict[str, Trigger]]:
-    """Triggers over azimuth."""
+    """For each pair of figures: the triggers over azimuth by their labels."""
     wall = from_angles(np.pi / 2.0, np.radians(AZIMUTH))
     return {
         figure: {label: predict(probe, wall, "fem") for label, probe in pair.items()}
@@ -50,7 +50,7 @@ def compute() -> dict[str, dict[str, Trigger]]:
 
 
 def draw(computed: dict[str, dict[str, Trigger]]) -> Figure:
-    """Force above, sensing distance below."""
+    """The plot: force (top) and sensing distance (bottom)."""
     figure = Figure(figsize=(14, 6.5), layout="constrained", dpi=110)
     axes = figure.subplots(2, 4, sharex=True)
     for column, (name, pair) in enumerate(computed.items()):

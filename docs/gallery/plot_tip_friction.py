@@ -1,8 +1,9 @@
 """Friction at the tip: pretravel over the polar angle, from full slip to stick.
 
-Estler describes the friction that holds the tip on an inclined surface, Mayer the slip. On a floor
-and on a wall nothing slides, and friction does nothing; between them the tip that slips pulls
-the stylus less far sideways, the tip that sticks not at all: its force points along the axis.
+Estler describes the friction that holds the tip on an inclined surface, Mayer describes the slip.
+On a floor the tip does not slide, and friction has no effect. On a wall it slides little. Between
+them, a slipping tip deflects the stylus sideways by less than without friction. A sticking tip
+does not deflect it sideways: the force is along the axis.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ RADIUS = 12.5
 
 
 def compute() -> dict[float, SurfaceTouches]:
-    """Touches on a sphere of 25 mm at azimuth 20°, for each coefficient."""
+    """For each coefficient of friction: touches on a sphere of 25 mm at azimuth 20°."""
     tip = predicted_tip(load_probe("omp40-2"))
     n = from_angles(np.radians(POLAR), np.radians(20.0))
     sphere = Sphere([0.0, 0.0, 0.0], RADIUS)
@@ -35,7 +36,7 @@ def compute() -> dict[float, SurfaceTouches]:
 
 
 def draw(computed: dict[float, SurfaceTouches]) -> Figure:
-    """Pretravel, its change by friction, and how far the force leaves the normal."""
+    """The plot of pretravel, of its change by friction, and of the angle from normal to force."""
     figure = Figure(figsize=(14, 4.6), layout="constrained", dpi=110)
     travel, change, lean = figure.subplots(1, 3)
     free = computed[0.0].pretravel
@@ -47,7 +48,7 @@ def draw(computed: dict[float, SurfaceTouches]) -> Figure:
         lean.plot(POLAR, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), ".-")
     travel.set_ylabel("pretravel / µm")
     change.set_ylabel("change by friction / µm")
-    lean.set_ylabel("force from the normal / °")
+    lean.set_ylabel("angle between force and normal / °")
     for axes in (travel, change, lean):
         axes.set_xlabel("polar angle / °")
         axes.grid(alpha=0.3)

@@ -1,8 +1,8 @@
 """Woźniak, Figure 5: pretravel of a contact probe before and after his five-point correction.
 
-His probe's description is not published beyond the figures of his program (a 0.6 N spring, seats
-8 mm apart, a 2 mm tungsten carbide stem, a 4 mm ball); support angle, hub and contact radii are
-assumed here. He found errors more than halved for 30 and 50 mm.
+The paper describes the probe only by the figures of its program (a 0.6 N spring, seats 8 mm apart,
+a 2 mm tungsten carbide stem, a 4 mm ball). Support angle, hub and contact radii are assumed here.
+The paper reports that the correction reduced the errors by more than half for 30 and 50 mm.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ELEVATION = np.radians(np.arange(-90, 91, 9))
 
 
 def contact_probe(length: float) -> Probe:
-    """Like a TP6, as far as it is known."""
+    """A probe similar to a TP6, with the published dimensions."""
     carbide = material("tungsten carbide")
     return replace(
         load_probe("omp40-2"),
@@ -43,7 +43,7 @@ def contact_probe(length: float) -> Probe:
 
 
 def compute() -> dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """By length and section: pretravel before and after the correction, µm."""
+    """For each length and section: pretravel before and after the correction, µm."""
     sections = {
         "XY": from_angles(np.full(len(AROUND), np.pi / 2), AROUND),
         "XZ": from_angles(np.abs(np.pi / 2 - (ELEVATION + np.pi / 2)),
@@ -66,12 +66,12 @@ def compute() -> dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]:
 
 
 def reduction(before: np.ndarray, after: np.ndarray) -> float:
-    """Range before over range after."""
+    """Ratio of the range before the correction to the range after it."""
     return float(np.ptp(before) / np.ptp(after))
 
 
 def draw(results: dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]) -> Figure:
-    """A polar diagram for each length and section."""
+    """The polar diagrams, one for each length and section."""
     figure = Figure(figsize=(10.5, 9.5), layout="constrained", dpi=110)
     for row, (length, sections) in enumerate(results.items()):
         for column, (name, (before, after)) in enumerate(sections.items()):

@@ -1,4 +1,4 @@
-"""The thesis's figures as arrays, for the scripts beside this one."""
+"""The printed tables of the thesis as arrays, for the scripts in this folder."""
 
 from __future__ import annotations
 
