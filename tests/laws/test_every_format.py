@@ -17,7 +17,7 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
 from pretravel.errors import InputError
 from pretravel.formats.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.formats.logs.detection import FORMATS, format_of
+from pretravel.formats.format_registry import FORMATS, format_of
 from pretravel.formats.readings import read_readings, write_readings
 from pretravel.formats.source_file import SourceFile
 from pretravel.touches import Touches

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.controls.log_format import TOUCH_COLUMNS
+from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.logs.qif import NAMESPACE
 from pretravel.probing.targets import Targets

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def compensate(
     touches: Annotated[
-        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a log of our programs.")
+        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a file of pretravel formats.")
     ],
     map_file: Annotated[
         str,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def _formats() -> list[str]:
-    from pretravel.formats.logs.detection import FORMATS
+    from pretravel.formats.format_registry import FORMATS
 
     return [entry.name for entry in FORMATS]
 
@@ -88,7 +88,7 @@ def convert(
     """
     from pretravel.errors import PretravelError
     from pretravel.formats.file_format import ReadingOptions
-    from pretravel.formats.logs.detection import format_named, format_of
+    from pretravel.formats.format_registry import format_named, format_of
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.readings import read_readings, touch_endings
     from pretravel.formats.source_file import opened
@@ -194,7 +194,7 @@ def formats() -> None:
     """
     import textwrap
 
-    from pretravel.formats.logs.detection import FORMATS
+    from pretravel.formats.format_registry import FORMATS
 
     for entry in FORMATS:
         typer.echo(f"{entry.name:11s}{entry.what}")

@@ -96,7 +96,7 @@ def export(
         typer.echo(heidenhain_template(), nl=False)
         return
     if output is None:
-        raise PretravelError("say where to write to: -o FILE, for linuxcnc -o FOLDER")
+        raise PretravelError("no output was given: use -o FILE; with --to linuxcnc use -o FOLDER")
     control = CONTROLS.get(to)
     _check_output(output, [map_file, template], folder=control is not None and control.folder)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)

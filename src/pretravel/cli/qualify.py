@@ -24,13 +24,14 @@ def _kinds() -> list[str]:
 
 def qualify(
     touches: Annotated[
-        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a log of our programs.")
+        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a file of pretravel formats.")
     ],
     diameter: Diameter,
     tip_diameter: Annotated[
         float | None,
         typer.Option(
-            help="Diameter of the tip, in mm. Without it, the map is relative to its mean."
+            help="Diameter of the tip, in mm. Without it, the mean of the map is zero and heights "
+            "are less certain, usually by 5 to 15 µm."
         ),
     ] = None,
     kind: Annotated[
@@ -38,9 +39,9 @@ def qualify(
         typer.Option(
             parser=one_of(_kinds),
             metavar="KIND",
-            help="Kind of map: harmonic; physical (a fitted six-seat probe); wozniak (one "
-            "constant); mean (one radius); sectors (a table); auto: the kind that predicts "
-            "left-out touches best.",
+            help="Kind of map: harmonic (a smooth series, for most probes); physical (a fitted "
+            "six-seat probe); wozniak (one constant); mean (one radius); sectors (a table); auto: "
+            "the kind that predicts left-out touches best.",
         ),
     ] = "harmonic",
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
@@ -55,8 +56,8 @@ def qualify(
         typer.Option(
             parser=length_or_none,
             metavar="UM",
-            help="Pretravel along the probe axis, in µm, which separates the height of the sphere "
-            "from the map (kind harmonic); none: least-squares centre.",
+            help="Assumed pretravel along the probe axis, in µm, for kind harmonic: touches on a "
+            "sphere do not determine it; none: least-squares centre.",
         ),
     ] = Length(1.0),
     lobe_azimuth: Annotated[

@@ -20,7 +20,8 @@ CHANGED = 1
 
 def verify(
     touches: Annotated[
-        Path, typer.Argument(help="New touches on the reference: .csv, or a log of our programs.")
+        Path,
+        typer.Argument(help="New touches on the reference: .csv, or a file of pretravel formats."),
     ],
     map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
     diameter: Diameter,

@@ -1,4 +1,4 @@
-"""Compensation: readings in, surface points with uncertainties out; and the inverse."""
+"""Compensation: touches to surface points with uncertainties; `embed` does the inverse."""
 
 from __future__ import annotations
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from pretravel.arrays import FloatArray
 from pretravel.controls.gcode import render
-from pretravel.controls.log_format import LOG_HEAD, SURFACE_POINT_COLUMNS, TOUCH_COLUMNS
 from pretravel.controls.program import ProbingProgram
+from pretravel.controls.program_log import LOG_HEAD, SURFACE_POINT_COLUMNS, TOUCH_COLUMNS
 from pretravel.errors import PretravelError
 
 TRIPPED_AT_START = 0.002
@@ -34,8 +34,8 @@ def linuxcnc_program(program: ProbingProgram, log: str, *, compensated: bool = F
     Raises
     ------
     PretravelError
-        The log's name contains characters that a comment cannot; a line is too long for the
-        control.
+        The log's name contains characters that a G-code comment must not contain; a line is too
+        long for the control.
 
     >>> from pretravel.controls.machine import Machine
     >>> from pretravel.controls.program import plan_program

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_program import TRIPPED_AT_START, check_line_lengths
-from pretravel.controls.log_format import (
+from pretravel.controls.lookup import Lookup, describe_form
+from pretravel.controls.program_log import (
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
 )
-from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import GLANCING
 from pretravel.units import DEGREE, INCH

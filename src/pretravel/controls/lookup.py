@@ -129,5 +129,5 @@ class MapSamples:
         self._values = probe_frame_pretravel(pretravel_map, self._directions)
 
     def largest_error(self, form: Lookup) -> float:
-        """The largest difference of a form from the map. [mm]"""
+        """The largest difference between the map and its form on the control. [mm]"""
         return float(np.max(np.abs(form.value(self._directions) - self._values)))

@@ -190,10 +190,11 @@ def _check_targets(targets: Targets, surroundings: Surroundings) -> None:
     if not surroundings.known:
         downward = np.flatnonzero(targets.normals[:, 2] < -_DOWNWARD)
         if len(downward):
-            more = f", as those of {len(downward) - 1} more" if len(downward) > 1 else ""
+            more = f" (so do {len(downward) - 1} more)" if len(downward) > 1 else ""
             raise PretravelError(
-                f"{targets.name(int(downward[0]))}: its normal points down{more}. A way to it can "
-                "be found only with the geometry of the part (part.step)",
+                f"{targets.name(int(downward[0]))}: its normal points down{more}. A "
+                "path to it without collision can be planned only with the geometry of the part "
+                "(part.step)",
                 inputs=("surface",),
             )
         return

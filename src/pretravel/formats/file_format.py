@@ -186,7 +186,7 @@ class FileFormat:
     """One file format: how its files are recognised, read and written.
 
     A new format is one such object in a file of its own, and one line in
-    `pretravel.formats.logs.detection.FORMATS`.
+    `pretravel.formats.format_registry.FORMATS`.
 
     Attributes
     ----------

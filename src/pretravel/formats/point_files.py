@@ -8,7 +8,7 @@ from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.formats.file_format import PointsOrigin
-from pretravel.formats.logs.detection import FORMATS
+from pretravel.formats.format_registry import FORMATS
 
 
 def write_points(

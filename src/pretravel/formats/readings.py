@@ -8,7 +8,7 @@ from pathlib import Path
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
-from pretravel.formats.logs.detection import FORMATS, format_named, format_of
+from pretravel.formats.format_registry import FORMATS, format_named, format_of
 from pretravel.formats.logs.joining import join
 from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.formats.table_formats import CSV, PARQUET

@@ -39,7 +39,7 @@ def read_rig_trace(path: str | Path) -> RigTrace:
     Raises
     ------
     InputError
-        A file without these columns, values that are not numbers, levels other than 0 and 1.
+        The file lacks a column, a value is not a number, or contact or trigger is not 0 or 1.
     """
     table = read_csv_table(path)
     table.require(*COLUMNS, what="a rig trace")

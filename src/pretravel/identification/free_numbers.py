@@ -37,11 +37,11 @@ class FreeNumber:
     relative: bool = True
 
     def code(self, value: float) -> float:
-        """The parameter of the fit for a value."""
+        """The number that the fit varies: the logarithm of the value, or the value itself."""
         return math.log(value) if self.relative else value
 
     def value(self, code: float) -> float:
-        """The value for a parameter of the fit."""
+        """The value that belongs to a number of the fit."""
         return math.exp(code) if self.relative else code
 
 

@@ -118,8 +118,8 @@ def _size_figure(
     if abs(worst) > _LARGEST_SIZE_ERROR:
         raise PretravelError(
             f"the diameter of the touched sphere differs by {worst:+.4f} mm from the calibrated "
-            f"{sphere.diameter:g} mm: check the diameters of sphere and tip, and that the "
-            "positions are those of the tip centre in mm",
+            f"{sphere.diameter:g} mm: check the two diameters, and that x, y, z are "
+            "positions of the tip centre (not of the surface) in mm",
             inputs=("diameter", "tip_diameter"),
         )
     return StandardFigure(
@@ -151,9 +151,9 @@ def _runs(touches: Touches, directions: FloatArray) -> list[IntArray]:
     if off.max() > PATTERN_TOLERANCE:
         row = int(np.argmax(off))
         raise PretravelError(
-            f"{touches.where(row)} lies {off[row] / DEGREE:.0f}° from the nearest direction of the "
-            f"pattern (the tolerance is {PATTERN_TOLERANCE / DEGREE:.0f}°): these are not the 25 "
-            "points of the test, or the axis is not that of the probe",
+            f"the normal of {touches.where(row)} is {off[row] / DEGREE:.0f}° from the nearest "
+            f"direction of the pattern; {PATTERN_TOLERANCE / DEGREE:.0f}° is allowed. Either these "
+            "are not the 25 points of the test, or the given axis is not the probe's axis",
             inputs=("axis",),
         )
     counts = np.bincount(nearest, minlength=len(directions))

@@ -102,6 +102,9 @@ class KindOfMap(ABC):
     title: ClassVar[str]
     """The kind in words, for pictures and tables."""
 
+    needs_all_directions: ClassVar[bool] = False
+    """Whether the kind cannot be fitted with directions left out of its pattern."""
+
     fits_harmonics: ClassVar[bool] = False
     """Whether the fit is a harmonic regression, which finds outliers and noise itself."""
 

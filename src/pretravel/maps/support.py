@@ -61,7 +61,7 @@ class _Mesh:
 
 @dataclass(frozen=True, eq=False)
 class DirectionSupport:
-    """A set of unit directions that were touched or predicted.
+    """Directions in which a map holds: those between touched or predicted directions.
 
     Parameters
     ----------

@@ -270,15 +270,15 @@ def _advice(outcomes: SurfaceTouches, targets: Targets, surface: Surface | Part)
     search.solve(targets.points, ContactProblem(Lines(targets.points), lambda _rows: nearest))
     found = search.contacts()
     near = failed[found.solved[failed]]
-    inwards = np.sum(found.local.normal[near] * targets.normals[near], axis=1) < 0.0
-    if len(near) and np.mean(inwards) > 0.5:
-        return "Their normals point into the part; they must point out of it"
     distance = float(np.max(np.abs(found.length[near]), initial=0.0))
     if distance > _FAR:
         return (
             f"They lie up to {distance:.3g} mm from the surface: are they in mm, in the part's "
             "frame, and for this surface?"
         )
+    inwards = np.sum(found.local.normal[near] * targets.normals[near], axis=1) < 0.0
+    if len(near) and np.mean(inwards) > 0.5:
+        return "Their normals point into the part; they must point out of it"
     return "Check the points, normals and approaches of the targets, and the place of the surface"
 
 

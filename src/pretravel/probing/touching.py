@@ -209,9 +209,10 @@ class _TriggerEquilibrium:
         return self.tip.state(direction), direction
 
     def _force_ratio(self, distance: FloatArray, compression: FloatArray) -> FloatArray:
-        """Tangential over normal force for a tip that has moved along the surface.
+        """Ratio of tangential to normal force for a tip that has moved along the surface.
 
-        Johnson, equation 7.42: (1 - Q/mu N)^(2/3) = 1 - displacement / that at full slip.
+        Johnson, equation 7.42: (1 - Q/(mu N))^(2/3) = 1 - d/d_slip, solved for Q/N; d_slip is the
+        displacement at full slip.
         """
         own = np.maximum(self.tip.shear_ratio * compression, _SMALLEST_SLIP)
         per_friction = own * self.softer

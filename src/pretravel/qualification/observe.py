@@ -126,9 +126,10 @@ def _refuse_plane(touches: Touches, source: str) -> None:
     if spread[1][-1] <= 0.02 * spread[1][0]:
         across = spread[2][-1]
         raise PretravelError(
-            f"{source}all touches lie in one plane (normal to {_axis_name(across)}): they do not "
-            "determine the centre of a sphere across it. Touch the sphere also away from that "
-            "plane, at least at the pole; or is the reference a ring gauge?",
+            f"{source}all touches lie in one plane (perpendicular to {_axis_name(across)}): "
+            "this does not determine the centre of a sphere perpendicular to the plane. Touch the "
+            "sphere also outside this plane, at least at the pole; or is the reference a ring "
+            "gauge?",
             inputs=("ring",),
         )
 

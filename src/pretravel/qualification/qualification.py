@@ -221,7 +221,7 @@ def _at_rest(touches: Touches, setup: QualificationSetup, rotation: FloatArray) 
 def _separated_delay(
     touches: Touches, observation: Observation, rotation: FloatArray
 ) -> SignalDelay:
-    """The signal delay; each round takes off what the round before found."""
+    """The signal delay by iteration: each step removes the delay found so far and fits the rest."""
     total = 0.0
     resting, current = touches, observation
     for _ in range(6):
@@ -364,7 +364,7 @@ def _map(
         provenance=Provenance(
             Origin.QUALIFIED,
             f"qualified on a {setup.reference} of {setup.diameter:.9g} mm",
-            touches=f"{len(touches)} in {count} directions"
+            touches=f"{len(touches)} touches in {count} directions"
             + (f", from {touches.source}" if touches.source else ""),
             touches_file=touches.source or "",
             gauge=f"pretravel is relative to {level.gauge}",

@@ -196,7 +196,11 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
     for kind, result in made.items():
         difference = result.pretravel_map.pretravel(part.normals) - reference
         # A table of sectors needs all its directions.
-        left_out = math.nan if kind == "sectors" else _rms(left_out_errors(sphere, shown, kind))
+        left_out = (
+            math.nan
+            if KINDS[kind].needs_all_directions
+            else _rms(left_out_errors(sphere, shown, kind))
+        )
         on_part = _rms(_without_shift(difference, part.normals))
         errors.append(KindErrors(kind, _rms(result.residuals), left_out, on_part))
     return tuple(errors)

@@ -13,6 +13,7 @@ from pretravel.directions import azimuth_angle
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import write_map
 from pretravel.formats.point_files import write_points
+from pretravel.identification.kind_registry import KINDS
 from pretravel.report.comparison_report import comparison_document, plot_comparison
 from pretravel.report.demonstration import BEST, Demonstration, KindErrors
 from pretravel.report.document import Column, Document, Picture, Section, Table
@@ -27,14 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-KIND_NAMES = {
-    "": "not compensated",
-    "mean": "mean radius",
-    "sectors": "sector table",
-    "wozniak": "Woźniak's constant",
-    "harmonic": "harmonic map",
-    "physical": "six-seat probe",
-}
 _SPHERE_TEXT = (
     "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
     (
@@ -60,6 +53,11 @@ _RING_TEXT = (
     ),
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"
+
+
+def _title(kind: str) -> str:
+    """A kind of map in words; the empty name stands for touches without compensation."""
+    return KINDS[kind].title if kind else "not compensated"
 
 
 def demonstration_pictures(result: Demonstration) -> dict[str, Picture]:
@@ -106,7 +104,7 @@ def demonstration_document(result: Demonstration) -> Document:
     error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in result.sphere_errors}
     return Document(
         title="pretravel: from touches to compensated points",
-        verdict=f"{len(result.points)} points compensated with the map of the {KIND_NAMES[BEST]}; "
+        verdict=f"{len(result.points)} points compensated with the map of the {_title(BEST)}; "
         f"without compensation they differ by {error['']} µm rms, with one mean radius by "
         f"{error['mean']} µm.",
         sections=(
@@ -165,7 +163,7 @@ def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
         return Column.of(name, [value / MICROMETRE for value in values], "µm")
 
     columns = [
-        Column.of("kind of map", [KIND_NAMES[entry.kind] for entry in errors]),
+        Column.of("kind of map", [_title(entry.kind) for entry in errors]),
         column("fitted", [entry.fitted for entry in errors]),
         column("left out", [entry.left_out for entry in errors]),
     ]
@@ -181,7 +179,7 @@ def _ring_picture(result: Demonstration) -> Figure:
         first.observed,
         {
             # About the mean's centre, as the measured values are: each kind has its own.
-            KIND_NAMES[kind]: first.observed - made.residuals
+            _title(kind): first.observed - made.residuals
             for kind, made in result.ring_maps.items()
         },
         _RING_TITLE,

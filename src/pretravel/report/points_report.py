@@ -40,14 +40,16 @@ def points_document(
     u = points.standard_uncertainty / MICROMETRE
     figures = [
         KeyFigure("pretravel", Span.of(points.pretravel / MICROMETRE), "µm"),
-        KeyFigure("uncertainty u", Span.of(u), "µm"),
+        KeyFigure("u of a point", Span.of(u), "µm", remark="standard uncertainty along the normal"),
     ]
     if points.deviation is not None:
         deviation = points.deviation / MICROMETRE
         figures += [
-            KeyFigure("deviation", Span.of(deviation), "µm"),
+            KeyFigure(
+                "deviation", Span.of(deviation), "µm", remark="from nominal, along the normal"
+            ),
             KeyFigure("mean deviation", float(deviation.mean()), "µm"),
-            KeyFigure("spread", float(deviation.std()), "µm", remark="standard deviation"),
+            KeyFigure("spread", float(deviation.std()), "µm", remark="standard deviation of these"),
         ]
     return Document(
         title=title,

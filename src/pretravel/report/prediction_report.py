@@ -87,7 +87,9 @@ def _direction(trigger: Trigger, row: int) -> str:
 
 
 def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
-    """Trigger force and pretravel over azimuth, one line per polar angle; shares beside.
+    """Plot trigger force and pretravel against azimuth, and the shares of the compliances.
+
+    There is one line for each polar angle.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         limit = value_text(change.detectable / factor, unit)
         return KeyFigure(
             name, change.value / factor, unit, signed_decimals(2), change.u / factor, "",
-            decimals(2), remark=f"{limit} would be detected in 95 of 100 verifications",
+            decimals(2), remark=f"a change of {limit} would be detected in 95 of 100 verifications",
         )  # fmt: skip
 
     return (

@@ -104,7 +104,7 @@ class ContactSearch:
         self.iterations = np.zeros(count, dtype=np.int64)
 
     def restrict(self, which: BoolArray) -> None:
-        """Continue with these touches only, of those that were solved."""
+        """Continue only with touches that are solved and marked in `which`."""
         self.open = self.solved & which
 
     def contacts(self) -> PartContacts:

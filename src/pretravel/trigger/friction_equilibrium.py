@@ -95,7 +95,7 @@ class SeatMechanism:
 
     @cached_property
     def rest_depth(self) -> FloatArray:
-        """Indentation of the seats at rest, (6,). [mm]"""
+        """Indentation of each seat by the spring alone, before a touch, (6,). [mm]"""
         return np.asarray(self.coefficient * np.cbrt(self.rest[SEATS] ** 2))
 
     @property

@@ -131,7 +131,7 @@ def _hertz_power(reactions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class ResponseBasis(MapBasis):
-    """A map's values from a response: exact in every direction, without interpolation.
+    """Values of a map, computed from a `ProbeResponse` for every direction without interpolation.
 
     >>> from pretravel.probe.catalogue import load_probe
     >>> basis = ResponseBasis(probe_response(load_probe("omp40-2")))

@@ -72,7 +72,10 @@ class Covariance:
         if not np.all(np.isfinite(values)):
             raise PretravelError("a covariance must be finite")
         if self.correlation is not Correlation.FULL and np.any(values < 0.0):
-            raise PretravelError("variances cannot be negative")
+            row = int(np.argmin(self.variances))
+            raise PretravelError(
+                f"variances cannot be negative; variance {row + 1} is {self.variances[row]:g}"
+            )
 
     @classmethod
     def independent(cls, variances: npt.ArrayLike) -> Covariance:
@@ -106,14 +109,14 @@ class Covariance:
 
     @property
     def variances(self) -> FloatArray:
-        """Of each quantity, (n,)."""
+        """Variance of each quantity, (n,)."""
         if self.correlation is Correlation.FULL:
             return np.asarray(np.diagonal(self.values))
         return self.values
 
     @property
     def matrix(self) -> FloatArray:
-        """Of every pair, (n, n)."""
+        """Covariance of every pair of quantities, (n, n)."""
         if self.correlation is Correlation.INDEPENDENT:
             return np.diag(self.values)
         if self.correlation is Correlation.FULLY_SHARED:

@@ -55,7 +55,7 @@ class TestExportCommand:
         ("options", "words"),
         [
             (["--to", "siemens", "-o", "x"], "--to siemens: it is not known; there are linuxcnc"),
-            (["--to", "renishaw"], "say where to write to"),
+            (["--to", "renishaw"], "no output was given"),
             (["--to", "linuxcnc", "-o", "x.ngc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "/nowhere/x.txt"], "does not exist"),
             (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "not all common ones"),

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc_program import linuxcnc_program
-from pretravel.controls.log_format import TOUCH_COLUMNS
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import ProbingProgram, plan_program
+from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError

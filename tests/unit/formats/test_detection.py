@@ -9,7 +9,7 @@ import pytest
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.errors import InputError
 from pretravel.formats.file_format import ReadingOptions
-from pretravel.formats.logs.detection import FORMATS, format_of
+from pretravel.formats.format_registry import FORMATS, format_of
 from pretravel.formats.logs.log_lines import read_log_positions
 from pretravel.formats.machine_file import machine_text
 from pretravel.formats.readings import read_readings

@@ -50,7 +50,7 @@ def _one_wrong_normal(touches: Touches) -> Touches:
     [
         (lambda t: t.take([0, 3]), {}, "2 touches in 2 directions are too few"),
         (lambda t: t.take([0, 1, 2]), {}, "in 1 direction are too few"),
-        (_plane, {}, "in one plane (normal to Z)"),
+        (_plane, {}, "in one plane (perpendicular to Z)"),
         (_in_inches, {}, "look like inches"),
         (_in_inches, {"tip_diameter": None}, "may be inches"),
         (

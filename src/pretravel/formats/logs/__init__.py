@@ -1,1 +1,4 @@
-"""Files that controls, CMMs and CAM systems write about touches, one module for each format."""
+"""Files that controls, CMMs and CAM systems write about touches, one module for each format.
+
+`pretravel.formats.format_registry` lists all formats.
+"""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.controls.log_format import (
+from pretravel.controls.program_log import (
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,

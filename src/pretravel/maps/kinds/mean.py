@@ -52,7 +52,7 @@ class MeanKind(KindOfMap):
     """The mean over all touches, about the least-squares centre."""
 
     name: ClassVar[str] = "mean"
-    title: ClassVar[str] = "one mean radius"
+    title: ClassVar[str] = "mean radius"
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         del repeats

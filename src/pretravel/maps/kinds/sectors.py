@@ -78,7 +78,8 @@ class SectorsKind(KindOfMap):
     """The mean of each sector over the touches near the equator that fall into it."""
 
     name: ClassVar[str] = "sectors"
-    title: ClassVar[str] = "eight sectors"
+    title: ClassVar[str] = "sector table"
+    needs_all_directions: ClassVar[bool] = True
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         del repeats

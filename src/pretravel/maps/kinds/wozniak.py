@@ -177,7 +177,7 @@ class WozniakKind(KindOfMap):
     lobe_azimuth: float | None = None
     transducer: str = "contact"
     name: ClassVar[str] = "wozniak"
-    title: ClassVar[str] = "Woźniak's model"
+    title: ClassVar[str] = "Woźniak's constant"
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         """See `KindOfMap.fit`; the tip's diameter must be known."""

@@ -82,7 +82,7 @@ class Part:
 
     @cached_property
     def cloud(self) -> Cloud:
-        """Points on all faces, by which nearby faces are found."""
+        """Sample points on all faces, from which nearby faces are determined."""
         return self.cloud_of_spacing(math.inf)
 
     def cloud_of_spacing(self, spacing: float) -> Cloud:
@@ -91,8 +91,8 @@ class Part:
         Parameters
         ----------
         spacing : float
-            Largest distance between neighbours, at most 1/150 of the part's size; larger only
-            where there would be too many points. [mm]
+            Wanted distance between neighbours. It is reduced to 1/150 of the size of the part, and
+            increased where there would be too many points. [mm]
 
         Returns
         -------
@@ -119,7 +119,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Points of several faces, by which the face near a point is found.
+    """Sample points on several faces, from which the face nearest to a point is determined.
 
     Attributes
     ----------
