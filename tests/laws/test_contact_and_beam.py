@@ -1,4 +1,4 @@
-"""Closed forms against numerical integration of what they are solutions of."""
+"""Closed forms against numerical integration of the equations that they solve."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODULUS = 2.0e5
 def _surface_displacement(a: float, b: float, load: float, x: float, y: float) -> float:
     """Displacement of a half-space under Hertz's pressure over an ellipse, by Boussinesq.
 
-    Polar coordinates about (x, y) take the 1/distance away.
+    Polar coordinates about (x, y) remove the singularity 1/distance.
     """
     peak = 3.0 * load / (2.0 * np.pi * a * b)
 

@@ -1,4 +1,4 @@
-"""Angles, frames, harmonics and supports: no seam, no pole."""
+"""Angles, frames, harmonics and supports have no seam and no pole."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_harmonics_are_orthonormal_over_the_sphere() -> None:
 
 
 def test_first_harmonics_are_the_coordinates() -> None:
-    """Also at the poles, where angles end."""
+    """Holds also at the poles, where the angles end."""
     d = np.concatenate([fibonacci_cap(50, np.pi), [[0, 0, 1.0], [0, 0, -1.0]]])
     design = real_spherical_harmonics(d, [(1, 1), (1, -1), (1, 0)])
     assert np.allclose(design, np.sqrt(3.0) * d, atol=1e-14)
@@ -85,7 +85,7 @@ class TestSupport:
         assert not support.supports(outside).any()
 
     def test_the_equator_belongs_to_it_between_the_touches_too(self) -> None:
-        """Also four degrees below: the margin is five everywhere along the edge."""
+        """Holds also four degrees below: the margin is five degrees everywhere along the edge."""
         support = DirectionSupport(sphere_pattern_25())
         for polar in (90.0, 94.0):
             assert support.supports(grid(np.radians(polar), np.radians(range(360)))).all()

@@ -1,4 +1,4 @@
-"""Laws of all compliance models: a new model is tested by being listed in `MODELS`."""
+"""Laws of all compliance models: a new model is tested once it is listed in `MODELS`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_ideal_probe_repeats_every_120_degrees_and_mirrors(model: str) -> None:
     mirrored = predict(PROBE, from_angles(polar, -azimuth), model)
     for other in (turned, mirrored):
         assert np.allclose(other.force, reference.force, rtol=1e-12)
-        # The finite-element mesh is not symmetric: its re-entrant edges differ by 0.1 % or so.
+        # The finite-element mesh is not symmetric: its re-entrant edges differ by about 0.1 %.
         exact = 1e-12 if model != "fem" else 2e-3
         assert np.allclose(other.pretravel, reference.pretravel, rtol=exact)
         assert np.allclose(other.sensing_distance, reference.sensing_distance, rtol=exact)
@@ -67,7 +67,7 @@ def test_turned_rods_turn_the_pretravel(model: str, angle: float) -> None:
 @settings(max_examples=10)
 @given(azimuths, azimuths)
 def test_turned_probe_and_gravity_change_nothing(model: str, angle: float, lying: float) -> None:
-    """A probe that lies, and is turned together with gravity about its own axis."""
+    """A horizontal probe is turned together with gravity about its own axis."""
     light = replace(PROBE, moving=Moving(mass=0.01, height=-20.0))
     weight = from_angles(np.radians(100.0), lying)
     orientation = replace(light.orientation, rotation=light.orientation.rotation + angle)
@@ -90,7 +90,7 @@ def test_shares_add_up_to_the_pretravel(model: str, polar: float, azimuth: float
 
 @every_model
 def test_pushed_along_x_the_tip_bends_along_x(model: str) -> None:
-    """The deflection goes with the push, and the pretravel is positive."""
+    """The deflection has the direction of the push, and the pretravel is positive."""
     trigger = predict(PROBE, [[1.0, 0.0, 0.0]], model)
     assert trigger.deflection[0, 0] > 0.0
     assert abs(trigger.deflection[0, 1]) < 0.35 * trigger.deflection[0, 0]
@@ -117,7 +117,7 @@ def test_statics_do_not_depend_on_the_model(model: str, polar: float, azimuth: f
 
 @every_model
 def test_a_response_is_its_model(model: str) -> None:
-    """Where a model has a response, this is exact; a model that has none is refused."""
+    """The response of a model is exact; a model without a response is refused."""
     if not compliance_model(model).has_response:
         with pytest.raises(PretravelError):
             probe_response(PROBE, model)

@@ -1,4 +1,4 @@
-"""Laws of all file formats: a new format is tested by being listed in `FORMATS`.
+"""Laws of all file formats: a new format is tested once it is listed in `FORMATS`.
 
 A text format that is read needs a file in `tests.support.control_logs.SAMPLES`.
 """
@@ -107,7 +107,7 @@ def test_a_sample_is_recognised_and_read(known: FileFormat, change: object) -> N
 
 @pytest.mark.parametrize("known", READ_TEXT, ids=_name)
 def test_a_file_says_what_it_needs(known: FileFormat) -> None:
-    """Without what a file does not contain it is refused, with the file and the need."""
+    """Without the data that it lacks, a file is refused; the message names file and data."""
     text, _ = SAMPLES[known.name]
     file = SourceFile("sample", text.encode())
     if known.self_contained:

@@ -1,4 +1,4 @@
-"""Laws of all kinds of map: a new kind is tested by being listed in `KINDS` and `BASES`.
+"""Laws of all kinds of map: a new kind is tested once it is listed in `KINDS` and `BASES`.
 
 Kinds that are fitted are made here from simulated touches; a basis that no fit makes needs a map
 in `_not_fitted`.
@@ -83,7 +83,7 @@ def _map(name: str) -> PretravelMap:
 
 
 def _varied(name: str, seed: int) -> PretravelMap:
-    """The map with other coefficients, and a full covariance."""
+    """The map with other coefficients and a full covariance."""
     rng = np.random.default_rng(seed)
     made = _map(name)
     size = made.basis.size
@@ -119,7 +119,7 @@ def test_apply_undoes_embed(name: str, seed: int) -> None:
     approaches = unit(-normals + rng.uniform(-0.5, 0.5, normals.shape))
     for way in (None, approaches):
         touches = embed(points, normals, made, approaches=way)
-        # Coordinates of 500 mm have 1e-13 mm to lose.
+        # Coordinates of 500 mm have a rounding of 1e-13 mm.
         assert np.abs(apply(touches, made).positions - points).max() < 1e-12
 
 
@@ -174,7 +174,7 @@ def test_a_table_is_the_map_to_its_interpolation(name: str, tmp_path: Path) -> N
     made = _map(name)
     write_map(tmp_path / "map.csv", made)
     back = read_map(tmp_path / "map.csv")
-    # The directions of the table itself: to its twelve digits.
+    # In the directions of the table, the map agrees to its twelve digits.
     nodes = grid(np.radians(np.arange(2.5, 88, 7.5)), np.radians(np.arange(0, 360, 22.5)))
     normals = nodes @ made.rotation.T
     assert np.allclose(back.pretravel(normals), made.pretravel(normals), atol=1e-9)
@@ -241,5 +241,5 @@ def test_the_form_on_a_control_evaluates_to_the_map(name: str) -> None:
     exact = exact_lookup(made)
     form = exact or lookup_table(made, tolerance=5e-4, most_values=1900)
     error = np.abs(form.value(CAP) - made.pretravel(_normals(made)))
-    # A table's largest error was looked for on many directions; kinks may hide a little more.
+    # The largest error of a table was searched in many directions; it may be larger at kinks.
     assert error.max() < (1e-12 if exact else 1.1 * form.largest_error + 1e-9)

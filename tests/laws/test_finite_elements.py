@@ -1,4 +1,4 @@
-"""The finite-element core against what must hold for any mesh, and against closed forms."""
+"""The finite-element core against laws that hold for any mesh, and against closed forms."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def whole(model: FiniteElementModel) -> sparse.csr_matrix:
 
 
 def tip_motion(reduced: ReducedModel, forces: np.ndarray) -> np.ndarray:
-    """Of the tip, with the seats held where they are."""
+    """Deflection of the tip, with the seats held in place."""
     moved = reduced.flexibility @ forces
     rigid = -np.linalg.solve(reduced.resultants[:, SEATS].T, moved[SEATS])
     return (moved + reduced.resultants.T @ rigid)[TIP_FORCE]
@@ -61,13 +61,13 @@ def test_six_rigid_motions_cost_no_energy() -> None:
     model = coarse_model()
     stiffness, motions = whole(model), rigid_motions(model.mesh.points)
     forces = stiffness @ motions
-    # Against the forces that a motion of the same size costs when it is not rigid.
+    # Compared with the forces of a motion of the same size that is not rigid.
     size = np.abs(stiffness).max() * np.abs(motions).max(axis=0)
     assert np.all(np.abs(forces).max(axis=0) < 1e-11 * size)
 
 
 def test_only_rigid_motions_cost_no_energy() -> None:
-    """Element by element: six zero eigenvalues, twenty-four positive ones."""
+    """Each element has six zero eigenvalues and twenty-four positive ones."""
     elements = coarse_model().elements[::97]
     values = np.linalg.eigvalsh(elements)
     assert np.all(np.abs(values[:, :6]) < 1e-9 * values[:, -1:])
@@ -75,7 +75,7 @@ def test_only_rigid_motions_cost_no_energy() -> None:
 
 
 def test_patch_uniform_strain_is_met_exactly() -> None:
-    """A bar law: u = strain * x in one material gives E-law stresses in every element."""
+    """Law of a bar: u = strain * x in one material gives the stresses E * strain everywhere."""
     mesh = coarse_model().mesh
     steel = dict.fromkeys(mesh.region_names, material("steel"))
     strain = 1e-4
@@ -86,7 +86,7 @@ def test_patch_uniform_strain_is_met_exactly() -> None:
 
 
 def test_volume_is_that_of_the_solids() -> None:
-    """Curved elements: cylinders to 1e-4; straight-sided ones would lose per cent."""
+    """Curved elements represent cylinders to 1e-4; straight elements err by some per cent."""
     mesh = coarse_model().mesh
     weights = quadrature(mesh).weights
     hub = load_probe("omp40-2").hub
@@ -104,7 +104,7 @@ def test_interface_loads_are_exact_in_force_and_moment(omp40: Probe) -> None:
     lever = np.concatenate([np.eye(3), np.cross(statics.tip, np.eye(3)).T])
     assert resultants[:, TIP_FORCE] == pytest.approx(lever, abs=1e-9)
     assert resultants[:, SPRING_FORCE] == pytest.approx([0, 0, -1, 0, 0, 0], abs=1e-9)
-    # Friction acts at the contacts: on the rods' skin, not on their axes.
+    # Friction acts at the contacts, on the surface of the rods, not on their axes.
     assert np.linalg.norm(resultants[:3, TANGENTIAL], axis=0) == pytest.approx(1.0, abs=1e-9)
 
 
@@ -117,7 +117,7 @@ def test_flexibility_is_symmetric_and_positive(omp40: Probe) -> None:
 
 
 def test_reactions_of_a_direct_solution_are_statics(omp40: Probe) -> None:
-    """Not through the reduced model: the whole mesh on six stiff springs under a tip force."""
+    """Without the reduced model: the whole mesh on six stiff springs under a tip force."""
     model, statics = coarse_model(), seat_statics(omp40)
     spring = 1e6  # N/mm; any value gives the same reactions
     seats = sparse.csr_matrix(model.loads[:, SEATS])
@@ -128,7 +128,7 @@ def test_reactions_of_a_direct_solution_are_statics(omp40: Probe) -> None:
 
 
 def test_condensed_and_direct_solutions_agree(omp40: Probe) -> None:
-    """The promise of condensation: the same tip deflection as the whole mesh, to rounding."""
+    """The condensed model has the same tip deflection as the whole mesh, to rounding."""
     model, statics = coarse_model(), seat_statics(omp40)
     spring = 1e5
     seats = sparse.csr_matrix(model.loads[:, SEATS])
@@ -158,14 +158,15 @@ def test_solvers_agree(solver: str) -> None:
 
 
 def test_stylus_is_a_timoshenko_beam(omp40: Probe) -> None:
-    """One straight stem: bending and shear of the beam, its axial stiffness that of a bar.
+    """A straight stem has the bending and shear of a beam and the axial stiffness of a bar.
 
-    What is left is the tip's socket (the stem ends at the ball, 2 mm short of its centre,
-    where the bending moment is nearly nothing) and the clamped end's local give.
+    The remaining difference is due to the socket of the tip (the stem ends at the ball, 2 mm
+    before its centre, where the bending moment is almost zero) and to the local deformation of
+    the clamped end.
     """
     stem = replace(omp40.stylus[1], length=50.0)
     probe = replace(omp40, stylus=(stem,))
-    # The socket's 2 mm are ball; of the bar they are 4 %.
+    # The 2 mm of the socket are ball material; they are 4 % of the bar.
     solids = probe_solids(probe)
     mesh = mesh_solids(solids, MeshSettings(refinement=0.6))
     reduced = condense(finite_element_model(probe, solids, mesh))
@@ -191,7 +192,7 @@ def test_trigger_force_and_seat_are_statics_for_any_elasticity(omp40: Probe) -> 
 
 
 def test_threefold_symmetry(omp40: Probe) -> None:
-    """Turning by 120° changes nothing but the mesh, which is not symmetric."""
+    """A rotation by 120° changes only the mesh, which is not symmetric."""
     model = FiniteElements(coarse_reduced())
     azimuth = np.radians(np.arange(0.0, 120.0, 17.0))
     first = predict(omp40, from_angles(np.radians(75.0), azimuth), model)
@@ -209,7 +210,7 @@ def test_shares_are_energies_so_none_is_negative_along_the_force(omp40: Probe) -
 
 
 def test_rigid_seats_leave_linear_elasticity(omp40: Probe) -> None:
-    """Twice the preload: twice the deflection; with Hertz seats it is less than twice."""
+    """Twice the preload gives twice the deflection, and less than twice with Hertz seats."""
     model = FiniteElements(coarse_reduced())
     for contact, law in (("rigid", 2.0), ("hertz", None)):
         probe = replace(omp40, seats=replace(omp40.seats, contact=contact))
@@ -223,7 +224,7 @@ def test_rigid_seats_leave_linear_elasticity(omp40: Probe) -> None:
 
 
 def test_lift_gives_the_reduced_answer_back(omp40: Probe) -> None:
-    """Lifted displacements, averaged as the loads are spread, are the reduced ones."""
+    """Lifted displacements, averaged with the weights of the loads, are the reduced ones."""
     model, reduced, statics = coarse_model(), coarse_reduced(), seat_statics(omp40)
     forces = np.zeros(len(INTERFACE))
     forces[SEATS], forces[6] = statics.unit_reactions(np.eye(3)[:1])[0], 1.0
@@ -238,8 +239,8 @@ def test_lift_gives_the_reduced_answer_back(omp40: Probe) -> None:
 
 
 def test_the_field_at_the_trigger_is_the_prediction(omp40: Probe) -> None:
-    """The tip's mean displacement, lifted and closed on the seats, is what `predict` says; and at
-    rest the spring stresses the tripod but not the stylus."""
+    """The mean displacement of the tip, lifted and closed on the seats, is that of `predict`.
+    At rest the spring stresses the tripod but not the stylus."""
     field = field_at_trigger(omp40, DIRECTIONS[2], coarse_reduced())
     trigger = predict(omp40, DIRECTIONS[2:3], FiniteElements(coarse_reduced()))
     tip = coarse_model().loads[:, TIP_FORCE].T @ field.displacement.ravel()
@@ -251,7 +252,7 @@ def test_the_field_at_the_trigger_is_the_prediction(omp40: Probe) -> None:
 
 
 def test_patches_carry_hertzs_pressure(omp40: Probe) -> None:
-    """Its mean square radius is 2/5 of the patch's (an even pressure's would be 1/2)."""
+    """Its mean square radius is 2/5 of the patch's (for a uniform pressure it would be 1/2)."""
     model, frame = coarse_model(), seat_frame(omp40)
     patch = COARSE.patch_radius * omp40.tripod.rod_radius
     contact = frame.contacts(omp40.tripod.rod_radius)[3]
@@ -263,8 +264,8 @@ def test_patches_carry_hertzs_pressure(omp40: Probe) -> None:
 
 
 def test_a_ball_gives_less_than_a_half_space(omp40: Probe) -> None:
-    """By the half-space's own displacement on the axis, (1 + nu) (3 - 2 nu) / (2 pi E z) at depth
-    z: what lies below one to two radii is missing from a ball that is held by its lower half."""
+    """A ball that is held by its lower half lacks the material below one to two radii. The
+    half-space's displacement on the axis is (1 + nu) (3 - 2 nu) / (2 pi E z) at depth z."""
     found = ball_correction(omp40)
     carbide, radius = omp40.seats.material, omp40.seats.ball_radius
     nu = carbide.poissons_ratio
@@ -283,7 +284,7 @@ def test_quality_of_a_regular_tetrahedron_is_one() -> None:
 
 
 def test_rods_and_seats_share_alike_for_any_patch(omp40: Probe) -> None:
-    """Rigid seats give nothing: the half-space under the patch is Hertz's, and goes with it."""
+    """Rigid seats do not deform: the half-space under the patch, part of Hertz, is removed."""
     rigid = replace(omp40, seats=replace(omp40.seats, contact="rigid"))
     reduced = replace(coarse_reduced(), ball_correction=0.0)
     assert np.abs(predict(rigid, DIRECTIONS, FiniteElements(reduced)).shares["seats"]).max() == 0.0
@@ -293,7 +294,7 @@ def test_rods_and_seats_share_alike_for_any_patch(omp40: Probe) -> None:
 
 
 def test_a_push_along_the_axis_is_in_balance(omp40: Probe) -> None:
-    """All six seats open at once, at the preload; nothing is left but rounding."""
+    """All six seats open together, at the preload; only rounding remains."""
     field = field_at_trigger(omp40, [0.0, 0.0, 1.0], coarse_reduced())
     assert field.trigger.force[0] == pytest.approx(omp40.preload, rel=1e-9)
     assert len(field.opened) == 6
@@ -307,7 +308,7 @@ def test_forces_out_of_balance_are_refused() -> None:
 
 
 def test_patch_radius_does_not_matter(omp40: Probe) -> None:
-    """The half-space part comes off: 6 or 12 times the contact's size give the same."""
+    """The half-space part is subtracted: 6 or 12 times the contact size gives the same."""
     found = []
     for patch_radius in (0.09, 0.18):
         settings = replace(COARSE, patch_radius=patch_radius, patch=0.4)
@@ -321,7 +322,7 @@ def test_patch_radius_does_not_matter(omp40: Probe) -> None:
 
 @pytest.mark.slow
 def test_sensing_distance_converges(omp40: Probe) -> None:
-    """Five meshes: monotonic, with an extrapolated error of the default mesh below 0.5 %."""
+    """Five meshes converge monotonically; the extrapolated error of the default is below 0.5 %."""
     refinements = [0.5, 0.7071, 1.0, 1.4142, 2.0]
     values = []
     for refinement in refinements:

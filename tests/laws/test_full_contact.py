@@ -29,8 +29,8 @@ DIRECTIONS = from_angles(
 def test_condensed_and_full_contact_agree_in_five_directions() -> None:
     """0.2 % of the tip's deflection from rest to 98 % of the trigger force, 1e-4 N in reactions.
 
-    On the same mesh of the moving part, so that only the treatment of contact differs. At the
-    trigger itself a seat's contact shrinks to nothing and no mesh resolves it.
+    Both use the same mesh of the moving part, so that only the treatment of contact differs. At
+    the trigger itself the contact of a seat vanishes, and no mesh resolves it.
     """
     probe = load_probe("omp40-2")
     statics = seat_statics(probe)
@@ -40,7 +40,7 @@ def test_condensed_and_full_contact_agree_in_five_directions() -> None:
     model = FiniteElements(reduced)
     rest = contact_state(contact, probe.preload, np.zeros(3))
     assert rest.reactions == pytest.approx(statics.rest_reactions, abs=1e-4)
-    assert rest.bearing.min() > 15  # the contacts are resolved, and inside their zones
+    assert rest.bearing.min() > 15  # the contacts are resolved, and lie inside their zones
     assert rest.bearing.max() < 0.9 * np.bincount(contact.seat_of).min()
     force, _ = trigger_force(statics.rest_reactions, statics.unit_reactions(DIRECTIONS))
     force = 0.98 * force

@@ -1,4 +1,4 @@
-"""Nothing passes through a wall, edges are where they are, one touch does not change another."""
+"""No ball passes a wall, edges are at their places, and touches do not affect each other."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ def _status(part: Part, points: np.ndarray, normal: Any, radius: float, **kwargs
 
 
 class TestObstacles:
-    """Parts much larger than the ball: points 1/150 of their size apart would let it through."""
+    """Parts much larger than the ball, which fits between points 1/150 of their size apart."""
 
     @pytest.mark.parametrize("radius", [1.0, 3.0])
     def test_beside_a_wall(self, radius: float, tmp_path: Path) -> None:
-        """Floor targets nearer to the wall than the radius are blocked, further ones are free."""
+        """Floor targets nearer to the wall than the radius are blocked, more distant are free."""
         from netgen.occ import Box
 
         part = _part(Box((0, 0, 0), (400, 400, 5)) + Box((-5, 0, 0), (0, 400, 30)), tmp_path)
@@ -64,7 +64,7 @@ class TestObstacles:
 
     @pytest.mark.parametrize("radius", [1.0, 3.0])
     def test_behind_a_rib(self, radius: float, tmp_path: Path) -> None:
-        """The rib, 1 mm thick and 3 mm before the wall, is on the way of five millimetres."""
+        """The rib, 1 mm thick and 3 mm before the wall, is on the approach of five millimetres."""
         from netgen.occ import Box
 
         solid = Box((0, 0, 0), (300, 300, 5)) + Box((-5, 0, 0), (0, 300, 30))
@@ -83,7 +83,7 @@ class TestObstacles:
         rng = np.random.default_rng(2)
         floor = np.column_stack([rng.uniform(20, 590, (60, 2)), np.full(60, 5.0)])
         assert np.all(_status(part, floor, UP, 3.0) == TouchStatus.OTHER_FACE)
-        # A ball of 1.5 mm has room under it; its stem of 1 mm goes through it.
+        # A ball of 1.5 mm fits under it; its stem of 1 mm would pass through it.
         free = _status(part, floor, UP, 0.75, clearance=0.5)
         assert np.all(free == TouchStatus.CONVERGED)
         stem = StylusOutline(UP[0], np.array([[0.0, 50.0]]), np.array([0.5]))
@@ -92,7 +92,7 @@ class TestObstacles:
 
     @pytest.mark.parametrize("clearance", [16.0, 20.0, 30.0])
     def test_down_a_slot_that_is_hardly_wider(self, clearance: float, tmp_path: Path) -> None:
-        """2.004 mm for a ball of 2 mm: it may slide down along both walls, until the bridge."""
+        """2.004 mm for a ball of 2 mm: it can slide down along both walls as far as the bridge."""
         from netgen.occ import Box
 
         block = Box((0, 0, 0), (40, 40, 40)) - Box((10, -1, 10), (12.004, 41, 41))
@@ -112,8 +112,8 @@ class TestObstacles:
 class TestEdges:
     @pytest.mark.parametrize(("radius", "hole"), [(1000.0, 150.0), (100.0, 20.0)])
     def test_of_a_cross_hole_in_a_pipe(self, radius: float, hole: float, tmp_path: Path) -> None:
-        """The hole's edge is y² + (z - h)² = hole² on the pipe, known in closed form: 1 µm inside
-        and outside are told apart (edges are followed to 0.1 µm)."""
+        """The hole's edge is y² + (z - h)² = hole² on the pipe, a closed form: points 1 µm
+        inside and 1 µm outside are distinguished (edges are followed to 0.1 µm)."""
         from netgen.occ import Cylinder, Pnt, X, Z
 
         height = 2.5 * hole
@@ -147,7 +147,7 @@ class TestEdges:
 
 
 def test_a_region_is_the_same_a_period_further() -> None:
-    """A half cylinder around angle zero: asked for at 350° as at -10°."""
+    """A half cylinder around angle zero: 350° and -10° give the same."""
     from pretravel.surface.cad.trim import Trim
 
     half = np.array([[-1.5, 0.0], [1.5, 0.0], [1.5, 4.0], [-1.5, 4.0], [-1.5, 0.0]])
@@ -158,7 +158,7 @@ def test_a_region_is_the_same_a_period_further() -> None:
 
 
 class TestFolded:
-    """Surfaces that run through themselves change sides: told apart, or refused; not guessed."""
+    """Surfaces that intersect themselves change sides: the side is determined or refused."""
 
     def test_a_spindle_torus(self) -> None:
         from pretravel.surface.cad.brep import SurfaceRecord
@@ -181,8 +181,8 @@ class TestFolded:
         assert barrel.surface.inner
 
     def test_a_barrel_from_a_file(self, tmp_path: Path) -> None:
-        """An arc of 40 mm, 5 mm from the axis at its highest: a torus whose middle lies on the
-        other side of the axis. Its normals point away from the axis."""
+        """An arc of 40 mm with a largest distance of 5 mm from the axis: a torus whose tube centre
+        lies on the other side of the axis. Its normals point away from the axis."""
         from netgen.occ import ArcOfCircle, Axis, Face, Pnt, Segment, Wire, Z
 
         sag = 40.0 - math.sqrt(40.0**2 - 6.0**2)
@@ -244,7 +244,7 @@ class TestEachForItself:
 
 class TestPoles:
     def test_of_a_spline(self, tmp_path: Path) -> None:
-        """A ball as B-spline, as CAD writes ellipsoids: around its pole as anywhere."""
+        """A ball as B-spline, as CAD writes ellipsoids: the pole is no special case."""
         from netgen.occ import Axes, Ellipsoid, Z
 
         part = _part(Ellipsoid(Axes((0, 0, 0), Z), 12.5, 12.5, 12.5), tmp_path)
@@ -273,7 +273,7 @@ class TestPoles:
 
 
 def test_friction_where_two_seats_open_together() -> None:
-    """In the probe's symmetry planes deflection has a cusp; the touch is there all the same."""
+    """In the symmetry planes of the probe the deflection has a cusp; the touch is still found."""
     polar = np.radians(np.linspace(1.0, 89.0, 60))
     for azimuth in (0.0, math.pi):
         n = from_angles(polar, azimuth)

@@ -23,9 +23,9 @@ def test_noise_free_qualification_returns_a_harmonic_map(
     repeats: int, axis: tuple[float, float, float]
 ) -> None:
     """A band-limited map, touched without noise in more directions than it has coefficients,
-    comes back to 1 nm: the regression's floor of noise is 0.01 nm, a cap's conditioning does
-    the rest. What touches cannot tell is given: the map has no first harmonic across the axis, and
-    its pretravel at the pole is told."""
+    is reproduced to 1 nm: the noise floor of the regression is 0.01 nm, and the rest is due to
+    the conditioning of a cap. The quantities that touches cannot determine are given: the map has
+    no first harmonic across the axis, and its pretravel at the pole is stated."""
     rng = np.random.default_rng(2)
     rotation = probe_rotation(axis)
     basis = HarmonicBasis(degrees_and_orders(5))
@@ -59,8 +59,8 @@ def test_noise_free_mean_returns_the_mean() -> None:
 @pytest.mark.parametrize("off", [0.0, 0.009])
 def test_noise_free_sectors_return_the_table(off: float) -> None:
     """A ring touched at the twelve angles of the table, centred or not. The pretravel has no
-    first harmonic over the twelve touches, so the centring takes nothing away; 9 µm off
-    centre leave 4 nm of second order (9² / 2·22 000)."""
+    first harmonic over the twelve touches, so the centring does not change it; an offset of 9 µm
+    leaves 4 nm of second order (9² / 2·22 000)."""
     azimuth = np.radians(np.arange(0.0, 360.0, 30.0))
     n = -grid(np.pi / 2.0, azimuth)
     n[:, 2] = 0.0
@@ -75,7 +75,7 @@ def test_noise_free_sectors_return_the_table(off: float) -> None:
 @settings(max_examples=8)
 @given(st.integers(0, 10_000))
 def test_frame_invariance_of_a_qualification(seed: int) -> None:
-    """Touches, axis and all turned and shifted together give the same map and radius."""
+    """Touches and axis, turned and shifted together, give the same map and radius."""
     rng = np.random.default_rng(seed)
     n = sphere_pattern_25()
     pretravel = 0.015 + rng.normal(0.0, 1e-3, 25)

@@ -1,4 +1,4 @@
-"""Friction at the seats: what Coulomb and thermodynamics demand."""
+"""Friction at the seats: the laws of Coulomb and of thermodynamics."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DIRECTIONS = from_angles(
 
 @cache
 def rubbed(friction: float, cycles: int = 2, steps: int = 25) -> FrictionCycle:
-    """A rigid tripod on Hertz seats: elasticity of the body adds nothing to these laws."""
+    """A rigid tripod on Hertz seats: elasticity of the body does not affect these laws."""
     return friction_cycle(load_probe("omp40-2"), DIRECTIONS, friction, cycles=cycles, steps=steps)
 
 
@@ -42,7 +42,7 @@ def test_without_friction_it_is_statics(omp40: Probe) -> None:
 
 
 def test_without_friction_the_deflection_is_that_of_the_seats(omp40: Probe) -> None:
-    """The rigid tripod on its Hertz seats is the model `analytic` with a rigid stylus."""
+    """The rigid tripod on Hertz seats is the model `analytic` with a rigid stylus."""
     trigger = predict(omp40, DIRECTIONS, "analytic")
     seats = np.sum(trigger.displacements["seats"] * DIRECTIONS, axis=1)
     assert rubbed(0.0).trigger_deflection[:, 0] == pytest.approx(seats, rel=1e-6)
@@ -53,12 +53,12 @@ def test_coulombs_cone(friction: float) -> None:
     cycle = rubbed(friction)
     size = np.linalg.norm(cycle.tangential, axis=3)
     assert np.all(size <= friction * np.maximum(cycle.reactions, 0.0) + 1e-7)
-    assert np.any(size > 0.99 * friction * cycle.reactions + 1e-3)  # and somewhere it slides
+    assert np.any(size > 0.99 * friction * cycle.reactions + 1e-3)  # and some seats slide
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.15])
 def test_a_cycle_costs_work(friction: float) -> None:
-    """Once it has settled, force over deflection goes round the right way."""
+    """After it has settled, the cycle of force over deflection has the right sense of rotation."""
     cycle = rubbed(friction)
     last = np.flatnonzero(cycle.cycle == 1)
     rows = np.concatenate([[last[0] - 1], last])
@@ -67,7 +67,7 @@ def test_a_cycle_costs_work(friction: float) -> None:
 
 
 def test_equilibrium_at_every_step(omp40: Probe) -> None:
-    """Forces and moments of seats, friction, spring and tip, reckoned anew."""
+    """Forces and moments of seats, friction, spring and tip, computed independently."""
     cycle, frame = rubbed(0.15), seat_frame(omp40)
     contacts = frame.contacts(omp40.tripod.rod_radius)
     seat = cycle.reactions[..., None] * frame.normals
@@ -81,21 +81,21 @@ def test_equilibrium_at_every_step(omp40: Probe) -> None:
 
 
 def test_friction_delays_the_trigger_on_average() -> None:
-    """Friction resists: more force to open a seat; how much more grows with friction."""
+    """Friction increases the force that opens a seat, the more the larger it is."""
     forces = [rubbed(friction).trigger_force[:, 0] for friction in (0.0, 0.05, 0.15)]
     assert np.all(forces[1] >= forces[0] * (1.0 - 1e-6))
     assert np.mean(forces[2]) > np.mean(forces[1]) > np.mean(forces[0])
 
 
 def test_the_zero_drifts_at_first_and_then_settles() -> None:
-    """Ren's drift of zero position: the first touch moves the rest, the next ones hardly."""
+    """Ren's drift of the zero position: the first touch moves the rest, the next hardly do."""
     cycle = rubbed(0.15, cycles=3, steps=20)
     assert np.all(cycle.reseat_error[:, 0] > 5.0 * cycle.reseat_error[:, 2])
     assert np.all(cycle.zero_drift[:, 0] > 0.0)
 
 
 def test_with_an_elastic_body_it_is_the_condensed_model(omp40: Probe) -> None:
-    """At friction zero and up to the trigger: deflection along the normal of model `fem`."""
+    """Without friction, up to the trigger: the deflection along the normal is that of `fem`."""
     reduced = coarse_reduced()
     cycle = friction_cycle(omp40, DIRECTIONS, 0.0, reduced=reduced, steps=10)
     trigger = predict(omp40, DIRECTIONS, FiniteElements(reduced))
@@ -105,9 +105,9 @@ def test_with_an_elastic_body_it_is_the_condensed_model(omp40: Probe) -> None:
 
 
 def test_small_loads_meet_mindlins_stiffness(omp40: Probe) -> None:
-    """Before anything slides: six linear springs a seat pair, tangential 2 (1 - nu) / (2 - nu) of
-    normal, assembled here by hand. Some hundredths of the trigger's deflection: Hertz bends by less
-    than 2 %."""
+    """Before sliding: linear springs at six seats, with a tangential stiffness of 2 (1 - nu) /
+    (2 - nu) of the normal one, assembled here by hand. At some hundredths of the trigger's
+    deflection, Hertz deviates from linear by less than 2 %."""
     frame = seat_frame(omp40)
     c = rod_on_ball_coefficient(2.75, 3.5, contact_modulus(*[omp40.tripod.material] * 2))
     normal = 1.5 * seat_statics(omp40).rest_reactions ** (1.0 / 3.0) / c
@@ -147,7 +147,7 @@ def test_on_the_way_back_seats_close_later() -> None:
     (At 0°, where two seats open at once, a rigid tripod may close them earlier.)"""
     cycle = rubbed(0.1, cycles=2, steps=40)
     assert np.all(cycle.hysteresis[1:3, 1] > 0.0)
-    # By hand from the steps of azimuth 60°: the deflections around opening and closing.
+    # From the steps of azimuth 60°, by hand: the deflections around opening and closing.
     row, last = 2, cycle.cycle == 1
     lowest = cycle.reactions[row].min(axis=1)
     out = np.flatnonzero(last & cycle.loading & (lowest <= 1e-9))[0]
@@ -162,8 +162,8 @@ def test_on_the_way_back_seats_close_later() -> None:
 
 
 def test_friction_forces_act_where_the_mesh_has_them(omp40: Probe) -> None:
-    """The mechanism's tangential wrenches, by hand, and those of the mesh's patches: the patch's
-    middle lies a little inside the rod, so moments differ by its depth, 0.01 mm."""
+    """Tangential wrenches of the mechanism, by hand, against those of the mesh's patches: the
+    centre of a patch lies a little inside the rod, so moments differ by its depth, 0.01 mm."""
     frame = seat_frame(omp40)
     meshed = coarse_reduced().resultants[:, TANGENTIAL]
     for seat in range(6):

@@ -1,4 +1,7 @@
-"""The six-seat probe in a few numbers is the described probe: forces, deflections, asymmetry."""
+"""The six-seat probe of a few numbers agrees with the described probe.
+
+Forces, deflections and asymmetry are compared.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ PROBE = load_probe("omp40-2-100mm")
 
 
 def _numbers(probe: Probe, response: ProbeResponse, **asymmetry: float) -> np.ndarray:
-    """The numbers of a described probe, worked out by hand from their definitions."""
+    """The numbers of a described probe, computed by hand from their definitions."""
     ratio = probe.lever / probe.tripod.radius
     lateral = probe.preload / ratio
     at_rest = probe.preload / (6.0 * np.sin(probe.seats.support_angle))
@@ -57,7 +60,7 @@ def test_an_ideal_probe() -> None:
 
 
 def test_a_spring_beside_the_axis() -> None:
-    """Its moment about the tripod's centre, put on the described probe's seats by hand."""
+    """Its moment about the centre of the tripod, applied to the described seats by hand."""
     described = probe_response(PROBE)
     x, y = 0.03, -0.02
     radius, preload = PROBE.tripod.radius, PROBE.preload
@@ -65,7 +68,7 @@ def test_a_spring_beside_the_axis() -> None:
     added = -np.linalg.solve(seat_statics(PROBE).wrenches, np.concatenate([np.zeros(3), moment]))
     shifted = replace(described, rest_reactions=described.rest_reactions + added)
     fitted = six_seat_response(_numbers(PROBE, described, spring_x=x, spring_y=y), PROBE.tip.radius)
-    # The seats' law is that of the ideal probe's rest, as defined.
+    # By definition, the law of the seats is that of the ideal probe at rest.
     assert fitted.pretravel(CAP) == pytest.approx(shifted.pretravel(CAP), rel=1e-12)
 
 
@@ -93,7 +96,7 @@ def test_slopes_are_those_of_the_values() -> None:
     step = 1e-4 * rng.standard_normal(len(values))
     ends = [six_seat_response(values + s * step, 3.0).pretravel(CAP) for s in (0.5, -0.5)]
     change = ends[0] - ends[1]
-    # Where the opening seat changes within the step there is a kink: few directions.
+    # If the opening seat changes within the step there is a kink: in few directions.
     off = np.abs(change - slopes @ step)
     assert np.quantile(off, 0.95) < 1e-3 * np.abs(change).max()
 

@@ -1,4 +1,4 @@
-"""Laws of six-seat statics: they hold for every probe, direction and load."""
+"""Laws of six-seat statics, which hold for every probe, direction and load."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UPPER = fibonacci_cap(400, np.radians(95.0))
 
 @st.composite
 def probes(draw: st.DrawFn) -> Probe:
-    """Probes of other proportions than the catalogue's, also with uneven rods."""
+    """Probes with proportions other than those of the catalogue, also with uneven rods."""
     base = load_probe("omp40-2")
     azimuths = tuple(
         np.radians(nominal + draw(st.floats(-15.0, 15.0))) for nominal in (0.0, 120.0, 240.0)
@@ -45,7 +45,7 @@ def probes(draw: st.DrawFn) -> Probe:
 
 @given(probes())
 def test_force_and_moment_balance(probe: Probe) -> None:
-    """Spring, touch and six reactions add up to nothing, by summing vectors one by one."""
+    """Spring, touch and six reactions add up to zero, summed vector by vector."""
     trigger = predict(probe, UPPER)
     statics = seat_statics(probe)
     for row in range(0, len(UPPER), 57):
@@ -54,7 +54,7 @@ def test_force_and_moment_balance(probe: Probe) -> None:
         total = forces.sum(axis=0) + touch + [0.0, 0.0, -probe.preload]
         moment = np.cross(statics.points, forces).sum(axis=0)
         moment += np.cross([0.0, 0.0, -probe.lever], touch)
-        # 1e-9 relative to the forces and lever arms at play: rounding of a 6 x 6 solve.
+        # 1e-9 relative to the forces and lever arms: rounding of a 6 x 6 solution.
         scale = probe.preload + trigger.force[row]
         assert np.abs(total).max() <= 1e-9 * scale
         assert np.abs(moment).max() <= 1e-9 * scale * probe.lever
@@ -106,7 +106,7 @@ def test_turning_probe_and_direction_together_changes_nothing(angle: float) -> N
 
 
 def test_force_does_not_depend_on_elasticity(omp40: Probe) -> None:
-    """Rodrigues 2021, sections 4.6.2 and 4.6.3: stem diameter and material leave it alone."""
+    """Rodrigues 2021, sections 4.6.2 and 4.6.3: stem diameter and material do not change it."""
     from pretravel.probe.materials import material
 
     thin = replace(
@@ -131,8 +131,8 @@ def test_along_the_axis_the_whole_preload_is_lifted(omp40: Probe) -> None:
 
 
 def test_pushed_along_x_the_tip_bends_along_x(omp40: Probe) -> None:
-    """Pins the signs: deflection goes with the push, pretravel is positive, the seats on the
-    pushed-up side open (push along +x tips the tripod up on the side of rod A, at +x)."""
+    """Signs: the deflection has the direction of the push, the pretravel is positive, and the
+    seats on the lifted side open (a push along +x lifts the tripod at rod A, at +x)."""
     trigger = predict(omp40, [[1.0, 0.0, 0.0]])
     assert trigger.deflection[0, 0] > 0.0
     assert abs(trigger.deflection[0, 1]) < 0.35 * trigger.deflection[0, 0]
@@ -143,7 +143,7 @@ def test_pushed_along_x_the_tip_bends_along_x(omp40: Probe) -> None:
 
 def test_seat_motion_does_the_work_of_the_seat_forces(omp40: Probe) -> None:
     """Virtual work: F·displacement of the tip equals the sum of reaction changes times
-    indentations, for any indentations. Independent of how the motion is solved."""
+    indentations, for any indentations. This does not depend on the solution of the motion."""
     statics = seat_statics(omp40)
     rng = np.random.default_rng(5)
     indentations = rng.normal(0.0, 1e-3, (50, 6))
@@ -162,8 +162,8 @@ class TestGravity:
         assert np.allclose(force, expected, rtol=1e-12)
 
     def test_lying_probe_triggers_easier_away_from_the_floor(self, omp40: Probe) -> None:
-        """Spindle along +x, gravity along -z. The weight hangs below the rod plane's point
-        and pulls like a push on the tip towards -z: less is missing to trigger that way."""
+        """Spindle along +x, gravity along -z. The weight acts below the plane of the rods
+        like a push on the tip towards -z, so a smaller force triggers in this direction."""
         lying = replace(
             omp40,
             orientation=replace(omp40.orientation, axis=(1.0, 0.0, 0.0)),
@@ -174,7 +174,7 @@ class TestGravity:
         from pretravel.frames import probe_rotation
 
         rotation = probe_rotation((1.0, 0.0, 0.0))
-        # Pushes in the machine frame, as the surfaces' normals, in the probe's.
+        # Pushes are in the machine frame, as normals of surfaces are; here in the probe frame.
         down = predict(lying, floor @ rotation, gravity=machine).force[0]
         down_weightless = predict(lying, floor @ rotation).force[0]
         up = predict(lying, ceiling @ rotation, gravity=machine).force[0]
@@ -183,8 +183,8 @@ class TestGravity:
         assert up > up_weightless
 
     def test_moment_of_the_weight_is_that_of_a_tip_force(self, omp40: Probe) -> None:
-        """A mass at the tip, probe lying, is nothing but a force on the tip: F then simply
-        adds to m g in the same direction."""
+        """On a horizontal probe, a mass at the tip acts as a force on the tip: F adds to m g in
+        the same direction."""
         mass = 0.01
         at_tip = replace(omp40, moving=Moving(mass=mass, height=-omp40.lever))
         direction = np.array([[1.0, 0.0, 0.0]])

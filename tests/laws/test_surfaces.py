@@ -1,4 +1,4 @@
-"""What every surface must do, whatever it is: derivatives, normals, curvature, nearest points."""
+"""Laws of every surface: derivatives, normals, curvature, nearest points."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _wave() -> SplineCurve:
 
 
 SURFACES: dict[str, tuple[Surface, tuple[float, float], tuple[float, float]]] = {
-    # surface, and where in u and v to try it
+    # surface, and the range of u and v for the tests
     "plane": (Plane(HERE, [0.6, 0.0, 0.8]), (-5, 5), (-5, 5)),
     "sphere": (Sphere(HERE, 5.0, AXES), (0.1, 6.1), (0.1, 3.0)),
     "sphere, latitude": (Sphere(HERE, 5.0, AXES, latitude=True), (0.1, 6.1), (-1.4, 1.4)),
@@ -117,7 +117,7 @@ def test_nearest_undoes_moving_off_along_the_normal(name: str) -> None:
 
 @named
 def test_moved_goes_where_it_was_sent(name: str) -> None:
-    """To first order: what is missed is the square of the way times the curvature."""
+    """To first order: the error is the square of the displacement times the curvature."""
     surface, uv = _somewhere(name)
     local = surface.local(uv)
     way = 1e-4 * tangent_basis(local.normal)[:, 0]
@@ -158,7 +158,7 @@ def test_known_curvatures() -> None:
 
 def test_the_ellipsoid_normal_is_the_true_one() -> None:
     """At a = 10, c = 6, v = 40° it is 26.7° from the axis, atan(c tan v / a); the thesis's
-    equation 4.18 would have it at 40°... only for a ball."""
+    equation 4.18 would have it at 40°, which holds only for a ball."""
     local = Ellipsoid([0, 0, 0], [10, 10, 6]).local(np.array([[0.0, math.radians(40.0)]]))
     angle = math.degrees(math.acos(local.normal[0, 2]))
     assert angle == pytest.approx(math.degrees(math.atan(0.6 * math.tan(math.radians(40.0)))))
@@ -167,7 +167,7 @@ def test_the_ellipsoid_normal_is_the_true_one() -> None:
 @given(st.floats(0.0, 2.0 * math.pi), st.floats(0.5, 20.0))
 @settings(max_examples=30, deadline=None)
 def test_poles_are_points_like_others(azimuth: float, radius: float) -> None:
-    """Coming down on a pole: parameters are singular there, the contact is not."""
+    """Contact at a pole, where the parameters are singular but the contact is not."""
     for ball in (
         Sphere([0, 0, 0], radius),
         Sphere([0, 0, 0], radius, latitude=True),
@@ -208,7 +208,7 @@ def test_a_line_that_misses_is_not_solved() -> None:
 
 
 class TestCurves:
-    T = np.linspace(0.1, 1.9, 6)  # none on a knot, where third derivatives jump
+    T = np.linspace(0.1, 1.9, 6)  # no point is on a knot, where third derivatives are discontinuous
 
     @pytest.mark.parametrize(
         "curve",
@@ -247,7 +247,7 @@ class TestCurves:
         for order in (0, 1, 2):
             ends = curve.value(np.array([1e-9, 8.0 - 1e-9]), order)
             assert np.allclose(ends[0], ends[1], atol=1e-7)
-        # By symmetry all spans look alike.
+        # By symmetry all spans are equal.
         radius = np.linalg.norm(curve.value(np.arange(8) + 0.3), axis=1)
         assert np.ptp(radius) < 1e-12
 

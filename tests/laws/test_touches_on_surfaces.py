@@ -1,4 +1,4 @@
-"""A touch on a surface: tangent, triggered, the same however the surface is written down."""
+"""A touch on a surface is tangent and triggered, in every representation of the surface."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_on_a_plane_the_travel_is_the_predicted_pretravel(model: str) -> None:
 
 
 def test_oblique_on_a_plane() -> None:
-    """Nothing turns on a plane: the travel is pretravel / |a·n| along any approach."""
+    """On a plane the normal is constant: the travel is pretravel / |a·n| for any approach."""
     rng = np.random.default_rng(4)
     n = from_angles(0.8, 0.3)
     a = unit(-n + 0.6 * rng.normal(size=(30, 3)))
@@ -126,7 +126,7 @@ def test_oblique_on_a_plane() -> None:
 
 
 def test_sphere_against_a_separate_fixed_point_iteration() -> None:
-    """|C - c| = R + r - approach with the normal along C - c, iterated on its own."""
+    """|C - c| = R + r - approach with the normal along C - c, solved by a separate iteration."""
     probe, n = load_probe("omp40-2-100mm"), fibonacci_cap(60, 1.5)
     done = touch(predicted_tip(probe), Sphere([0, 0, 0], 4.0), Targets(4.0 * n, n))
     factor = (1.0 + 3.0 / 4.0) ** (1.0 / 3.0)  # Hertz, 1/R = 1/3 + 1/4 against 1/3
@@ -144,7 +144,7 @@ def test_sphere_against_a_separate_fixed_point_iteration() -> None:
 
 
 class TestSameSurfaceOtherwise:
-    """As analytic, as STEP, as a spline, as a function: 1e-8 mm."""
+    """Analytic shape, STEP, spline and function agree to 1e-8 mm."""
 
     def _agree(self, first: Any, second: Any, targets: Targets) -> None:
         one, other = (touch(_tip(), surface, targets) for surface in (first, second))
@@ -308,13 +308,13 @@ class TestFriction:
         way = done.point + 3.0 * done.normal - (done.first_point + 3.0 * done.first_normal)
         way = way - np.sum(way * done.normal, axis=1)[:, None] * done.normal
         assert np.all(np.sum(pull * way, axis=1) <= 0.0)
-        # Those that slip, by more than a contact gives before, are at the cone's edge.
+        # Touches that slip, beyond the elastic shear of the contact, are at the edge of the cone.
         slipping = np.linalg.norm(way, axis=1) > friction * 1.3 * 0.0008
         assert slipping.sum() > 5
         assert ratio[slipping] == pytest.approx(friction, rel=1e-9)
 
     def test_on_an_inclined_plane_slip_is_the_force_turned_by_the_friction_angle(self) -> None:
-        """A symmetric plane slide: the answer is the model's under a force turned by atan mu."""
+        """A symmetric slide in a plane: the result is that of the model for a force at atan mu."""
         normal = from_angles(1.0, 0.0)
         done = touch(
             _tip(model="shen"),
@@ -336,7 +336,7 @@ class TestFriction:
         assert slide.max() < 1e-3
         free = self._touch(0.0)
         assert np.median(slide) < 0.15 * np.median(free.slide)
-        # A large coefficient is the same, where it does not slip.
+        # A large coefficient gives the same, if the tip does not slip.
         assert np.abs(self._touch(200.0).pretravel - done.pretravel).max() < 1e-4
 
     def test_a_map_has_no_forces_for_friction(self) -> None:
@@ -347,8 +347,8 @@ class TestFriction:
 
 
 class TestStepByStep:
-    """With smaller steps the thesis's way comes to the touch at once, at first order: the
-    force's direction lags by one step. Steps so that the trigger falls into the middle of one."""
+    """With smaller steps the thesis's method converges to the touch without steps, at first
+    order, because the direction of the force lags by one step. The trigger is mid-step."""
 
     CASES = {  # noqa: RUF012
         "plane": (lambda: Plane([0, 0, 0], from_angles(0.7, 0.3)[0]), (0.0, 0.0)),
@@ -361,7 +361,7 @@ class TestStepByStep:
     @pytest.mark.parametrize("name", CASES)
     def test_converges(self, name: str, kinematics: str) -> None:
         make, at = self.CASES[name]
-        # Rigid seats: seats that give, as N^(2/3), speed up the slide where one opens.
+        # Rigid seats, because elastic seats (N^(2/3)) accelerate the slide where one opens.
         surface, tip = make(), _tip("omp40-2-thesis-100mm")
         local = surface.local(np.array([at]))
         used = LateralTip(tip) if kinematics == "lateral" else tip
@@ -373,7 +373,7 @@ class TestStepByStep:
             history = slide(tip, surface, at, settings)
             assert history.triggered.tolist() == [False] * (count - 1) + [True]
             errors.append(history.trigger_feed - at_once)
-        # With 32 steps at a nanometre, whatever the surface.
+        # With 32 steps the error is a nanometre on every surface.
         assert abs(errors[-1]) < 1e-6
         if name == "plane":  # no lag: the normal never turns
             assert np.abs(errors).max() < 1e-12
@@ -382,8 +382,8 @@ class TestStepByStep:
             assert rates == pytest.approx(1.0, abs=0.15)
 
     def test_seats_that_give_slow_the_convergence(self) -> None:
-        """Near the trigger an opening seat gives as N^(2/3): over the last step h the tip slides
-        as h^(2/3), and so does the error once that is what is left of it."""
+        """Near the trigger an opening seat deforms as N^(2/3). Over the last step h the tip slides
+        as h^(2/3), and the error has the same order when this slide is its largest part."""
         tip, face, at = _tip("omp40-2-100mm"), _part().faces[0], (7.15, 10.5)
         local = face.local(np.array([at]))
         at_once = touch(tip, face, Targets(local.point, local.normal)).pretravel[0]
@@ -415,13 +415,13 @@ class TestStepByStep:
             statics = seat_statics(load_probe("omp40-2-100mm"))
             expected = statics.reactions(along, h.force[before])
             assert np.abs(h.reactions[before] - expected).max() < 1e-12
-            # Smallest reactions fall towards the trigger.
+            # The smallest reactions decrease towards the trigger.
             assert h.reactions[before][-1].min() < 0.2 * h.reactions[before][0].min()
 
     @pytest.mark.parametrize("search", ["steps", "golden"])
     @pytest.mark.parametrize("process", ["vertical", "inclined"])
     def test_the_thesis_processes_find_the_event(self, process: str, search: str) -> None:
-        """Vertical: raise the deflection; inclined: the force. Both end where statics says."""
+        """Vertical raises the deflection, inclined the force; both end at the force of statics."""
         normal = from_angles(math.radians(90.0 if process == "vertical" else 50.0), 0.4)
         tip = _tip()
         event = LateralTip(tip).state(normal)
@@ -438,7 +438,7 @@ class TestStepByStep:
         first = int(np.argmax(h.triggered)) if search == "steps" else None
         if first is not None:
             assert first + 1 == math.ceil(goal / step)
-        else:  # the interval shrinks to 0.618 of itself with every trial or two
+        else:  # every one or two trials reduce the interval to 0.618 of its length
             assert len(h) < 100
 
     def test_on_a_floor_only_all_that_gives_can_give(self) -> None:
@@ -451,7 +451,7 @@ class TestStepByStep:
 
 
 class TestThereAndBack:
-    """simulate, then compensate with the nominal surface."""
+    """Touches are simulated, then compensated with the nominal surface."""
 
     @pytest.mark.parametrize("model", ["shen", "analytic"])
     def test_the_step_part_without_noise(self, model: str) -> None:
@@ -467,13 +467,13 @@ class TestThereAndBack:
         on = part.faces[0]
         foot = on.local(on.nearest(points.positions)).point
         assert np.abs(foot - points.positions).max() < 1e-6
-        # Along the targets' normals alone the slide is missed: by what it is worth, nanometres.
+        # With the normals of the targets alone the slide is neglected: an error of nanometres.
         plain = apply(touches, exact)
         assert 1e-6 < np.abs(plain.deviation).max() < 2e-4
 
     @pytest.mark.parametrize("name", ["sphere", "cup", "ellipsoid", "torus", "cylinder"])
     def test_form_errors_are_found(self, name: str) -> None:
-        """The real part is 20 µm off its nominal, all around: nominal + 0.02 n."""
+        """The real part is 20 µm larger than the nominal one everywhere: nominal + 0.02 n."""
         from pretravel.surface.swept import Offset
 
         surface, u, v = CASES[name]
@@ -482,11 +482,11 @@ class TestThereAndBack:
         targets = _spread(surface, u, v, 80)
         touches = simulate(probe, Offset(surface, 0.02), targets)
         points = apply(touches, exact, nominal=surface)
-        # 0.02 mm of radius change the compression by 1e-4 of 0.8 µm, and 1 nm is asked for.
+        # 0.02 mm of radius change the compression by 1e-4 of 0.8 µm; the tolerance is 1 nm.
         assert points.deviation == pytest.approx(0.02, abs=1e-6)
 
     def test_a_measured_map_in_its_own_terms(self) -> None:
-        """Touches simulated from a map, compensated with it: the map is the truth."""
+        """Touches are simulated from a map and compensated with it: the map is the truth."""
         part, probe = _part(), load_probe("omp40-2-100mm")
         table = predicted_map(probe, predict(probe, fibonacci_cap(300, math.radians(89))))
         targets = _spread(part.faces[0], (3, 57), (3, 37), 200)
@@ -504,7 +504,7 @@ class TestThereAndBack:
         back = moved(machine, place.inverse)
         points = apply(back, exact.seen_from(place), nominal=part)
         assert np.abs(points.deviation).max() < 1e-6
-        # Forgetting that the part is turned is seen.
+        # Without the rotation of the part, the deviations are wrong.
         wrong = apply(back, exact, nominal=part)
         assert np.abs(wrong.deviation).max() > 1e-4
 

@@ -1,4 +1,4 @@
-"""The real LinuxCNC, with a simulated machine; never skipped in silence."""
+"""The real LinuxCNC with a simulated machine; a skipped test is always reported."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MODULE = "pretravel_probe.so"
 
 
 def linuxcnc_is_here() -> bool:
-    """LinuxCNC, and our probe among its modules."""
+    """LinuxCNC with the simulated probe of this project among its modules."""
     if shutil.which("linuxcnc") is None:
         return False
     return any(Path(folder, MODULE).exists() for folder in ("/usr/lib/linuxcnc/modules",))
@@ -30,13 +30,13 @@ def control() -> None:
 
 
 def environment() -> dict[str, str]:
-    """With the command pretravel of this Python on the path."""
+    """The environment, with the command pretravel of this Python on the path."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR))
 
 
 def run_program(program: Path, probe: Path | None = None, code: int = 0) -> str:
-    """Run G-code on the simulated machine; gives what the control said."""
+    """Run G-code on the simulated machine; returns the output of the control."""
     command = [str(SIMULATOR / "simulate"), str(program), *([str(probe)] if probe else [])]
     done = subprocess.run(
         command, capture_output=True, text=True, check=False, env=environment(), timeout=600

@@ -1,4 +1,4 @@
-"""On the real LinuxCNC: the guide to the letter, other probes, subroutines, logs."""
+"""On the real LinuxCNC: the guide exactly as written, other probes, subroutines, logs."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ class TestGuide:
         for label, on_the_control in log.compensated.items():
             here = [float(points[label][name]) for name in ("x_mm", "y_mm", "z_mm")]
             assert here == pytest.approx(on_the_control, abs=SAME)
-        # The simulated part is its drawing; the simulated latch is exact. What is left is the
-        # map's error between 51 directions, of which it says up to 0.08 µm.
-        # The probe gives 1.3 µm along its axis, where qualifying assumes 1: the 0.3 µm go with the
-        # normal's part along the axis.
+        # The simulated part is nominal and the simulated latch exact. The remaining error is the
+        # map's error between 51 directions, for which it states up to 0.08 µm.
+        # Along its axis the probe has 1.3 µm; the qualification assumes 1. The 0.3 µm enter with
+        # the component of the normal along the axis.
         upward = np.array([float(row["nz"]) for row in points.values()])
         deviation = np.array([float(row["deviation_um"]) for row in points.values()])
         assert np.max(np.abs(deviation + 0.3 * upward)) < 0.1
@@ -86,7 +86,7 @@ class TestGuide:
 
 
 class TestOtherProbes:
-    """Probes whose maps the software does not know, and a part in turned work coordinates."""
+    """Probes with maps that the software does not contain; a part in turned work coordinates."""
 
     PART = Targets(
         np.array([[-30.0, -20, 0], [-20, 15, 0], [-40, 10, -6], [-40, -15, -6], [-25, 30, -5],
@@ -105,7 +105,7 @@ class TestOtherProbes:
             tmp_path / "other.hal",
             across=0.014, lobe=0.006, lobe_azimuth=71.0, second=0.0012, oval=0.0011,
             oval_azimuth=-20.0, axial=0.001,
-            # The block turned in the machine as the work coordinates are.
+            # The block is turned in the machine like the work coordinates.
             turn_1=turn, x_2=-80.0 + 20.0 * np.cos(turn * DEGREE),
             y_2=20.0 + 20.0 * np.sin(turn * DEGREE),
         )  # fmt: skip
@@ -137,9 +137,9 @@ class TestOtherProbes:
         for label, position in zip(points.labels, points.positions, strict=True):
             assert position == pytest.approx(log.compensated[label], abs=SAME)
         assert points.deviation is not None
-        # The latch is exact: what is left is the map's error between its 51 directions.
+        # The latch is exact: the remaining error is that of the map between its 51 directions.
         assert np.max(np.abs(points.deviation)) < 0.3 * MICROMETRE
-        # Without the turn the map would be taken in wrong directions: several micrometres.
+        # Without the rotation the map is evaluated in wrong directions: several micrometres.
         if turn:
             wrong = apply(log.touches, pretravel_map)
             assert wrong.deviation is not None
@@ -161,7 +161,7 @@ def _example_map(kind: str = "harmonic") -> PretravelMap:
 
 
 class TestSubroutines:
-    """What is exported, evaluated by the control's interpreter."""
+    """Exported subroutines, evaluated by the interpreter of the control."""
 
     DIRECTIONS = fibonacci_cap(60, 94.0 * DEGREE)
 
@@ -201,7 +201,7 @@ class TestSubroutines:
             for n in self.DIRECTIONS
         ]
         found = self.evaluated(tmp_path, calls, f"G10 L2 P1 R{turn}")
-        # Normals in work coordinates, the map in the machine's.
+        # Normals are in work coordinates, the map is in those of the machine.
         machine = work_placement(0, 0, 0, turn * DEGREE).vectors(self.DIRECTIONS)
         assert found == pytest.approx(chosen.value(machine), abs=2e-9)  # nine decimals
         truth = example_map.pretravel(machine)
@@ -221,7 +221,7 @@ class TestSubroutines:
     def test_macro_b_in_another_interpreter(
         self, tmp_path: Path, example_map: PretravelMap
     ) -> None:
-        """Macro B of Fanuc, its words changed into those of LinuxCNC, its arithmetic as it is."""
+        """Macro B of Fanuc with the words of LinuxCNC and unchanged arithmetic."""
         table = lookup_table(example_map, tolerance=2e-5, most_values=400)
         text = fanuc_macro(example_map, table, base=500)
         load, look = re.split(r"^O\d+ .*$", text, flags=re.M)[1:]
@@ -263,7 +263,7 @@ class TestSubroutines:
     def test_vector_radii_by_nearest_sector(
         self, tmp_path: Path, example_map: PretravelMap
     ) -> None:
-        """The residual of the header, by a lookup written in O-words from the table's meaning."""
+        """The residual of the header, by a lookup in O-words after the definition of the table."""
         text = renishaw_variables(example_map, base=600)
         told = float(re.search(r"residual of ([\d.]+) um at most", text)[1])  # type: ignore[index]
         lines = ["G21", *(line for line in text.splitlines() if line.startswith("#"))]
@@ -330,7 +330,7 @@ class TestPoints:
     """Whole touches by subroutine: oblique, in inches, with a signal delay, missed."""
 
     def test_oblique_touches_with_a_delay(self, tmp_path: Path, example_map: PretravelMap) -> None:
-        # A probe tilted and turned in its holder, and a delay: nothing that the control may skip.
+        # A probe tilted and turned in its holder, and a delay: the control must use all.
         pretravel_map = replace(
             example_map, delay=0.004, u_delay=1e-5, feed=None,
             rotation=probe_rotation((0.0, np.sin(0.05), np.cos(0.05)), 0.7),
@@ -398,7 +398,7 @@ M2
 
 
 class TestLogs:
-    """Files that the control itself writes, in the ways in which they can mislead."""
+    """Files that the control itself writes, in all cases that can mislead a reader."""
 
     def test_misses_repeats_inches_and_a_turn(self, tmp_path: Path) -> None:
         program = tmp_path / "logs.ngc"
@@ -410,12 +410,12 @@ class TestLogs:
             labels=("pole.1", "pole.2", "air", "x"),
         )
         mm = read_probeopen(tmp_path / "mm.txt", "mm")
-        assert len(mm.positions) == 3  # the repeat left no row, the miss one
+        assert len(mm.positions) == 3  # the repeat has no row, the miss has one
         found = join(mm, plan, 3.0, overtravel=2.0)
         assert found.touches.labels == ("pole.1", "x")
         assert found.missed == ("air",)
         assert "pole.2" in found.notes()[0]
-        # Not told where moves ended, the miss is no contact that anyone could know of: it is named.
+        # Without the ends of the moves, a miss cannot be distinguished from a contact.
         assert any("air" in note and "miss" in note for note in join(mm, plan, 3.0).notes())
         inch = join(read_probeopen(tmp_path / "inch.txt", "inch"), plan, 3.0)
         assert inch.touches.positions[0] == pytest.approx(found.touches.positions[1], abs=3e-5)
@@ -451,5 +451,5 @@ class TestLogs:
         inside = Targets([[0.0, 0, 8.0]], [[0.0, 0, 1]], labels=("inside",))
         program = plan_program(inside, QUICK, title="inside")
         (tmp_path / "in.ngc").write_text(linuxcnc_program(program, "in.log"))
-        # On the way to its start the tip meets the sphere: the control stops by itself.
+        # On the way to its start the tip meets the sphere, and the control stops.
         assert "tripped" in run_program(tmp_path / "in.ngc", code=1)

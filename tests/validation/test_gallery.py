@@ -1,4 +1,4 @@
-"""The gallery's scripts run, and each one's point is a number."""
+"""The scripts of the gallery run, and the statement of each is checked as a number."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_figures_4_07_to_4_15(script: Any) -> None:
     names = script("plot_rodrigues_fig_4_07_to_4_15_sensing_distance.py")
     computed = names["compute"]()
     rigid, hertz, existing = computed.values()
-    # High-force directions at 60, 180, 300 degrees, as the thesis says.
+    # The force is largest at 60, 180, 300 degrees, as the thesis states.
     for triggers in computed.values():
         assert set(names["AZIMUTH"][np.argsort(triggers[0].force)[-3:]]) == {60.0, 180.0, 300.0}
     # The "existing method" overestimates at large polar angles.
@@ -42,7 +42,7 @@ def test_figures_4_07_to_4_15(script: Any) -> None:
 def test_figure_4_16(script: Any) -> None:
     names = script("plot_rodrigues_fig_4_16_polar_sweep.py")
     distances = names["compute"]()
-    assert np.all(np.diff(distances, axis=0) < 0.0)  # smaller polar angle, smaller distance
+    assert np.all(np.diff(distances, axis=0) < 0.0)  # the distance decreases with the polar angle
     assert len(names["draw"](distances).axes[0].lines) == 16
 
 
@@ -52,7 +52,7 @@ def test_figures_4_19_to_4_24(script: Any) -> None:
     for name, (history, _, printed) in computed.items():
         shift = 0.449 if "ellipsoid" in name else 0.0
         rounding = 0.5 if "inclined" in name else 0.008
-        # Printed in micrometres, whole ones for the plane; its solver's 0.1 % for the convex.
+        # Printed in micrometres, whole ones for the plane; its solver has 0.1 % for the convex.
         allowed = rounding + 1e-3 * printed[:19]
         assert np.all(np.abs(1e3 * history.deflection[:19] + shift - printed[:19]) <= allowed)
     assert len(names["draw"](computed).axes) == 8
@@ -62,7 +62,7 @@ def test_figure_4_25(script: Any) -> None:
     names = script("plot_rodrigues_fig_4_25_spindle_travel.py")
     plane, ellipsoid, plane_there, true = names["compute"]()
     assert np.all(ellipsoid < plane)  # over the thesis's parameter
-    # Over the true angle they are the same but for curvature: a thousandth, and it is there.
+    # Over the true angle they differ only by the effect of curvature, a thousandth.
     assert ellipsoid == pytest.approx(plane_there, rel=1e-3)
     assert np.all(ellipsoid > plane_there)
     assert true == pytest.approx(np.degrees(np.arctan(0.6 * np.tan(np.radians(names["ANGLE"])))))
@@ -72,7 +72,7 @@ def test_curvature_study(script: Any) -> None:
     names = script("plot_curvature_study.py")
     computed = names["compute"]()
     convex, concave, flat = computed["sideways only"]
-    # Convex falls away under the sliding tip, concave comes towards it.
+    # A convex surface recedes from the sliding tip, a concave one approaches it.
     assert np.all(convex[:, :-1] > 0.0)
     assert np.all(concave[:, :-1] < 0.0)
     assert np.all(np.diff(convex, axis=1) < 0.0)
@@ -81,7 +81,7 @@ def test_curvature_study(script: Any) -> None:
     scale = 1e-3 * slide / (names["RADII"] + 3.0) * 100.0
     assert np.all(convex[1] < 2.0 * scale)
     assert np.all(convex[1] > 0.1 * scale)
-    # None comes near 27.7 %.
+    # All are far below 27.7 %.
     assert max(np.abs(c).max() for c in (convex, concave)) < 15.0
     assert len(names["draw"](computed).axes) == 2
 
@@ -94,7 +94,7 @@ def test_tip_friction(script: Any) -> None:
     steep = (names["POLAR"] > 25.0) & (names["POLAR"] < 80.0)
     for less, more in zip([free, *between], [*between, stuck], strict=True):
         assert np.all(more[steep] < less[steep])  # friction holds the tip, the stylus bends less
-    # On a floor nothing slips and friction does nothing.
+    # On a floor the tip does not slip and friction has no effect.
     assert stuck[0] == pytest.approx(free[0], abs=1e-9)
     assert len(names["draw"](computed).axes) == 3
 

@@ -74,8 +74,8 @@ def test_h1_against_gtc() -> None:
 
 
 def test_h1_second_order_is_seen_by_trials() -> None:
-    """H.1.7: second-order terms raise uc from 32 to 34 nm. Trials know them; so the GUM's
-    interval does not stand up."""
+    """H.1.7: second-order terms raise uc from 32 to 34 nm. Trials contain them, so the
+    interval of the GUM is not validated."""
     shapes = ["normal", "normal", "uniform", "normal", "uniform", "uniform"]
     inputs = [
         Input(value, u, shape)  # type: ignore[arg-type]
@@ -114,7 +114,7 @@ def test_h2_correlated_readings() -> None:
     root = np.sqrt(np.diag(result.covariance))
     correlation = result.covariance / np.outer(root, root)
     assert correlation[[0, 0, 1], [1, 2, 2]] == pytest.approx([-0.588, -0.485, 0.993], abs=6e-4)
-    assert np.all(np.isinf(result.effective_dof))  # Welch-Satterthwaite says nothing here
+    assert np.all(np.isinf(result.effective_dof))  # Welch-Satterthwaite does not apply here
     # GTC, from the same sample estimates.
     v, i, phi = GTC.multiple_ureal(
         readings.mean(axis=0).tolist(), np.sqrt(np.diag(covariance)).tolist(), 4
@@ -146,7 +146,7 @@ def test_jcgm_101_9_4_power_of_two_components(x1: float) -> None:
         most_trials=3_000_000,
     )
     exact = ncx2(2, noncentral) if noncentral else chi2(2)
-    # Tolerances: four standard errors of the trials that were made.
+    # Tolerances: four standard errors for the number of trials.
     error = u**2 * exact.std() / math.sqrt(trials.trials)
     assert trials.value[0] == pytest.approx(u**2 * exact.mean(), abs=4.0 * error)
     assert trials.standard_uncertainty[0] == pytest.approx(u**2 * exact.std(), rel=0.01)

@@ -1,8 +1,8 @@
 """The main job in simulation, where the truth is known: qualify on a sphere, compensate a part.
 
-Probes: the catalogue's 100 mm carbide stylus turned by an unknown angle, which leaves as much
-uncompensated as the example data do (3 um; a mean radius 2 um), analytic model; 25 directions three
-times, noise 0.3 um; then touches with the normals of the example part.
+Probes: the catalogue's 100 mm carbide stylus turned by an unknown angle, whose pretravel without
+compensation varies as in the example data (3 um; with a mean radius 2 um), analytic model; 25
+directions three times, noise 0.3 um; then touches with the normals of the example part.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _qualified(seed: int, kind: str = "harmonic") -> tuple[PretravelMap, float]:
 
 
 def _part_errors(seed: int, kind: str = "harmonic") -> tuple[np.ndarray, np.ndarray]:
-    """Errors of compensated points along their normals, a rigid translation taken off; and u."""
+    """Errors of compensated points along their normals, without a rigid translation; and u."""
     pretravel_map, turn = _qualified(seed, kind)
     part = read_touches(EXAMPLES / "part_touches.csv")
     surface, normals = part.nominal_points, part.normals
@@ -61,25 +61,27 @@ def harmonic() -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def test_errors_after_a_translation(harmonic: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """At most 0.6 um is asked of one data set; over 20 the median must be well below, and no more
-    than one in twenty above."""
+    """The limit for one data set is 0.6 um; the median of 20 must be well below, and no more
+    than one in twenty may be above."""
     spread = np.array([error.std() for error, _ in harmonic]) * 1e3
     assert np.median(spread) < 0.45
     assert np.sum(spread > 0.6) <= 1
 
 
 def test_uncertainties_are_honest(harmonic: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Mean (error/u)² over 20 maps. Errors of a map are alike over a part: about six independent
-    ones a map, 120 in all, give 1 ± 0.13 (one sigma); three are allowed, and three of single
-    maps, 1 + 3·√(2/6), once."""
+    """Mean (error/u)² over 20 maps. Errors of a map are correlated over a part: about six
+    independent errors for each map, 120 in all, give 1 ± 0.13 (one sigma); three sigma are allowed,
+    and for single maps also three, 1 + 3·√(2/6), once."""
     ratio = np.array([np.mean((error / u) ** 2) for error, u in harmonic])
     assert 0.6 < ratio.mean() < 1.4
     assert np.sum(ratio > 2.7) <= 1
 
 
 def test_the_kinds_in_their_order() -> None:
-    """What a mean radius and a sector table leave, on the same parts. They cannot follow the polar
-    angle; the sector table, made at the equator, is used at polar angles of 20 to 50°."""
+    """Errors that remain with a mean radius and a sector table, on the same parts. They cannot
+    follow the polar angle; the sector table, made at the equator, is used at polar angles of 20 to
+    50°.
+    """
     left = {
         kind: np.mean([_part_errors(seed, kind)[0].std() for seed in range(6)]) * 1e3
         for kind in KINDS
@@ -90,8 +92,9 @@ def test_the_kinds_in_their_order() -> None:
 
 
 def test_many_touches_reach_the_noise() -> None:
-    """400 directions once: points are good to 1.2 of the noise of a touch. What keeps them from
-    1.0 is the kinks, of which harmonics to degree 24 leave 0.1 um on this probe."""
+    """400 directions once: points are good to 1.2 of the noise of a touch. The excess over 1.0 is
+    due to the kinks, of which harmonics to degree 24 leave 0.1 um on this probe.
+    """
     rng = np.random.default_rng(4)
     n = fibonacci_cap(400, np.radians(92.0))
     touches = Touches(n * (15.5 - _true(n, 0.4) + rng.normal(0.0, NOISE, 400))[:, None], n)
@@ -104,8 +107,8 @@ def test_many_touches_reach_the_noise() -> None:
 
 
 def test_along_the_axis_parts_stay_where_they_are() -> None:
-    """The gauge: a floor's height comes out right to the difference between assumed (1 um) and
-    true axial pretravel and the noise at the pole, not 10 um off as with a least-squares centre."""
+    """The gauge: the error of a floor's height is the difference between assumed (1 um) and
+    true axial pretravel and the noise at the pole, not 10 um as with a least-squares centre."""
     pretravel_map, turn = _qualified(3)
     up = np.array([[0.0, 0.0, 1.0]])
     true = _true(up, turn)[0]

@@ -1,7 +1,7 @@
 """A. Nafi, J. R. R. Mayer, 2011: variances of machine and probe from multi-step readings.
 
 No figures of the paper can be reproduced (its readings are not printed), so its equations are
-held against simulations with known truth, and against exact expectations.
+compared with simulations of known truth and with exact expectations.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def many(request: pytest.FixtureRequest) -> tuple[Method, list[Separation]]:
 
 
 def test_intervals_of_errors_cover(many: tuple[Method, list[Separation]]) -> None:
-    """95 % intervals over 500 sets, 48 errors each; 90 to 99 % is asked for."""
+    """95 % intervals over 500 sets, 48 errors each; 90 to 99 % is required."""
     truth = _truth()
     target = np.concatenate([truth.machine, truth.probe])
     inside = []
@@ -96,9 +96,9 @@ def test_systematic_errors_are_unbiased(many: tuple[Method, list[Separation]]) -
 
 
 def test_variances_of_pairs_are_unbiased(many: tuple[Method, list[Separation]]) -> None:
-    """Under 3 % on the whole with both methods. Direction by direction least squares is unbiased
-    exactly (its scatter over 500 sets is 2 %); restricted likelihood, which keeps variances
-    non-negative, lifts the directions of least variance by up to 6 %."""
+    """The total bias is below 3 % with both methods. For each direction, least squares is exactly
+    unbiased (its scatter over 500 sets is 2 %); restricted likelihood, which keeps variances
+    non-negative, raises the smallest variances by up to 6 %."""
     method, found = many
     truth = _truth()
     pairs = np.array([r.machine_variance[:, None] + r.probe_variance[None, :] for r in found])
@@ -144,9 +144,9 @@ def test_likelihood_is_closer_than_squares_and_never_negative() -> None:
 
 
 def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
-    """Equation 5 leaves out that n x n readings have given 2n - 1 numbers away: with equal
-    variances its sums are (n - 1)² / n² of what they stand for, and least squares here,
-    which counts them, is right. Exact expectation: sigma² (n-1)² over all readings."""
+    """Equation 5 neglects that 2n - 1 numbers were estimated from the n x n readings. With equal
+    variances its sums are (n - 1)² / n² of the true values; least squares here takes the
+    numbers into account and is unbiased. Exact expectation: sigma² (n-1)² over all readings."""
     count, sigma2 = 8, 1.0
     i, j = np.divmod(np.arange(count**2), count)
     rng = np.random.default_rng(5)
@@ -209,7 +209,7 @@ def test_too_few_readings_for_variances() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_repeated_pair_pulls_its_variance(method: Method) -> None:
-    """Equation 10's role: 10 000 repeats of one pair fix that pair's variance."""
+    """The role of equation 10: 10 000 repeats of one pair fix that pair's variance."""
     truth = _truth()
     readings = _readings(truth, np.random.default_rng(2))
     told = 0.9 * UM2
@@ -225,15 +225,15 @@ def test_indices_are_whole_numbers() -> None:
 
 def test_example_readings() -> None:
     """The example's truth is not known; its repeated configuration (1, 1), 0.74 um² from 200
-    repeats, was measured apart. Without being told of it, the separation's 95 % interval
-    there holds it."""
+    repeats, was measured separately. The 95 % interval of a separation without this
+    value contains it."""
     result = separate(read_multi_step_readings(EXAMPLES / "redundancy_24x24.csv"))
     low, high = result.pair_interval(1, 1)
     assert low < 0.74 * UM2 < high
 
 
 def test_plan_reaches_what_it_promises() -> None:
-    """Simulated with the variance that was assumed, u of the errors comes out as planned."""
+    """With simulated readings of the assumed variance, u of the errors is as planned."""
     plan = plan_separation(12, 0.5 * UM2, u_error=0.25 * UM)
     machine, probe = plan.pairs()
     rng = np.random.default_rng(4)

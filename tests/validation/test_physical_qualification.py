@@ -1,4 +1,4 @@
-"""The physical kind: a six-seat probe fitted to touches, judged on what it was not fitted to.
+"""The physical kind: a six-seat probe fitted to touches, tested on other directions.
 
 Fitted: seven numbers of the ideal probe, eleven of its asymmetry (with priors), the centre.
 Left out: the part's directions; in the ring, every other direction; in Shen and Springer's
@@ -30,7 +30,7 @@ PART = read_touches(EXAMPLES / "part_touches.csv").normals
 def _judged(
     response: ProbeResponse, result: Qualification, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Errors over the part, its touches' own noise in them, a translation taken off; and u."""
+    """Errors over the part with the noise of its touches, without a translation; and u."""
     value, u = result.pretravel_map.pretravel_and_uncertainty(PART, extrapolate=True)
     error = value - response.pretravel(PART) + rng.normal(0.0, NOISE, len(PART))
     error -= PART @ np.linalg.lstsq(PART, error)[0]
@@ -50,7 +50,7 @@ def studied() -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def test_errors_over_a_part(studied: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """0.345 um is asked for, of which 0.30 are the touches' own. The sample deviation of
+    """The limit is 0.345 um, of which 0.30 are the noise of the touches. The sample deviation of
     140 touches scatters by 6 %: one in twelve may be above."""
     spread = np.array([error.std() for error, _ in studied]) * 1e3
     assert np.median(spread) < 0.32
@@ -66,7 +66,7 @@ def test_uncertainties_over_a_part_are_honest(studied: list[tuple[np.ndarray, np
 
 
 def test_noise_free_touches_give_the_probe_back() -> None:
-    """Nothing but priors stands between; 10 nm of noise outweigh them."""
+    """Only the priors cause a difference; with 10 nm of noise their influence is small."""
     rng = np.random.default_rng(1)
     response = made_up_response(rng, 0.0)
     touches = touches_of(response, PATTERN, rng, noise=1e-5)
@@ -80,9 +80,10 @@ def test_noise_free_touches_give_the_probe_back() -> None:
 def test_shen_and_springer_1998() -> None:
     """Their benchmark: from 24 touches on the equator with 0.35 um of noise, 1561 directions over
     the half-sphere are predicted with a standard deviation of 0.6 um, over a range of 16 um.
-    Theirs has one parameter, and the axis's height is not theirs to tell from the equator: so
-    lever, support angle and tip are as described here, and compliances are fitted (their
-    prior spreads are narrowed to 5 %). Predicted points are compared without a translation."""
+    Their model has one parameter, and touches on the equator do not determine the height along
+    the axis. Lever, support angle and tip are therefore as described here (their prior spreads
+    are reduced to 5 %), and compliances are fitted. Predicted points are compared without a
+    translation."""
     from pretravel.identification.probe_from_map import identify
 
     probe = load_probe("omp40-2-100mm-carbide")
@@ -127,7 +128,7 @@ KP3 = read_csv_table(EXAMPLES / "kp3_ring.csv").numbers("azimuth_deg", "pretrave
 
 
 def kp3_prediction(kind: str, half: int) -> float:
-    """Rms of the directions that were left out, with the centring as fitted. [um]"""
+    """Rms error of the omitted directions, with the fitted centring, um."""
     azimuth, measured = np.radians(KP3[:, 0]), KP3[:, 1] * 1e-3
     outward = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
     ring, tip = 25.0, 3.0
@@ -143,9 +144,9 @@ def kp3_prediction(kind: str, half: int) -> float:
 
 
 def test_kp3_ring_halves() -> None:
-    """Each half predicts the other; real readings, read off a picture to 0.5 um. In um, mean of
-    both: mean 6.8, sectors 5.5, harmonic 4.9, physical 4.0. What is left is the probe's own
-    unevenness, which no model of a handful of numbers knows."""
+    """Each half predicts the other; real readings, digitised from a picture to 0.5 um. In um, mean
+    of both: mean 6.8, sectors 5.5, harmonic 4.9, physical 4.0. The remaining error is the
+    unevenness of the probe itself, which a model of few numbers does not contain."""
     rms = {
         kind: np.mean([kp3_prediction(kind, half) for half in (0, 1)])
         for kind in ("mean", "sectors", "harmonic", "physical")

@@ -43,7 +43,7 @@ def _terms(force: float) -> RenPretravel:
 
 def test_equation_13_corrected() -> None:
     """The bending term as printed, to its five digits. The Hertz terms, from the paper's own
-    equation 12 and numbers, are 6.41e-4 and 1.83e-4 mm/N^(2/3): ten times what it prints."""
+    equation 12 and numbers, are 6.41e-4 and 1.83e-4 mm/N^(2/3): ten times the printed values."""
     terms = _terms(1.0)
     assert float(terms.bending) == pytest.approx(0.012376, abs=5e-7)
     assert float(terms.rigid) == pytest.approx(6.41e-4, abs=5e-7)
@@ -74,9 +74,10 @@ def test_vectorised() -> None:
 
 
 def test_table_1_cannot_follow_from_equation_15() -> None:
-    """The paper takes 0.3 to 1.7 um off each diameter, not one amount; the mean goes from -0.89
-    to -0.08 um (printed from rounded means: -0.84 and -0.04). Equation 15 at 0.082 N, its
-    factor of ten put right, is 0.035 um a touch, 0.07 um a diameter."""
+    """The paper subtracts 0.3 to 1.7 um from each diameter, not one amount; the mean goes from
+    -0.89 to -0.08 um (printed from rounded means: -0.84 and -0.04). Equation 15 at 0.082 N, its
+    factor of ten corrected, is 0.035 um a touch, 0.07 um a diameter.
+    """
     rows = np.genfromtxt(REFERENCE / "ren_2020_sphere.csv", delimiter=",", names=True)
     measured, compensated = rows["measured_diameter_mm"], rows["compensated_diameter_mm"]
     true = 29.98604
@@ -89,8 +90,8 @@ def test_table_1_cannot_follow_from_equation_15() -> None:
 
 
 def test_diameter_with_each_directions_pretravel() -> None:
-    """Two opposite touches of a sphere, brought in by one mean: the error is what their pretravel
-    has beyond it, and it is put right."""
+    """Two opposite touches of a sphere, compensated with one mean: the error is their pretravel
+    less the mean, and it is corrected."""
     true, mean, first, second = 29.98604, 3.17e-3, 3.60e-3, 3.58e-3
     measured = true - (first - mean) - (second - mean)
     assert measured - true == pytest.approx(-0.00084, abs=1e-9)
@@ -98,7 +99,7 @@ def test_diameter_with_each_directions_pretravel() -> None:
 
 
 def test_table_2() -> None:
-    """Each printed source, and the two sums of its U."""
+    """Each printed source, and both sums of its U."""
     rows = np.genfromtxt(
         REFERENCE / "ren_2020_budget.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
     )
@@ -114,8 +115,9 @@ def test_table_2() -> None:
 
 
 def test_model_ren_is_equation_12_fed_from_a_description() -> None:
-    """The lever from the seats' triangle: from one rod's seats to the line of the others', worked
-    out from the seats' places. In the plane across the axis, steel part, 0.5 N."""
+    """The lever from the seats' triangle: the distance from the seats of one rod to the line of
+    the others, computed from the positions of the seats. In the plane across the axis, steel part,
+    0.5 N."""
     probe = load_probe("omp40-2")
     first, second, third = seat_frame(probe).points[::2]
     along = (third - second) / np.linalg.norm(third - second)

@@ -42,10 +42,10 @@ def _row(tables: CsvTable, polar: int, azimuth: int) -> int:
 def test_tables_4_1_to_4_9_existing_forces(tables: CsvTable) -> None:
     """Lever 50 mm. Forces are printed to 0.01 N, 0.5 % of the smallest; 0.6 % is allowed.
 
-    Two of 63 are further off and are taken for misprints, not hidden:
+    Two of 63 deviate more. They are treated as misprints and listed here:
     polar 40°, azimuth 50° prints 1.44 N where statics gives 1.554 (its neighbours 1.41 and 1.79,
     and its own sensing distance, fit 1.55); polar 20°, azimuth 40° prints 2.12 N for 2.134, a
-    last digit off by one.
+    last digit wrong by one.
     """
     printed = tables.numbers("trigger_force_existing_N")[:, 0]
     ours = _predicted(tables, 50.0, "shen").force
@@ -77,7 +77,7 @@ def test_tables_4_1_to_4_9_finite_element_forces_are_statics(tables: CsvTable) -
 
 
 def test_tables_4_1_to_4_9_existing_sensing_distances(tables: CsvTable) -> None:
-    """F sin(polar) L³ / 3EI, to the last printed digit (0.1 um) ± 1: off by less than 0.15 um."""
+    """F sin(polar) L³ / 3EI, to the last printed digit (0.1 um) ± 1: the error is below 0.15 um."""
     printed = tables.numbers("sensing_distance_existing_mm")[:, 0]
     ours = _predicted(tables, 50.0, "shen").sensing_distance
     assert np.abs(ours - printed).max() < 1.5e-4

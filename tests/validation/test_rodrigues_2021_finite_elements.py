@@ -2,8 +2,8 @@
 
 A. Rodrigues (2021), thesis on surface measurement with touch-trigger probes, Tables 2.2, 2.3,
 4.1 to 4.9, section 4.6. The catalogue's unpublished dimensions were identified from Table 4.1
-(polar 90°) alone, by docs/gallery/identify_omp40_geometry.py, twice: ``omp40-2`` with seats that
-give as Hertz says, ``omp40-2-thesis`` with rigid ones. All else here is prediction.
+(polar 90°) alone, by docs/gallery/identify_omp40_geometry.py, twice: ``omp40-2`` with elastic
+seats (Hertz), ``omp40-2-thesis`` with rigid seats. All other values here are predictions.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _columns(tables: CsvTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable) -> None:
-    """90° is the fit: no worse than the rounding of 3.4 um to 0.1 um (1.5 %). The other 56 are
+    """The fit at 90° is no worse than the rounding of 3.4 um to 0.1 um (1.5 %). The other 56 are
     predicted: within 5 %, of which up to 2.5 % are the rounding of 2.0 um."""
     polar, directions, printed = _columns(tables)
     ours = predict(load_probe("omp40-2-thesis"), directions, "fem").sensing_distance
@@ -53,8 +53,8 @@ def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable) 
 def test_printed_sensing_distances_are_proportional_to_the_lateral_force(
     tables: CsvTable,
 ) -> None:
-    """Why seats that give cannot reproduce them: one constant fits all 63 within the rounding
-    (and the two or three directions that are off are off by less than a digit)."""
+    """Elastic seats cannot reproduce them: one constant fits all 63 within the rounding (the two or
+    three directions beyond it deviate by less than a digit)."""
     polar, directions, printed = _columns(tables)
     force = predict(load_probe("omp40-2"), directions, "shen").force
     lateral = force * np.sin(np.radians(polar))
@@ -70,8 +70,8 @@ def test_printed_sensing_distances_are_proportional_to_the_lateral_force(
 
 
 def test_tables_4_1_to_4_9_with_seats_that_give_honest_miss(tables: CsvTable) -> None:
-    """With every free dimension at the upper end of what is plausible the seats still add too
-    much: 8 to 18 % at 90°, up to 27 % at small polar angles. A statement, not an aim."""
+    """With every free dimension at its largest plausible value the seats still add too much: 8 to
+    18 % at 90°, up to 27 % at small polar angles. The test documents this; it sets no aim."""
     polar, directions, printed = _columns(tables)
     off = predict(load_probe("omp40-2"), directions, "fem").sensing_distance / printed - 1.0
     assert 0.06 < off[polar == 90.0].min() < off[polar == 90.0].max() < 0.20
@@ -100,9 +100,10 @@ def test_table_2_2_trigger_forces() -> None:
 
 
 def test_what_the_analytic_model_leaves_out() -> None:
-    """Hub and rods; and the head's face, which the stem turns in. A rigid punch on a half-space
-    turns by 3 (1 - nu²) / (8 E r³) per unit of moment (Johnson, 3.46 and following); a stem that
-    gives itself turns in more, by less than half as much again."""
+    """Hub and rods; and the face of the head, in which the stem rotates. A rigid punch on a
+    half-space turns by 3 (1 - nu²) / (8 E r³) per unit of moment (Johnson, 3.46 and following); an
+    elastic stem rotates more, by a factor below one and a half.
+    """
     probe = load_probe("omp40-2")
     elastic, beam = (predict(probe, WALL, model) for model in ("fem", "analytic"))
     head, stem = probe.stylus
@@ -132,7 +133,9 @@ def _with_stem(probe: Probe, **changes: object) -> Probe:
 
 @pytest.mark.slow
 def test_section_4_6_length(baseline: Trigger) -> None:
-    """4.6.1: the longer stylus triggers at less force and bends more. Forces are as levers."""
+    """4.6.1: the longer stylus triggers at a smaller force and bends more. Forces are as the
+    levers.
+    """
     probe = _carbide()
     short = predict(_with_stem(probe, length=probe.stylus[1].length - 50.0), WALL, "fem")
     assert np.all(short.force > baseline.force)
@@ -141,8 +144,8 @@ def test_section_4_6_length(baseline: Trigger) -> None:
 
 @pytest.mark.slow
 def test_section_4_6_diameter(baseline: Trigger) -> None:
-    """4.6.2: 3.8 mm for 4.5 mm leaves the force alone and bends more: its stem by
-    (4.5/3.8)^4 = 1.97, the rest not at all."""
+    """4.6.2: 3.8 mm for 4.5 mm does not change the force and bends more: its stem by
+    (4.5/3.8)^4 = 1.97, the other parts not at all."""
     thin = predict(_with_stem(_carbide(), diameter=3.8), WALL, "fem")
     assert thin.force == pytest.approx(baseline.force, rel=1e-12)
     stem = thin.shares["stylus"] / baseline.shares["stylus"]
@@ -152,7 +155,7 @@ def test_section_4_6_diameter(baseline: Trigger) -> None:
 
 @pytest.mark.slow
 def test_section_4_6_material(baseline: Trigger) -> None:
-    """4.6.3: ceramic (413 GPa) for carbide (686) leaves the force alone and bends more: its
+    """4.6.3: ceramic (413 GPa) for carbide (686) does not change the force and bends more: its
     stem by 1.66, the steel head not at all."""
     ceramic = predict(_with_stem(_carbide(), material=material("ceramic")), WALL, "fem")
     assert ceramic.force == pytest.approx(baseline.force, rel=1e-12)
@@ -162,12 +165,12 @@ def test_section_4_6_material(baseline: Trigger) -> None:
 
 @pytest.mark.slow
 def test_section_4_6_preload(baseline: Trigger) -> None:
-    """4.6.4: 4 N for 5.91 N: force in proportion; the body's deflection too, the seats' as
+    """4.6.4: 4 N for 5.91 N: force and deflection of the body in proportion, the seats' as
     the power 2/3."""
     weak = predict(replace(_carbide(), preload=4.0), WALL, "fem")
     ratio = 4.0 / 5.91
     assert weak.force == pytest.approx(ratio * baseline.force, rel=1e-12)
     assert weak.shares["stylus"] == pytest.approx(ratio * baseline.shares["stylus"], rel=1e-9)
-    # The patch's own give is taken off linearly: a few per cent of the seats' part.
+    # The local deformation of the patch is subtracted linearly: a few per cent of the seats' part.
     expected = ratio ** (2.0 / 3.0) * baseline.shares["seats"]
     assert weak.shares["seats"] == pytest.approx(expected, rel=0.02)

@@ -1,6 +1,6 @@
 """Rodrigues 2021, sections 3.4 and 4.5: the tip slides.
 
-Tables 4.10 and 4.11 depend on tip radius and geometry alone: nothing is fitted.
+Tables 4.10 and 4.11 depend on tip radius and geometry alone: no number is fitted.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def tip() -> PredictedTip:
 
 @pytest.mark.parametrize("v", [0.5, -0.5])
 def test_table_4_10(tip: PredictedTip, v: float) -> None:
-    """All 40 values within 0.1 %: the thesis's solver stopped at about that."""
+    """All 40 values within 0.1 %, about the tolerance of the thesis's solver."""
     printed = _table("rodrigues_convex_sliding.csv")[f"deflection_mm_u0.5_v{v:g}"]
     history = slide(tip, Convex(), (0.5, v), SlideSettings(step=0.001, steps=20))
     assert history.feed == pytest.approx(0.001 * np.arange(1, 21))
@@ -70,23 +70,23 @@ def test_table_4_11_inclined(tip: PredictedTip) -> None:
 
 
 def test_table_4_11_ellipsoid(tip: PredictedTip) -> None:
-    """Row 20 within 1 nm. Rows 1 to 19 within 8 nm once 0.449 µm is taken off, which the thesis's
-    solver put there and dropped in row 20 (rows 15 and 16 are rounded by hand)."""
+    """Row 20 within 1 nm. Rows 1 to 19 within 8 nm after 0.449 µm is subtracted, which the
+    thesis's solver added there and not in row 20 (rows 15 and 16 are rounded by hand)."""
     printed = _table("rodrigues_ellipsoid_inclined_sliding.csv")["deflection_um_ellipsoid"]
     history = slide(tip, parse_surface("ellipsoid:a=10,c=6"), (0.0, math.radians(40.0)))
     ours = 1e3 * history.deflection
     assert ours[19] == pytest.approx(printed[19], abs=1e-3)
     assert ours[:19] == pytest.approx(printed[:19] - 0.449, abs=8e-3)
     assert np.all(np.abs(ours[:19] - printed[:19]) > 0.4)
-    # The slope: 1/sin of the true normal, 26.7°, and not of 40°, falling along the slide.
+    # The slope is 1/sin of the true normal, 26.7° and not 40°, and decreases along the slide.
     slope = np.diff(ours, prepend=0.0)
     assert slope[0] == pytest.approx(2.2235, abs=1e-4)
     assert slope[19] == pytest.approx(2.212, abs=1e-3)
 
 
 def test_section_4_5_4_compares_two_directions(tip: PredictedTip) -> None:
-    """The thesis finds 27.7 % less travel on the ellipsoid and calls it curvature. With its own
-    parameters nearly all of it is the direction; with equal normals 0.03 % is left."""
+    """The thesis finds 27.7 % less travel on the ellipsoid, attributed to curvature. With its own
+    parameters nearly all of it is due to the direction; with equal normals 0.03 % remain."""
     thesis = LateralTip(predicted_tip(load_probe("omp40-2-thesis")))
     ellipsoid = Ellipsoid([0, 0, 0], [10, 10, 6])
     local = ellipsoid.local(np.array([[0.0, math.radians(40.0)]]))

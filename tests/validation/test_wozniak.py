@@ -74,7 +74,7 @@ def test_slope_with_the_lobes_azimuth() -> None:
 @pytest.mark.parametrize("transducer", ["contact", "piezo"])
 def test_five_points_give_the_constant(transducer: str) -> None:
     """Equation 9 with the centre known, and the least-squares fit with it unknown, both return
-    the constant of a probe that is as the model says."""
+    the constant of a probe that agrees with the model."""
     constant, lobe = 0.0125, 33.0 * DEGREE
     basis = WozniakBasis(lobe, transducer)
     n = five_point_pattern()
@@ -129,9 +129,9 @@ def _reduction(probe_pretravel, lobe: float, transducer: str, n: np.ndarray) -> 
 def test_figure_5_contact_probe(
     length: float, xy: tuple[float, float], xz: tuple[float, float]
 ) -> None:
-    """The paper: more than double, 30 and 50 mm. In simulation so in the section along the axis,
-    and with 50 mm across it; across the axis with 30 mm 1.5 only: seats then are half of
-    what gives, and their lobes are flatter than 1 / cos."""
+    """The paper: a reduction to less than half, 30 and 50 mm. The simulation agrees in the section
+    along the axis, and across it with 50 mm. Across the axis with 30 mm the factor is only 1.5:
+    the seats are then half of the deflection, and their lobes are flatter than 1 / cos."""
     probe = _contact_probe(length)
     for turn in (0.0, 17.0, 40.0):
         c, s = np.cos(turn * DEGREE), np.sin(turn * DEGREE)
@@ -146,8 +146,8 @@ def test_figure_5_contact_probe(
 
 
 def test_figure_5_piezo_probe() -> None:
-    """The paper: more than fourfold (50 mm). A probe that triggers at one force everywhere is
-    round across its axis, so only the section along it has anything to correct."""
+    """The paper: more than fourfold (50 mm). A probe that triggers at one force everywhere has
+    no lobes across its axis, so only the section along the axis has errors to correct."""
     probe, force = _contact_probe(50.0), 0.08
 
     def pretravel(n: np.ndarray) -> np.ndarray:
@@ -155,7 +155,7 @@ def test_figure_5_piezo_probe() -> None:
 
         response = probe_response(probe)
         given = np.full(len(n), force)
-        # Below the seats' opening: stylus, seats and ball give, nothing lifts.
+        # Below the opening of the seats: stylus, seats and ball deform, no seat opens.
         along = np.sum(response.deflection(n, given) * n, axis=1)
         return along + response.tip_approach(given)
 
@@ -164,7 +164,7 @@ def test_figure_5_piezo_probe() -> None:
 
 
 def test_compensated_sphere_is_better_than_a_mean_radius() -> None:
-    """The whole way through touches: five to qualify, twenty-five to measure."""
+    """The complete chain with touches: five for the qualification, twenty-five to measure."""
     probe = _contact_probe(50.0)
     five, n = five_point_pattern(), sphere_pattern_25()
     spread = {}
