@@ -15,7 +15,7 @@ from pretravel.cli import main
 
 
 def run(*arguments: object, code: int = 0) -> str:
-    """Run in this process; gives stdout, or stderr where an error is expected."""
+    """Run a command in this process; return stdout, or stderr if an error is expected."""
     out, err = io.StringIO(), io.StringIO()
     stopped = 0
     with (

@@ -29,7 +29,7 @@ GRBL_LOG = (
     "[G54:-100.000,50.000,-20.000]\n[TLO:0.000]\n[PRB:-90.000,50.000,-17.020:1]\n"
     "ALARM:5\n[PRB:-75.000,50.000,-25.000:0]\n"
 )
-# The forms are those of posts; the numbers of the first are worked out by hand.
+# The forms are those of postprocessors; the numbers of the first are computed by hand.
 FUSION_HAAS = (
     "RESULTSFILE a\nSTART\nTOOLPATHID 12\nG330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0\n"
     "G800 N1 X-0.4394 Y0.5291 Z-0.0753 I0.63893 J-0.76927 K0. O0. U0.005 L0.005\n"

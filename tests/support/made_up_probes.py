@@ -19,7 +19,9 @@ PATTERN = np.repeat(sphere_pattern_25(), 3, axis=0)
 
 def made_up_response(rng: np.random.Generator, asymmetry: float) -> ProbeResponse:
     """A probe of the catalogue with other preload, seats, stiffness, orientation; its rods
-    off by 0.6° times the asymmetry, its spring off the axis by 2 % of the tripod's radius."""
+    displaced by 0.6° times the asymmetry, its spring displaced from the axis by 2 % of the tripod's
+    radius.
+    """
     probe = load_probe(rng.choice(["omp40-2-100mm", "omp40-2", "omp40-2-100mm-carbide"]))
     azimuths = np.radians([0.0, 120.0, 240.0]) + rng.uniform(0.0, 2.0 * np.pi)
     azimuths += asymmetry * rng.normal(0.0, np.radians(0.6), 3)

@@ -21,7 +21,7 @@ class TestStandards:
                    "--form-limit", 3, "--size-limit", 3, "-o", tmp_path / "c.html")  # fmt: skip
         assert "recalled" in text
         assert "conforms" in text
-        assert "does not conform" in text  # not compensated: the size is a mean pretravel off
+        assert "does not conform" in text  # wrong by a mean pretravel
 
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
@@ -34,7 +34,7 @@ class TestStandards:
             [abs(float(row["value_um"])) for row in rows(tmp_path / f"{name}.csv")]
             for name in ("before", "after")
         )
-        # 25 touches of 0.3 um scatter over 4 sigma, 1.2 um, beside the size's 0.1 um.
+        # The range of 25 touches of 0.3 um is 4 sigma, 1.2 um; the size has 0.1 um.
         assert before[0] > 5.0 > 2.0 > after[0]
         assert before[1] > 20.0 > 0.6 > after[1]
 

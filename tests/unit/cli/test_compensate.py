@@ -47,7 +47,7 @@ class TestCompensatedPoints:
             found = points.points
         else:
             readings = read_fusion(out, "mm")
-            # What Fusion does with the file: the radius taken off along the nominal's normal.
+            # The evaluation by Fusion: the radius is subtracted along the nominal normal.
             found = readings.touches.positions - 3.0 * readings.touches.normals
         assert found == pytest.approx(expected.positions, abs=1e-12)
 

@@ -1,4 +1,4 @@
-"""pretravel faces and plan: what simulate reads."""
+"""pretravel faces and plan, whose files simulate reads."""
 
 from __future__ import annotations
 

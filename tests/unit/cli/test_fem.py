@@ -1,4 +1,4 @@
-"""pretravel fem, hysteresis and predict --model fem, as people call them."""
+"""pretravel fem, hysteresis and predict --model fem, as users call them."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def test_fem_says_what_it_built_and_writes_what_paraview_reads(tmp_path: Path) -
     mesh = meshio.read(vtu)
     assert set(mesh.point_data) == {"displacement_um", "force_N"}
     assert {"von_mises_MPa", "von_mises_rest_MPa", "region", "quality"} == set(mesh.cell_data)
-    # Seats, spring and tip hold each other: forces and moments add up to nothing.
+    # Seats, spring and tip are in equilibrium: forces and moments add up to zero.
     force = mesh.point_data["force_N"]
     assert np.abs(force.sum(axis=0)).max() < 1e-9
-    # In the direction of the push the tip has moved by what was said.
+    # In the direction of the push the tip has moved by the printed amount.
     tip = mesh.points[:, 2] < -61.0
     moved = mesh.point_data["displacement_um"][tip & (np.abs(force).sum(axis=1) == 0.0)]
     stated = float(said.split("sensing distance")[1].split()[0])
@@ -87,7 +87,7 @@ def test_fem_writes_its_solids(tmp_path: Path) -> None:
 def test_errors_teach(
     arguments: list[str], words: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path))  # a kept model would hide the solver
+    monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path))  # a kept model would bypass the solver
     result = CliRunner().invoke(app, arguments)
     assert result.exception is not None
     assert words in str(result.exception)
@@ -109,7 +109,7 @@ def test_old_descriptions_are_told_what_is_missing(tmp_path: Path) -> None:
     path.write_text("\n".join(keep), encoding="utf-8")
     result = CliRunner().invoke(app, ["predict", str(path), "--model", "fem"])
     assert "needs the hub's shape" in str(result.exception)
-    invoke("predict", str(path), "--azimuth", "0", "--polar", "90")  # analytic needs none
+    invoke("predict", str(path), "--azimuth", "0", "--polar", "90")  # analytic needs no hub
 
 
 def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
     rows = read_csv_table(table)
     azimuth, force = (rows.numbers(name)[:, 0] for name in ("azimuth_deg", "force_N"))
     deflection, loading = (rows.numbers(name)[:, 0] for name in ("deflection_um", "loading"))
-    # The way out comes first; at its end the deflection is largest: the trigger's and 10 µm.
+    # Loading comes first; at its end the deflection is largest: that at the trigger and 10 µm.
     first = azimuth == 0.0
     turn = int(np.argmax(deflection[first]))
     assert loading[first][turn] == 1.0

@@ -14,7 +14,7 @@ from tests.support.commands import run
 class TestIdentify:
     @pytest.mark.parametrize("ending", ["nc", "csv"])
     def test_description_from_a_map(self, tmp_path: Path, ending: str) -> None:
-        """A map predicted from a changed description gives that description back."""
+        """From a map predicted with a changed description, that description is identified."""
         from pretravel.probe.catalogue import description_text, rewritten
 
         changed = tmp_path / "changed.toml"

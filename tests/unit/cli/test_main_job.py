@@ -88,7 +88,7 @@ class TestMainJob:
 
 
 def test_pages(tmp_path: Path) -> None:
-    """One file with the numbers and a picture in it."""
+    """The page is one file that contains the numbers and a picture."""
     saved = tmp_path / "map.nc"
     options = ["--diameter", 24.9987, "--tip-diameter", 6]
     run("qualify", SPHERE, *options, "-o", saved)

@@ -18,7 +18,7 @@ PART = EXAMPLES / "part.step"
 
 
 class TestThereAndBack:
-    """simulate on the part, compensate with the nominal part: the surface again, 1e-6 mm."""
+    """simulate, then compensate with the nominal part, reproduces the surface to 1e-6 mm."""
 
     def _touches(self, folder: Path, *extra: object) -> Path:
         run("plan", PART, "--spacing", 8, "-o", folder / "plan.csv")
@@ -42,14 +42,14 @@ class TestThereAndBack:
         touches = self._touches(tmp_path, "--model", "shen")
         off = self._deviation(tmp_path, touches, "--map", "omp40-2", "--model", "shen")
         assert np.abs(off).max() < 1e-3
-        # The other model is another probe.
+        # Another model is another probe.
         assert np.abs(self._deviation(tmp_path, touches, "--map", "omp40-2")).max() > 0.5
 
     def test_in_the_machines_frame(self, tmp_path: Path) -> None:
         place = ("--place", "100,-50,20,5,-8,30", "--frame", "machine")
         touches = self._touches(tmp_path, *place)
         at = positions(touches)
-        assert at[:, 0].mean() > 60.0  # it is there, not where the part's frame is
+        assert at[:, 0].mean() > 60.0  # the touch is in the machine's frame, not in the part's
         off = self._deviation(tmp_path, touches, "--map", "omp40-2", *place)
         assert np.abs(off).max() < 1e-3
         points = positions(tmp_path / "points.csv")
@@ -124,8 +124,9 @@ def test_predicted_tables_say_that_they_are_tables(tmp_path: Path) -> None:
 
 
 def test_the_example_part_measured(tmp_path: Path) -> None:
-    """Real noise, another's simulation: with the part as nominal the deviations are those along
-    the nominal points' normals, but for the slide: hundredths of a micrometre."""
+    """Touches with noise, from another simulation. With the part as nominal the deviations are
+    those along the normals of the nominal points, except for the slide: hundredths of a
+    micrometre."""
     run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
         "-o", tmp_path / "q.nc")  # fmt: skip
     touches = EXAMPLES / "part_touches.csv"

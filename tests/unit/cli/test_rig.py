@@ -52,7 +52,7 @@ class TestRig:
         assert page.count("data:image/png") == 2
 
     def test_map_to_compensate_with(self, tmp_path: Path) -> None:
-        """At its directions the map has their mean pretravel; between them it is linear."""
+        """In its directions the map has their mean pretravel; between them it is linear."""
         from pretravel.directions import from_angles
         from pretravel.formats.map_file import read_map
 

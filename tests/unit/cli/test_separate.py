@@ -59,7 +59,7 @@ class TestSeparate:
         filled = [lines[0], *(f"{line}{0.1 * (i % 7):.2f}" for i, line in enumerate(lines[1:]))]
         form.write_text("\n".join(filled) + "\n")
         assert "12 machine and 12 probe" in run("separate", form).replace("\n  ", " ")
-        # A cell left empty is a reading that was not made.
+        # An empty cell is a reading that was not made.
         count = len(filled) - 1
         form.write_text("\n".join([*filled[:5], lines[5], *filled[6:]]) + "\n")
         assert f"{count - 1} readings" in run("separate", form)

@@ -1,4 +1,4 @@
-"""pretravel simulate: there and back, noise, delay, errors."""
+"""pretravel simulate: round trip, noise, delay, errors."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class TestSimulate:
         return path
 
     def test_sphere_and_back(self, tmp_path: Path) -> None:
-        """Touched and compensated with the same probe's map, the sphere comes back: to what
-        linear interpolation over 1° leaves."""
+        """Touched and compensated with the map of the same probe, the sphere is reproduced, to the
+        error of linear interpolation over 1°."""
         targets, touches = self._targets(tmp_path / "t.csv"), tmp_path / "touches.csv"
         ball = "sphere:radius=12.5,x=5"
         run("simulate", "omp40-2", "--surface", ball, "--targets", targets, "-o", touches,
@@ -50,7 +50,7 @@ class TestSimulate:
         assert all(abs(float(r["deviation_um"])) < 0.02 for r in table)
 
     def test_plane_by_hand(self, tmp_path: Path) -> None:
-        """P = T + (r - pretravel) n, with the pretravel that predict gives for that normal."""
+        """P = T + (r - pretravel) n, with the pretravel of predict for this normal."""
         targets, touches = tmp_path / "t.csv", tmp_path / "touches.csv"
         normal = (np.sin(np.radians(40)), 0.0, np.cos(np.radians(40)))
         targets.write_text(

@@ -27,7 +27,7 @@ class TestComparison:
     def test_three_lobes_in_closed_form(self) -> None:
         result = compare_corrections(lobes(3, phase=90 * DEGREE))
         left = {(row.method, row.where): row for row in result.rows}
-        # One radius leaves the whole lobes; their mean square over the azimuth is a half.
+        # One radius does not remove the lobes; their mean square over the azimuth is a half.
         assert left["mean radius", "equator"].largest == pytest.approx(1.0)
         assert left["mean radius", "equator"].rms == pytest.approx(np.sqrt(0.5), abs=1e-9)
         assert left["eight sectors", "equator"].largest == pytest.approx(1.0)

@@ -32,7 +32,7 @@ class TestCompensation:
         )  # fmt: skip
 
     def test_covariance_against_monte_carlo(self) -> None:
-        """Reading, map and tip radius drawn at random; 20 000 draws know variances to 1 %."""
+        """Reading, map and tip radius drawn at random; 20 000 draws determine variances to 1 %."""
         rng = np.random.default_rng(7)
         n = np.array([[0.6, 0.0, 0.8]])
         a = unit([[-0.2, 0.1, -1.0]])
@@ -49,8 +49,9 @@ class TestCompensation:
         assert points.standard_uncertainty[0] == pytest.approx(np.sqrt(along), rel=0.03)
 
     def test_oblique_map_uncertainty_in_closed_form(self) -> None:
-        """Approach 60° off the normal: the travel's uncertainty is that of the map over cos 60°,
-        and along the normal it comes back to the map's. Repeatability acts along the approach."""
+        """Approach 60° off the normal: the uncertainty of the travel is that of the map over cos
+        60°, and along the normal that of the map again. Repeatability acts along the approach.
+        """
         n = np.array([[0.0, 0.0, 1.0]])
         a = np.array([[math.sqrt(0.75), 0.0, -0.5]])
         quiet = replace(self._map(), repeatability=0.0, u_tip_radius=0.0)
@@ -62,7 +63,7 @@ class TestCompensation:
         assert along == pytest.approx(0.5 * 3e-4)
 
     def test_oblique_approaches_are_warned_of(self) -> None:
-        """Only of a map that was measured, so that it may hold a delay."""
+        """Only for a measured map, because it can contain a delay."""
         n = np.array([[0.0, 0.0, 1.0]])
         for tilt, noise, expected in ((30.0, 3e-4, True), (5.0, 3e-4, False), (30.0, 0.0, False)):
             a = [[math.sin(math.radians(tilt)), 0.0, -math.cos(math.radians(tilt))]]
@@ -93,7 +94,8 @@ class TestCompensation:
         touches = Touches(positions, n, nominal_points=surface)
         assert np.allclose(apply(touches, self._map()).deviation, 0.005, atol=1e-12)
         ball = apply(touches, self._map(), nominal=Sphere([0.0, 0.0, 0.0], 10.0)).deviation
-        # The stem gives 16 µm along the ball: it slides to where 16² / (2 · 13 mm) is 10 nm.
+        # The stem deflects 16 µm along the ball: the slide has an effect of 16² / (2 · 13 mm), 10
+        # nm.
         assert ball[1] == pytest.approx(0.005, abs=2e-5)
         floor = apply(touches, self._map(), nominal=Plane([0, 0, 0], [0, 0, 1])).deviation
         assert floor[0] == pytest.approx(0.005, abs=1e-12)

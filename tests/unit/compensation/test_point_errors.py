@@ -44,7 +44,7 @@ def test_map(made: PretravelMap) -> None:
 
 
 def test_points_with_their_covariance(made: PretravelMap) -> None:
-    """Oblique approaches, so that all nine elements count."""
+    """Oblique approaches, so that all nine elements matter."""
     n = sphere_pattern_25()
     a = unit(-n + 0.3 * np.roll(n, 1, axis=1))
     touches = Touches(n * 15.49, n, approaches=a)
@@ -67,7 +67,7 @@ def test_points_share_what_they_share(made: PretravelMap) -> None:
 
 
 def test_sphere_by_both(made: PretravelMap) -> None:
-    """A sphere is nearly linear in its points: the GUM stands."""
+    """A sphere is nearly linear in its points: the GUM is validated."""
     n = sphere_pattern_25()
     touches = Touches(n * 15.49, n)
     points = apply(touches, made)
@@ -80,8 +80,8 @@ def test_sphere_by_both(made: PretravelMap) -> None:
 
 
 def test_sphere_errors_are_as_stated() -> None:
-    """The whole way: qualify on one sphere, measure another, many times, a probe known in
-    simulation. Diameter's errors over u: deviation one (40 draws: 11 %)."""
+    """The complete chain, many times: a known simulated probe is qualified on one sphere and
+    measures another. Errors of the diameter over u have a deviation of one (40 draws: 11 %)."""
     z = []
     response = made_up_response(np.random.default_rng(0), 0.0)
     n = sphere_pattern_25()

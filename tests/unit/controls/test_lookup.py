@@ -1,4 +1,4 @@
-"""Maps as tables and series that a control evaluates."""
+"""Maps in the form of tables and series that a control evaluates."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def predicted() -> PretravelMap:
 
 class TestLookup:
     def test_recurrence_is_the_spherical_harmonics(self) -> None:
-        """Ours, as a control does it, against SciPy's associated Legendre functions."""
+        """The recursion for a control against SciPy's associated Legendre functions."""
         directions = fibonacci_cap(200, np.pi)
         across = np.hypot(directions[:, 0], directions[:, 1])
         for order in range(9):
@@ -92,7 +92,7 @@ class TestLookup:
         error = np.abs(
             table.value(directions) - pretravel_map.pretravel(directions, extrapolate=True)
         )
-        # Found on 200 000 directions; kinks may hide a little more between them.
+        # Searched in 200 000 directions; the error may be larger at kinks between them.
         assert error.max() < 1.1 * table.largest_error + 1e-9
         assert error.max() > 0.2 * table.largest_error
         nodes = grid(

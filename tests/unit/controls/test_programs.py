@@ -50,7 +50,7 @@ class TestWays:
         for start, end in places(program):
             count = max(int(np.linalg.norm(end - start) / 0.1), 1) + 1
             for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
-                # A sphere that is up to the clearance beside where it was told is not met.
+                # A sphere that is displaced by up to the clearance is not met.
                 assert np.linalg.norm(tip) > 12.5 + 3.0 + 0.99
                 stem = np.hypot(np.hypot(*tip[:2]), tip[2] + height)
                 assert stem.min() > 12.5 + 1.0 + 0.99
@@ -109,7 +109,7 @@ class TestRefusals:
         ("machine", "targets", "words"),
         [
             (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 16.500 mm at least"),
-            # 60° below the equator the stem would cut through the sphere.
+            # 60° below the equator the stem would pass through the sphere.
             (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the"),
             (replace(MACHINE, stylus_length=10.0), from_angles(np.pi / 2, 0.0), "stem or body"),
         ],

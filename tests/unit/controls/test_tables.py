@@ -21,10 +21,10 @@ class TestHeidenhain:
         assert "UNVERIFIED" in text.splitlines()[0]
         last = text.splitlines()[-1].split()
         assert float(last[1]) == 90.0
-        assert float(last[2]) == pytest.approx(-10.0, abs=1e-6)  # the mean around
+        assert float(last[2]) == pytest.approx(-10.0, abs=1e-6)  # the mean over the azimuth
 
     def test_a_tilted_probe_has_its_own_angles(self) -> None:
-        """Angles are those from the probe's axis, however the probe is mounted."""
+        """Angles are measured from the axis of the probe, in every orientation of the probe."""
         tilted = lobes(3, rotation=probe_rotation((np.sin(0.5), 0.0, np.cos(0.5)), 0.3))
         assert heidenhain_table(tilted) == heidenhain_table(lobes(3))
 
@@ -46,7 +46,7 @@ class TestHeidenhain:
 
 class TestDelayTravel:
     def test_in_every_table_a_later_trigger(self) -> None:
-        """10 µm of travel more: pretravel larger, radii and deviations smaller by that."""
+        """With 10 µm more travel, pretravel grows and radii and deviations shrink by 10 µm."""
         pretravel_map = lobes(3)
         slow, fast = (heidenhain_table(pretravel_map, travel=t).splitlines()[-1].split()[2]
                       for t in (0.0, 0.01))  # fmt: skip

@@ -1,8 +1,9 @@
-"""Files that were written before the rooms were redrawn still read, to the same numbers.
+"""Files of version 1 can still be read and give the same numbers.
 
 Maps of every kind: qualified on a sphere of 25 mm (tip 6 mm, u of the diameter 0.25 µm, simulated
 noise 0.3 µm). The axis of the harmonic and the sector map is (0.48, 0.64, 0.6); harmonic maps are
-cut at degree 4, to be small. `values.csv` has what the version that wrote them evaluated.
+cut at degree 4, to be small. `values.csv` contains the values that the
+version that wrote them computed.
 """
 
 from __future__ import annotations

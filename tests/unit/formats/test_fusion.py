@@ -38,7 +38,9 @@ class TestFusion:
         assert float((surface - nominal) @ normal) == pytest.approx(-0.001966, abs=1e-6)
 
     def test_turned_work_plane(self, tmp_path: Path) -> None:
-        """A published pair: points in a turned plane, and the same turned back (4 decimals)."""
+        """A published pair: points in a rotated plane, and the same points rotated back (4
+        decimals).
+        """
         turned = (
             "START\nG330 N0 A-45.0 B-72.766 C0.0 X0.0 Y0.0 Z0.0 I0 R0\n"
             "G800 N1 X164.31 Y-42.453 Z97.652 I0.1707 J0.9091 K0.38 O0U0.01L-0.01\n"

@@ -20,7 +20,7 @@ from tests.support.control_logs import (
 class TestGrbl:
     def test_work_coordinates_repeats_and_misses(self, tmp_path: Path) -> None:
         rows_ = read_grbl_log(written(tmp_path, GRBL_LOG))
-        # The report among the parameters of $# repeats the one before: it is none.
+        # The report among the parameters of $# repeats the one before: it is no touch.
         assert rows_.lines == (4, 6, 11)
         assert rows_.contact == (True, True, False)
         assert rows_.positions == pytest.approx(

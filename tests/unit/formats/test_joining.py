@@ -18,7 +18,7 @@ class TestJoin:
     def test_by_the_lines_whatever_the_order(self) -> None:
         seen = np.array([[23.01, 0, -5], [10, 0, 2.98], [0, 0, 2.99], [10, 0, 1.01]])
         found = join(FilePositions("log", seen, (1, 2, 3, 4)), PLAN, 3.0, overtravel=2.0)
-        # Ten micrometres before the end of its move: where a control stops that met nothing.
+        # Ten micrometres before the end of its move, where a control stops without a contact.
         assert found.missed == ("b.2",)
         seen, end = seen[:3], seen[3:] + np.array([0, 0, 0.03])
         assert join(FilePositions("log", end, (1,)), PLAN, 3.0, overtravel=2.0).missed == ()
@@ -26,7 +26,7 @@ class TestJoin:
         assert found.touches.labels == ("wall", "b.1", "a")
         assert found.touches.normals[0].tolist() == [1.0, 0.0, 0.0]
         assert found.touches.lines == (1, 2, 3)
-        # LinuxCNC leaves out a repeat that equals the one before: named, not invented.
+        # LinuxCNC leaves out a repeat that equals the one before: it is named, not added.
         assert "b.2" in found.notes()[0]
 
     @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Logs of LinuxCNC: our own, and that of PROBEOPEN."""
+"""Logs of LinuxCNC: that of pretravel and that of PROBEOPEN."""
 
 from __future__ import annotations
 

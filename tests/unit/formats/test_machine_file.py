@@ -73,7 +73,7 @@ class TestMachineFile:
         ],
     )
     def test_refused(self, tmp_path: Path, text: str, line: bool, words: str) -> None:
-        """Appended to, or put in place of a line of, a good file."""
+        """A line is appended to a valid file or replaces one of its lines."""
         path = tmp_path / "mill.toml"
         old, _, new = text.partition(" -> ")
         path.write_text(machine_text(Machine()).replace(old, new) if new else text)
@@ -86,7 +86,7 @@ class TestMachineFile:
         var.write_text("5210\t1\n5211\t1\n5212\t0\n5213\t0\n5220\t2\n5241\t10\n5242\t20\n5243\t-30\n"
                        "5250\t90\n")  # fmt: skip
         name, work = read_work_offset(var)
-        # G92 lies inside the turned coordinates: its x is the machine's y.
+        # G92 is in the rotated coordinates: its x is the y of the machine.
         assert name == "G55"
         assert work.shift == pytest.approx([10.0, 21.0, -30.0])
         table = tmp_path / "tool.tbl"

@@ -1,4 +1,4 @@
-"""Map files: what is no map is refused, damage is noticed, tables keep what they hold."""
+"""Map files: other files are refused, damage is detected, tables keep their values."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class TestMapFiles:
         return path
 
     def test_damage_is_noticed(self, tmp_path: Path) -> None:
-        """The coefficient's eight bytes, found by value, changed in the last place but two."""
+        """The eight bytes of a coefficient, found by value, change in the last place but two."""
         path = self._written(tmp_path)
         value = read_map(path).coefficients[0]
         raw = path.read_bytes()

@@ -47,7 +47,7 @@ class TestQif:
         assert found.radii[0] == 2500.0
 
     def test_tip_centres_as_a_public_file_has_them(self, tmp_path: Path) -> None:
-        """Figures of DMSC's sample: its own reported deviation comes out of centre and radius."""
+        """Figures of DMSC's sample: its reported deviation follows from centre and radius."""
         text = QIF_FILE.replace("UNITS", MM).replace('count="2"', 'count="1"')
         text = text.replace("0 0 3 10 0 3", "-51.726518705386 54.198959479609 -1.276811288879")
         text = text.replace("<Normals>0 0 1 0 0 1</Normals>", "").replace("2.5<", "2.49978271104<")
@@ -91,7 +91,7 @@ class TestQif:
         assert again.touches.labels == touches.labels
 
     def test_elements_stand_in_the_order_of_the_schema(self, tmp_path: Path) -> None:
-        """Order and obligation as in QIF 3.0's schema, transcribed for the path to the set."""
+        """Order and obligation as in the schema of QIF 3.0, transcribed for the path to the set."""
         touches = example_touches()
         write_qif(tmp_path / "a.qif", touches.positions, touches.normals, touches.labels or (),
                   compensated=True, tip_radius=3.0, deviations=np.zeros(len(touches)))  # fmt: skip

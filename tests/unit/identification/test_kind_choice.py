@@ -9,8 +9,8 @@ from tests.support.examples import SPHERE
 
 
 def test_choice_among_kinds() -> None:
-    """On a six-seat probe's touches the physical kind predicts left-out directions best; on a
-    sphere that is just round, one number does as well as any, and the choice says why."""
+    """On a six-seat probe's touches the physical kind predicts omitted directions best. With
+    a constant pretravel, one number is as good as any kind, and the choice states why."""
     touches = read_touches(SPHERE)
     chosen = choose(touches, QualificationSetup(24.9987, tip_diameter=6.0))
     assert chosen.kind == "physical"

@@ -1,4 +1,4 @@
-"""Kinds of map by name, and qualification like an earlier one."""
+"""Kinds of map by name, and qualification with the setup of an earlier one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The physical kind: what it states of its fit, and what it refuses."""
+"""The physical kind: its statements on the fit, and its refusals."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ PART = read_touches(PART_TOUCHES).normals
 
 
 def test_example_probe() -> None:
-    """The example's truth is unknown here. The fit leaves what the repeats scatter (a lack of fit
-    would show), and says so."""
+    """The truth of the example is unknown here. The residuals of the fit are as large as the
+    scatter of the repeats, so no lack of fit is detected, and the report states this."""
     result = example_qualification("physical")
     fit = result.fit
     assert isinstance(fit, PhysicalMapFit)
@@ -34,7 +34,7 @@ def test_example_probe() -> None:
 
 
 def test_another_kind_of_probe_is_noticed() -> None:
-    """Lobes that no tripod has, 1 um: said, and u of the map grows by what is missed."""
+    """Lobes of 1 um that no tripod has are reported and added to u of the map."""
     rng = np.random.default_rng(2)
     response = made_up_response(rng, 0.0)
     touches = touches_of(response, PATTERN, rng)
@@ -49,7 +49,9 @@ def test_another_kind_of_probe_is_noticed() -> None:
 
 
 def test_gauge_is_stated() -> None:
-    """Centre against first harmonic: along the axis priors decide, to a quarter of a micrometre."""
+    """Centre against first harmonic: along the axis the priors determine it, to a quarter of a
+    micrometre.
+    """
     rng = np.random.default_rng(3)
     result = qualify(
         touches_of(made_up_response(rng, 0.0), PATTERN, rng),

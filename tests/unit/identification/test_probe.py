@@ -1,4 +1,4 @@
-"""A description from a map: what the map does not determine, and probes of another kind."""
+"""A description from a map: undetermined numbers, and probes of another kind."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_what_the_map_does_not_determine(tmp_path: Path) -> None:
 
 
 def test_a_probe_of_another_kind_widens_u() -> None:
-    """Woźniak's lobes are no six-seat probe's: said, and u is of the size of what is missed."""
+    """Woźniak's lobes, which no six-seat probe has, are reported; u has the size of the misfit."""
     made = example_map("wozniak")
     sharp = replace(made, covariance=Covariance.full(1e-4 * made.covariance.matrix))
     found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])

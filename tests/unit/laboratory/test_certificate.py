@@ -22,7 +22,7 @@ def test_a_template_states_nothing(tmp_path: Path) -> None:
 
 
 def test_dates_and_numbers_are_texts(tmp_path: Path) -> None:
-    """TOML has types for them; a certificate prints what the file has."""
+    """TOML has types for them; a certificate prints the text of the file."""
     path = tmp_path / "lab.toml"
     path.write_text("[item]\ncalibrated = 2026-11-22\nserial_number = 17\n", encoding="utf-8")
     item = read_laboratory(path).item

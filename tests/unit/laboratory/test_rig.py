@@ -23,13 +23,13 @@ from pretravel.laboratory.rig_events import rig_touch
 from tests.support.examples import EXAMPLES
 
 UM = 1e-3
-# A sample's edge lies anywhere in 1 ms of 0.05 mm/s, 0.05 um; noise of 5 nm beside it.
+# An edge lies anywhere in a sample of 1 ms at 0.05 mm/s, 0.05 um; the noise is 5 nm.
 NEAR = 0.04 * UM
 
 
 @dataclass(frozen=True)
 class Made:
-    """A rod goes out at 0.05 mm/s, stands for 0.2 s, and goes back."""
+    """A rod advances at 0.05 mm/s, rests for 0.2 s, and returns."""
 
     r0: float = 0.083_213
     pretravel: float = 4.237 * UM
@@ -93,7 +93,7 @@ class TestEvents:
         assert abs(np.mean(off)) < 0.006 * UM
 
     def test_tip_that_is_compressed(self) -> None:
-        """The laser sees the tip only: the rod's travel less the tip's is what both gave."""
+        """The laser sees only the tip: rod travel less tip travel is the deformation of both."""
         made = replace(Made(), compression=0.2 * UM)
         touch = rig_touch(made.trace())
         made.check(touch)
@@ -125,7 +125,7 @@ class TestEvents:
         assert "2 short excursions of the trigger signal ignored" in touch.notes
 
     def test_interference_just_before_contact(self) -> None:
-        """Within the time that bounce takes; the laser shows that the tip was at rest."""
+        """Within the duration of bounce; the laser shows that the tip was at rest."""
         made = replace(Made(), speed=0.2)
         trace = made.trace()
         contact = trace.contact.copy()
@@ -200,7 +200,7 @@ class TestEvents:
 
     @pytest.mark.parametrize("late", [0, 5, 12, 40])
     def test_trigger_after_the_rod_has_stopped(self, late: int) -> None:
-        """R1 is where the rod stands then, not on the continued line of its way."""
+        """R1 is the position of the rod at this time, not that of its extrapolated motion."""
         made, trace = Made(), Made().trace()
         stop = round((made.r0 + made.pretravel + made.beyond) / made.speed * made.rate)
         trigger = np.ones(len(trace.time), dtype=bool)
@@ -243,8 +243,7 @@ class TestEvents:
             replace(trace, ruler=trace.ruler * 1e-3)
 
     def test_example_traces(self) -> None:
-        """Contact signal and laser, two ways to r0 (r3) that know nothing of each other, agree to
-        the sampling."""
+        """Contact signal and laser, two independent ways to r0 (r3), agree to the sampling."""
         for path in sorted((EXAMPLES / "rig").glob("*.csv")):
             trace = read_rig_trace(path)
             by_signal = rig_touch(trace)
@@ -253,7 +252,7 @@ class TestEvents:
             assert by_signal.r3 == pytest.approx(by_laser.r3, abs=NEAR)
 
     def test_a_warm_ruler(self) -> None:
-        """Grown by 8 ppm at 21 °C: what it calls 100 mm is 100.0008 mm."""
+        """Grown by 8 ppm at 21 °C: an indicated length of 100 mm is 100.0008 mm."""
         trace = Made().trace()
         assert at_reference_temperature(trace, 21.0, 8e-6).ruler == pytest.approx(
             trace.ruler * 1.000008

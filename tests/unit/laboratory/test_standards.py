@@ -1,4 +1,4 @@
-"""Figures of standards: what they measure, and when they are a verdict."""
+"""Figures of standards: their values, and when they support a verdict."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ N = sphere_pattern_25()
     ],
 )
 def test_verdict_only_outside_the_uncertainty_zone(value: float, verdict: str) -> None:
-    """ISO 14253-1 as recalled: limit 2 um, U = 0.4 um."""
+    """ISO 14253-1, quoted from memory: limit 2 um, U = 0.4 um."""
     assert StandardFigure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "recalled").verdict == verdict
 
 
 def test_form_and_size_of_known_touches() -> None:
-    """One direction 3 um out, its opposite neighbours in place: the least-squares sphere takes up
-    part of it, so form is the range about that sphere, worked out by normal equations."""
+    """One direction is 3 um too far out, its opposite neighbours are not. The least-squares sphere
+    takes up a part of it; form is the range about this sphere, computed by normal equations."""
     off = np.zeros(25)
     off[20] = 3.0 * UM
     radius = 12.5 + 3.0 + 1.0 * UM

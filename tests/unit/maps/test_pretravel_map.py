@@ -1,4 +1,4 @@
-"""What a pretravel map refuses and what it keeps."""
+"""Refusals of a pretravel map, and the data that it keeps."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TestMapValidation:
             Covariance.full(bad)
 
     def test_shared_errors_are_interpolated_as_uncertainties(self) -> None:
-        """Halfway between sectors of 2 and 4 µm u is 3 µm, not less than either's share."""
+        """Halfway between sectors of 2 and 4 µm u is 3 µm, not less than the share of either."""
         variances = np.full(10, 4e-6)
         variances[3] = 16e-6
         shared = Covariance.fully_shared(variances)
@@ -56,7 +56,7 @@ class TestMapValidation:
             made.coefficients[0] = 1.0  # type: ignore[index]
 
     def test_many_directions_are_the_same_as_few(self) -> None:
-        """Chunks: values do not depend on how many are asked for at once."""
+        """Chunks: values do not depend on the number of directions in one call."""
         basis = HarmonicBasis(degrees_and_orders(12))
         rng = np.random.default_rng(0)
         half = rng.normal(size=(basis.size, basis.size)) * 1e-5

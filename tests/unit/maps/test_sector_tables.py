@@ -1,4 +1,4 @@
-"""Maps as tables of sectors."""
+"""Maps in the form of tables of sectors."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class TestSectors:
         table = touched_sectors(lobes(3))
         expected = {name: 10.0 + np.cos(3 * float(name) * DEGREE) for name in SECTOR_NAMES[2:]}
         assert table.pretravel[2:] == pytest.approx(list(expected.values()))
-        # Opposite directions share a radius, and three lobes are opposite there: a mean of nothing.
+        # Opposite directions share a radius, and three lobes have opposite signs there: mean zero.
         assert table.pretravel[:2] == pytest.approx([10.0, 10.0])
         assert table.largest == pytest.approx(1.0)
 
     def test_resampled_is_the_best_there_is(self) -> None:
-        """No other radii leave less, by an optimiser that knows only the residual."""
+        """No other radii have a smaller residual, by an optimiser that uses only the residual."""
         from scipy.optimize import linprog
 
         from pretravel.maps.kinds.sectors import SectorBasis
@@ -36,7 +36,7 @@ class TestSectors:
         azimuth = np.arange(0.0, 360.0, 0.5) * DEGREE
         design = SectorBasis().design(from_angles(np.pi / 2, azimuth))
         truth = pretravel_map.pretravel(from_angles(np.pi / 2, azimuth))
-        # At ties either sector may be taken: both must hold.
+        # At ties either sector may be taken: the bound must hold for both.
         i, j = np.nonzero(design)
         a = np.zeros((2 * len(i), 11))
         a[np.arange(len(i)), j], a[len(i) + np.arange(len(i)), j] = 1.0, -1.0
@@ -48,7 +48,7 @@ class TestSectors:
         assert resampled_sectors(pretravel_map, "rms").rms < found.rms
 
     def test_within_a_sector_071_of_a_lobe_is_left(self) -> None:
-        """15° from a sector's middle three lobes have gone through 45°."""
+        """15° from the centre of a sector, the phase of three lobes has changed by 45°."""
         pretravel_map = lobes(3, phase=90 * DEGREE)
         table = touched_sectors(pretravel_map)
         azimuth = np.concatenate([float(n) + np.arange(-15, 16) for n in SECTOR_NAMES[2:]])
@@ -56,20 +56,20 @@ class TestSectors:
         value = np.repeat(table.pretravel[2:], 31)
         left = np.max(np.abs(pretravel_map.pretravel(around) - value))
         assert left == pytest.approx(np.sin(45 * DEGREE), abs=1e-9)
-        # Where opposite directions share one radius a whole lobe can be left.
+        # If opposite directions share one radius, the residual can be a whole lobe.
         assert table.largest == pytest.approx(1.0)
 
     def test_variables_in_the_order_of_the_control(self) -> None:
         text = renishaw_variables(lobes(3), base=500)
         values = {int(n): float(v) for n, v in re.findall(r"^#(\d+)=([\d.]+)", text, re.M)}
         assert sorted(values) == [500, 501, *range(510, 518)]
-        # Largest effective radius where the pretravel is least.
+        # The effective radius is largest where the pretravel is smallest.
         assert values[511] > values[510]  # 60°: cos 180°; 30°: cos 90°
         assert 502 not in values
         assert 503 not in values
 
     def test_tables_are_in_the_machine_s_axes(self) -> None:
-        """A probe mounted 30° turned: the sector that it had at 30° is at 60° now."""
+        """With the probe rotated by 30°, its sector at 30° is now at 60°."""
         turned = renishaw_variables(lobes(3, rotation=probe_rotation(rotation=30 * DEGREE)))
         straight = renishaw_variables(lobes(3))
         of = [dict(re.findall(r"^#(\d+)=([\d.]+)", t, re.M)) for t in (turned, straight)]

@@ -1,4 +1,4 @@
-"""Geometry, mesh and their errors: which part, and what to change."""
+"""Geometry, mesh and their errors, which name the part and the remedy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def hub(probe: Probe, **changes: float) -> Probe:
 
 
 def step_solids(probe: Probe, path: Path) -> StepGeometry:
-    """The described probe through a STEP file, solids named as they were."""
+    """The described probe through a STEP file, with the same names of solids."""
     write_step(path, probe)
     return StepGeometry(
         path=path,
@@ -50,7 +50,7 @@ def test_regions_and_volumes(omp40: Probe) -> None:
     head, stem = omp40.stylus
     assert volume["stylus 1"] == pytest.approx(np.pi / 4 * head.diameter**2 * head.length, rel=1e-9)
     assert volume["tip"] == pytest.approx(4 / 3 * np.pi * 27.0, rel=1e-9)
-    # The stem reaches into the ball by the ball's cap over its section.
+    # The stem enters the ball by the height of the ball's cap over its section.
     depth = np.sqrt(9.0 - 0.25 * stem.diameter**2)
     assert volume["stylus 2"] == pytest.approx(
         np.pi / 4 * stem.diameter**2 * (stem.length - depth)
@@ -87,7 +87,7 @@ def test_half_a_hub_is_refused() -> None:
 
 
 def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> None:
-    """Out and in again: the same sensing distance, up to the other mesh."""
+    """Written and read again: the same sensing distance, up to the different mesh."""
     directions = from_angles(np.radians([90.0, 40.0]), np.radians([0.0, 75.0]))
     probe = replace(omp40, step=merged_step(omp40, tmp_path))
     found = []
@@ -99,7 +99,7 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
 
 
 def merged_step(probe: Probe, folder: Path) -> StepGeometry:
-    """As a CAD user would have it: tripod, head, stem and tip, one solid each."""
+    """As a CAD user draws it: tripod, head, stem and tip, one solid each."""
     from pretravel.model.fem.described_solids import described_solids
 
     parts = {part.name: part.solid for part in described_solids(probe)}
@@ -201,7 +201,7 @@ def test_a_hub_can_be_of_another_material(omp40: Probe) -> None:
 
 
 def test_solids_that_were_written_can_be_used_by_name(omp40: Probe, tmp_path: Path) -> None:
-    """The recipe of docs/finite_elements.md: three rods of one name are one choice."""
+    """The recipe of docs/finite_elements.md: three rods with one name are selected together."""
     probe = replace(omp40, step=step_solids(omp40, tmp_path / "omp40.step"))
     solids = probe_solids(probe)
     assert set(solids.materials) == {

@@ -1,4 +1,4 @@
-"""Kept models: found again, never confused, never trusted when damaged."""
+"""Kept models are found again, not confused with others, and not used when damaged."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def forget() -> None:
-    """What this process remembers is not what is tested."""
+    """Clear the memory of this process, so that the files are tested."""
     reduction_cache._remembered.cache_clear()
 
 
@@ -103,7 +103,7 @@ def test_a_folder_that_cannot_be_written_is_said(
 
 
 def stepped(probe: Probe, folder: Path) -> list[Probe]:
-    """With a STEP file, another content of it, another material and another choice of solids."""
+    """STEP file: other content, another material and another choice of solids differ."""
     first, second = folder / "a.step", folder / "b.step"
     first.write_text("one")
     second.write_text("two")
@@ -159,7 +159,7 @@ def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
 def test_from_the_cache_neither_kernel_nor_solver_is_loaded(
     omp40: Probe, folder: Path, forget: None
 ) -> None:
-    """What makes the second run quick: CAD kernel, mesher and solver stay out."""
+    """The second run is fast, because it does not import CAD kernel, mesher and solver."""
     from pretravel.trigger.predict import predict
 
     predict(omp40, [[1.0, 0.0, 0.0]], "fem")

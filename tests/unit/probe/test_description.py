@@ -1,4 +1,4 @@
-"""Descriptions of probes: refused with the line and the key; numbers have their sources."""
+"""Descriptions of probes: refused with line and key; numbers have sources."""
 
 from __future__ import annotations
 

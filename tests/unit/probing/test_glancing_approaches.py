@@ -1,4 +1,4 @@
-"""One limit holds for glancing approaches, wherever they enter."""
+"""The same limit holds for glancing approaches at every entry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inspection plans: as many points as asked for, where they were asked for."""
+"""Inspection plans have the requested number of points at the requested places."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def test_a_margin_keeps_off_the_edges_and_says_so() -> None:
 
 
 def test_spacing_is_the_largest_distance_of_neighbours() -> None:
-    """Every point of the face has one of the plan within the diagonal of a square of that side,
-    margin apart."""
+    """Every point of the face, except for the margin, has a point of the plan within the diagonal
+    of a square of this side."""
     part, spacing = read_step_part(PART), 3.0
     plan = plan_inspection(part, spacing=spacing, region=WHOLE)
     face = part.faces[0]
@@ -54,7 +54,7 @@ def test_spacing_is_the_largest_distance_of_neighbours() -> None:
 
 
 def test_by_curvature_chords_stay_low() -> None:
-    """On a torus the tube is curved more inside than the ring: points are closer by the root."""
+    """The tube of a torus is curved more than the ring: points are closer by the square root."""
     ring = Torus([0, 0, 0], 20.0, 5.0)
     chord, region = 0.05, InspectionRegion(margin=0.0, v=(0.1, 3.0))
     plan = plan_inspection(ring, chord=chord, region=region)

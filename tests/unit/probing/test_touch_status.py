@@ -1,4 +1,4 @@
-"""What a touch says when it cannot be one: missed, edge, another face, stem, no trigger."""
+"""Status of touches that fail: missed, edge, another face, stem, no trigger."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class TestOnABlock:
         assert _one(tip, step, [64.0, 20.0, 20.0], UP)[0] == TouchStatus.MISSED
 
     def test_too_near_to_the_step_its_wall_comes_first(self, tip: PredictedTip, step: Part) -> None:
-        """The wall is 2 mm away, the ball has 3: coming down it meets the upper edge or wall."""
+        """The wall is 2 mm away, the ball radius is 3: moving down it meets edge or wall."""
         status, face = _one(tip, step, [45.0, 38.0, 20.0], UP, clearance=5.0)
         assert status == TouchStatus.OTHER_FACE
         assert face in (_face_at(step, [45.0, 40.0, 30.0]), _face_at(step, [45.0, 50.0, 40.0]))
@@ -99,7 +99,7 @@ class TestOnABlock:
     def test_the_stem_is_asked_for(self, tip: PredictedTip, step: Part) -> None:
         """Under an overhang only the ball has room: a probe from above hits with its stem."""
         outline = stylus_outline(load_probe("omp40-2"), np.array(UP))
-        # Outside at the foot of the block, leaning over nothing: free.
+        # Outside at the foot of the block, under no overhang: free.
         free = {"clearance": 1.0, "stylus": outline}
         assert _one(tip, step, [45.0, 40.0, 30.0], [0.0, -1.0, 0.0], **free)[0] == 0
 
@@ -128,18 +128,18 @@ class TestOnABlock:
         floor = step.select(str(_face_at(step, [45.0, 20.0, 20.0])))
         assert _one(tip, floor, [45.0, 20.0, 20.0], UP)[0] == TouchStatus.CONVERGED
         assert _one(tip, floor, [45.0, 38.0, 20.0], UP)[0] == TouchStatus.OTHER_FACE
-        # What is on another face is not looked for there.
+        # A contact on another face is not searched for.
         assert _one(tip, floor, [45.0, 50.0, 40.0], UP)[0] in (
             TouchStatus.MISSED, TouchStatus.EDGE, TouchStatus.OTHER_FACE
         )  # fmt: skip
 
     def test_from_the_back_a_face_is_not_touched(self, tip: PredictedTip, step: Part) -> None:
-        """Approach from within the material onto the outside's inner side."""
+        """Approach from within the material to the inner side of the surface."""
         status, _ = _one(tip, step, [45.0, 20.0, 0.0], [0.0, 0.0, 1.0])
         assert status != TouchStatus.CONVERGED
 
     def test_across_a_tangent_joint(self, tip: PredictedTip, tmp_path: Path) -> None:
-        """On a rounded box the ball that starts on the flat slides over onto the rounding."""
+        """On a rounded box the ball starts on the flat face and slides onto the rounding."""
         from netgen.occ import Box
 
         box = Box((0, 0, 0), (40, 40, 20))
@@ -193,7 +193,7 @@ class TestOthers:
         some = simulate_some(probe, step, targets, latch=Latch(noise=1e-3, seed=1))
         assert some.touches is not None
         assert len(some.touches) == 2
-        # Noise belongs to the target, not to its place among those that succeed.
+        # Noise belongs to the target, not to its position among the successful touches.
         good = Targets(targets.points[[0, 2]], targets.normals[[0, 2]])
         draws = np.random.default_rng(1).normal(0.0, 1e-3, 3)
         quiet = simulate(probe, step, good)

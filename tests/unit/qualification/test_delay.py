@@ -1,4 +1,4 @@
-"""Signal delay told apart from pretravel at rest, and what compensation makes of it."""
+"""Separation of the signal delay from the pretravel at rest, and its compensation."""
 
 from __future__ import annotations
 
@@ -36,8 +36,9 @@ def _touches(rng: np.random.Generator, noise: float = NOISE) -> Touches:
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "sectors"])
 def test_delay_is_told_apart(kind: str) -> None:
-    """Four standard uncertainties; u itself is 0.07 ms: noise over root 100 touches over the spread
-    of 1.67 mm/s between the feeds."""
+    """Four standard uncertainties; u itself is 0.07 ms: noise over the root of 100 touches over the
+    spread of 1.67 mm/s between the feeds.
+    """
     result = qualify(
         _touches(np.random.default_rng(1)), 25.0, tip_diameter=6.0, kind=kind,
         search_outliers=False,
@@ -70,14 +71,14 @@ def test_without_noise_the_map_is_that_of_the_probe_at_rest() -> None:
     assert moving.delay is not None
     assert moving.delay.delay == pytest.approx(DELAY, abs=1e-6)
     value = moving.pretravel_map.pretravel(n) - resting.pretravel_map.pretravel(n)
-    # Where the centre lies across the axis is told to 0.3 um only; distances are the same.
+    # The centre across the axis is determined only to 0.3 um; distances are the same.
     value -= n @ np.linalg.lstsq(n, value)[0]
     assert np.abs(value).max() < 0.02e-3
 
 
 def test_oblique_approach_at_another_feed() -> None:
-    """A floor, probed 30° off its normal at 300 mm/min: pretravel goes with 1 / cos, delay
-    travel does not. A map with the delay in it would be 11 um off."""
+    """A floor, probed 30° off its normal at 300 mm/min: pretravel is proportional to 1 / cos,
+    delay travel is not. A map that contains the delay would have an error of 11 um."""
     made = qualify(_touches(np.random.default_rng(1), noise=0.0), 25.0, tip_diameter=6.0,
                    search_outliers=False).pretravel_map  # fmt: skip
     n = np.array([[0.0, 0.6, 0.8]])
@@ -97,7 +98,7 @@ def test_touches_must_tell_their_feed() -> None:
 
 
 def test_feeds_that_go_with_directions_cannot_tell() -> None:
-    """Pole region slow, equator fast: the map's own zonal form is as likely an explanation."""
+    """Pole slow, equator fast: the zonal form of the map is an equally likely explanation."""
     touches = _touches(np.random.default_rng(1)).take(np.arange(25))
     feeds = np.where(touches.normals[:, 2] > 0.9, 50.0, 150.0)
     result = qualify(replace(touches, feeds=feeds), 25.0, tip_diameter=6.0)
@@ -106,7 +107,7 @@ def test_feeds_that_go_with_directions_cannot_tell() -> None:
 
 
 def test_feeds_that_hardly_differ_cannot_tell() -> None:
-    """A log with 50 and 51 mm/min is one of a single feed: the map is not spoilt by a guess."""
+    """A log with 50 and 51 mm/min is one of a single feed: no guess falsifies the map."""
     touches = _touches(np.random.default_rng(1))
     jitter = replace(touches, feeds=np.where(np.arange(100) % 2, 50.0, 51.0))
     result = qualify(jitter, 25.0, tip_diameter=6.0)
@@ -115,8 +116,9 @@ def test_feeds_that_hardly_differ_cannot_tell() -> None:
 
 
 def test_the_delays_uncertainty_reaches_centre_and_radius() -> None:
-    """Feeds of 50 and 100: the delay is told to 0.1 ms, and moves everything by 0.12 um. Over 25
-    qualifications the effective radius and the centre's height scatter as they say (25: 14 %)."""
+    """Feeds of 50 and 100: the delay is determined to 0.1 ms, which moves all results by 0.12 um.
+    Over 25 qualifications effective radius and centre height scatter as stated (25: 14 %).
+    """
     radius, height, stated = [], [], []
     for seed in range(25):
         touches = _touches(np.random.default_rng(seed))
@@ -136,8 +138,8 @@ def test_the_delays_uncertainty_reaches_centre_and_radius() -> None:
 
 
 def test_the_delays_share_of_the_centre() -> None:
-    """A constant error of the map's level is, with the pole's value told, one of the centre's
-    height: mean feed times u of the delay, beside what touches at one feed leave."""
+    """With a given value at the pole, a constant error of the map is one of the height of the
+    centre: mean feed times u of the delay, in addition to the u of touches at one feed."""
     touches = _touches(np.random.default_rng(1))
     two = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)
     assert two.delay is not None
@@ -152,14 +154,14 @@ def test_the_delays_share_of_the_centre() -> None:
 
 
 def test_map_and_delay_err_together() -> None:
-    """At the feeds of the qualification what the delay has too much the map has too little: a
-    point's u is not that of both in quadrature, and the sphere itself comes out right."""
+    """At the feeds of the qualification, errors of delay and map compensate each other: u of a
+    point is not their sum in quadrature, and the sphere itself has no error."""
     touches = _touches(np.random.default_rng(1))
     made = qualify(touches, 25.0, tip_diameter=6.0).pretravel_map
     assert made.delay_effect is not None
     n = sphere_pattern_25()
     by_delay = made.change_by_delay(n)
-    # All but the pole, which the gauge pins: minus mean feed times u.
+    # All but the pole, which the gauge holds: minus mean feed times u.
     assert by_delay[-8:] == pytest.approx(-delay_travel(100.0, made.u_delay), rel=0.1)
     at_mean = replace(touches, feeds=np.full(100, 100.0))
     sources = point_sources(at_mean, apply(at_mean, made), made)

@@ -32,7 +32,7 @@ class TestQualification:
         return sphere_touches(self._pretravel(n) + rng.normal(0.0, noise, len(n)), n)
 
     def test_repeatability_is_pooled(self) -> None:
-        """By hand: mean of the 25 variances of three."""
+        """By hand: the mean of 25 variances, each of three touches."""
         touches = self._touches()
         result = qualify(touches, 25.0, tip_diameter=6.0)
         distance = np.linalg.norm(touches.positions - result.center, axis=1)
@@ -69,8 +69,8 @@ class TestQualification:
         assert result.u_effective_radius > 2e-4
 
     def test_uncertainties_of_the_mean_kind_by_hand(self) -> None:
-        """Eight directions once. What the mean leaves in any one direction: sum of squares over
-        8 - 4. The radius: the same over the normal equations of a sphere, by numpy alone."""
+        """Eight directions once. The variance of the mean in any direction is the sum of squares
+        over 8 - 4; that of the radius follows with the normal equations of a sphere, by numpy."""
         n = sphere_pattern_25()[[0, 5, 7, 9, 13, 15, 17, 19]]
         touches = sphere_touches(self._pretravel(n), n)
         result = qualify(
@@ -89,8 +89,8 @@ class TestQualification:
         assert np.allclose(result.center_covariance, variance * inverse[1:, 1:], rtol=1e-3)
 
     def test_without_repeats_noise_is_not_lobing(self) -> None:
-        """Kind mean, each direction once: 3 µm of lobing around it, yet the probe repeats to
-        0.3 µm; degrees of freedom are the harmonic fit's."""
+        """Kind mean, each direction once: lobes of 3 µm around it, but the probe repeats to
+        0.3 µm; the degrees of freedom are those of the harmonic fit."""
         n = fibonacci_cap(150, np.radians(90.0))
         rng = np.random.default_rng(1)
         pretravel = self._pretravel(n) + rng.normal(0.0, 3e-4, 150)
@@ -107,8 +107,8 @@ class TestQualification:
     @pytest.mark.parametrize("told", [1e-3, None])
     def test_harmonic_centre_radius_and_map_in_either_gauge(self, told: float | None) -> None:
         """60 noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
-        sigma); a prior makes the map scatter less than it says, never more: factors 0.5 to 1.3.
-        In the gauge of the pole the value there is told, so it has no uncertainty left."""
+        sigma); a prior makes the map scatter less than stated, never more: factors 0.5 to 1.3.
+        In the gauge of the pole the value there is given, so it has no uncertainty."""
         centers, radii, values, stated = [], [], [], []
         check = fibonacci_cap(40, np.radians(85.0))
         for seed in range(60):
@@ -135,8 +135,8 @@ class TestQualification:
         assert (pole < 1e-9) == (told is not None)
 
     def test_in_its_gauge_the_map_has_no_first_harmonic(self) -> None:
-        """Neither the map nor its uncertainty: across the axis its coefficients are zero, along it
-        a least-squares sphere finds no shift over the touched directions."""
+        """A shift changes neither the map nor its uncertainty: across the axis its coefficients
+        are zero, along it a least-squares sphere has no shift over the touched directions."""
         touches = self._touches()
         result = qualify(touches, 25.0, tip_diameter=6.0, axial_pretravel=None)
         made = result.pretravel_map
@@ -174,7 +174,7 @@ class TestQualification:
         assert {outlier.rows for outlier in result.outliers} == {(50,), (30, 31, 32)}
 
     def test_repeats_are_told_by_distance(self) -> None:
-        """A cell's border between two normals 1e-9 apart is no border."""
+        """The border of a cell between two normals 1e-9 apart does not separate them."""
         n = np.repeat(sphere_pattern_25(), 2, axis=0)
         n[::2, 0] += 1e-9
         n[:, 0] += 0.0005 * n[:, 2]
@@ -182,7 +182,7 @@ class TestQualification:
         assert result.groups.max() == 24
 
     def test_mixed_feeds_tell_the_delay(self) -> None:
-        """Touches that were made without one: zero, within three standard uncertainties."""
+        """Touches made without a shift: zero, within three standard uncertainties."""
         touches = self._touches()
         mixed = replace(touches, feeds=np.where(np.arange(75) % 2 == 0, 50.0, 500.0))
         result = qualify(mixed, 25.0, tip_diameter=6.0, kind="mean")
@@ -191,8 +191,9 @@ class TestQualification:
         assert result.pretravel_map.feed == 0.0
 
     def test_centre_of_a_three_lobed_probe(self) -> None:
-        """Rings of four and eight touches see lobes as a shift of the least-squares sphere by 1 um;
-        the harmonic kind does not: within three of its standard uncertainties, and 0.5 um."""
+        """Rings of four and eight touches with lobes shift the least-squares sphere by 1 um, but
+        not the centre of the harmonic kind: within three of its standard uncertainties, and 0.5 um.
+        """
         from pretravel.probe.catalogue import load_probe
         from pretravel.trigger.predict import predict
 
@@ -214,7 +215,7 @@ class TestQualification:
         assert 50.0 <= harmonic.degrees_of_freedom < 71.0
 
     def test_centre_and_radius_covariance_against_monte_carlo(self) -> None:
-        """Mean kind on a perfect probe; 600 draws know variances to 6 %, 25 % is allowed."""
+        """Mean kind, perfect probe; 600 draws determine variances to 6 %, 25 % is allowed."""
         n = np.repeat(sphere_pattern_25(), 3, axis=0)
         rng = np.random.default_rng(3)
         results = [
@@ -235,8 +236,8 @@ class TestQualification:
         assert radii.std() == pytest.approx(u_radius, rel=0.125)
 
     def test_harmonic_uncertainty_at_the_touches_against_monte_carlo(self) -> None:
-        """A fixed smooth probe, many noises: where it is touched, the map scatters no more than it
-        says, and its mean error is small against u (a prior's bias)."""
+        """A fixed smooth probe, many noises: where it is touched, the map scatters no more than
+        stated, and its mean error is small against u (a prior's bias)."""
         n = sphere_pattern_25()
         values, stated = [], []
         for seed in range(60):
@@ -250,7 +251,7 @@ class TestQualification:
 
 
 class TestWhatAQualificationWarnsOf:
-    """Mistakes that still give a map: they must not pass in silence."""
+    """Mistakes that still lead to a map must cause a warning."""
 
     def _example(self) -> Touches:
         return read_touches(EXAMPLES / "sphere_touches.csv")
@@ -287,7 +288,7 @@ class TestWhatAQualificationWarnsOf:
 
     def test_delay_travel_is_allowed_for_where_the_feed_is_told(self) -> None:
         """At 600 mm/min and 14.5 ms the spindle travels 145 µm further: too much for a probe, but
-        not for a machine that moves so fast."""
+        plausible for a machine that moves so fast."""
         example = self._example()
         late = example.positions - 0.145 * example.normals
         with pytest.raises(PretravelError, match="feed_mm_min"):
@@ -297,7 +298,7 @@ class TestWhatAQualificationWarnsOf:
         assert result.effective_radius == pytest.approx(2.98363 - 0.145, abs=1e-5)
 
     def test_a_wide_gap_is_warned_of(self) -> None:
-        """Pole and equator alone: in between the map is a guess, and says so."""
+        """Pole and equator alone: between them the map is uncertain, and a warning states this."""
         touches = self._example()
         ends = np.abs(touches.normals[:, 2] - 0.5) > 0.45
         result = qualify(touches.take(ends), 24.9987, tip_diameter=6.0)

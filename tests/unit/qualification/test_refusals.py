@@ -1,4 +1,4 @@
-"""Touches that no qualification can come from: what is wrong, and what to do."""
+"""Refusal of touches that allow no qualification: the reason and the remedy."""
 
 from __future__ import annotations
 

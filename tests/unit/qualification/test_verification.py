@@ -1,4 +1,4 @@
-"""Has a probe changed? False alarms, what is seen, and the history under several writers."""
+"""Verification: false alarms, detected changes, and the history with several writers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PATTERN = np.repeat(sphere_pattern_25(), REPEATS, axis=0)
 
 @cache
 def pretravel_of(rotation_deg: float = 0.0) -> np.ndarray:
-    # Of a probe turned in the machine: the directions as it sees them.
+    # Directions in the frame of a probe that is rotated in the machine.
     seen = PATTERN @ probe_rotation(rotation=rotation_deg * DEGREE)
     return predict(load_probe("omp40-2-100mm"), seen).pretravel
 
@@ -68,7 +68,7 @@ def check(new: Touches, rate: float = 0.01, seed: int = 1) -> Verification:
 
 class TestFalseAlarms:
     def test_no_more_than_stated(self) -> None:
-        """Forty qualifications and verifications of a probe that is the same, at 20 %.
+        """Forty qualifications and verifications of an unchanged probe, at 20 %.
 
         Eight alarms are expected at most; more than 15 come once in 200 trials of this test.
         """
@@ -78,12 +78,12 @@ class TestFalseAlarms:
             result = verify(touches(300 + seed), fresh.pretravel_map, 25.0, false_alarm_rate=0.20)
             alarms += result.changed
         assert alarms <= int(stats.binom.ppf(0.995, 40, 0.20))
-        assert alarms >= 1  # a test that never alarms sees nothing
+        assert alarms >= 1  # a test without any alarm would detect nothing
 
     def test_repeatability_follows_its_own_law(self) -> None:
         p = np.array([check(touches(500 + seed)).p_repeatability for seed in range(60)])
-        # The same map throughout: its own repeatability is 6 % off, no more than its 50 degrees
-        # of freedom allow; p-values cover their range.
+        # The same map throughout: the error of its repeatability is 6 %, no more than its 50
+        # degrees of freedom allow; p-values cover their range.
         assert np.min(p) > 1e-4
         assert np.max(p) > 0.5
 
@@ -98,11 +98,11 @@ class TestWhatIsSeen:
         assert result.changed
         assert result.size.value == pytest.approx(0.0012, abs=3 * result.size.u)
         assert result.amplitude.value == pytest.approx(0.0, abs=3 * result.amplitude.u)
-        # Touches are on one half of the sphere: the centre, fitted along, takes a part of it.
+        # Touches are on one half of the sphere: the fitted centre takes up a part of the change.
         assert 0.0002 < np.mean(result.differences) < 0.0012
 
     def test_turn_knows_that_the_map_s_own_orientation_is_uncertain(self) -> None:
-        """Both the old and the new touches leave the turn uncertain: by about √2 of either."""
+        """Old and new touches both contribute to the uncertainty of the turn: √2 of either."""
         normals = sphere_pattern_25()
         seen = pretravel_of()[::REPEATS]
         step = 0.5
@@ -124,7 +124,7 @@ class TestWhatIsSeen:
         """Positive: the probe is mounted further counter-clockwise than when it was qualified."""
         result = check(touches(4, rotation_deg=angle))
         assert result.changed
-        # First order in the angle, on lobes of 120°: a fifth of it at 8°.
+        # First order in the angle, on lobes of 120°: an error of a fifth at 8°.
         assert result.turn.value / DEGREE == pytest.approx(angle, abs=2.5)
 
     def test_scatter_of_repeats(self) -> None:
@@ -136,7 +136,7 @@ class TestWhatIsSeen:
         assert better.p_repeatability < 1e-6
 
     def test_what_would_be_seen_is_seen(self) -> None:
-        """A change of size that is promised to be seen in 95 of 100 cases, 30 times."""
+        """A change of size that is detected in 95 of 100 cases, as stated; 30 times."""
         promised = check(touches(6), rate=0.05).size.detectable
         seen = sum(
             check(touches(700 + seed, size=promised), rate=0.05).changed for seed in range(30)
@@ -235,7 +235,7 @@ class TestHistory:
         assert [writer.exitcode for writer in writers] == [0, 0]
         entries = read_history(path)
         assert sorted(entry.number for entry in entries) == list(range(1, 31))
-        # One file: nothing beside it.
+        # The history is one file, without further files.
         assert [p.name for p in tmp_path.iterdir()] == ["probe.sqlite"]
 
     def test_oldest_first_with_what_was_found(self, tmp_path: Path) -> None:
@@ -296,7 +296,7 @@ class TestHistory:
         told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
                    "--plot", tmp_path / "v.png")  # fmt: skip
         assert "no change since" in told
-        # Exit code 1: changed; the message is on stdout all the same.
+        # Exit code 1 means changed; the message is still on stdout.
         run("verify", tmp_path / "bent.csv", *common, "--history", probe,
             "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=1)  # fmt: skip
         assert '"changed": true' in (tmp_path / "v.json").read_text()

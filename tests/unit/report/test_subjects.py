@@ -1,4 +1,4 @@
-"""Every subject's document: one text for each number, wherever it is shown."""
+"""The document of every subject has one text for each number in all its forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""STEP files: every face type is read as the CAD kernel has it, or refused with a reason."""
+"""STEP files: every face type agrees with the CAD kernel, or is refused with a reason."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.support.examples import EXAMPLES
 
 
 def _make(name: str) -> Any:
-    """Solids and shells with all the kernel's kinds of faces."""
+    """Solids and shells with all kinds of faces of the kernel."""
     from netgen.occ import (
         Axes,
         Axis,
@@ -102,7 +102,7 @@ def _inner(face: Face, count: int = 400) -> np.ndarray:
 @pytest.mark.parametrize("name", NAMES)
 def test_faces_are_the_kernels(name: str, tmp_path: Path) -> None:
     """Points and normals of the kernel's own surfaces, 1e-9 mm; the kernel's own areas (its
-    integration) against ours by 40 000 random parameters: 2 %, four standard deviations."""
+    integration) against those from 40 000 random parameters: 2 %, four standard deviations."""
     part, shape = _written(name, tmp_path)
     assert not part.unreadable
     kernel = list(shape.faces)
@@ -254,7 +254,7 @@ class TestBrepText:
     def test_left_handed_frames_turn_the_parameters(
         self, kind: int, sizes: list[float], handed: float
     ) -> None:
-        """Which way du x dv points against the shape's own normal is what the reader says."""
+        """The reader gives the sense of du x dv relative to the normal of the shape."""
         from pretravel.surface.cad.brep_geometry import Tokens, read_surface
 
         numbers = [1, 2, 3, 0, 0, 1, 1, 0, 0, 0, handed, 0, *sizes]
@@ -265,13 +265,13 @@ class TestBrepText:
         normal = record.surface.local(uv).normal
         side = float(np.cross(du, dv)[0] @ normal[0])
         assert np.sign(side) == record.along_parameters
-        # The file's own parametrisation: P(u, v) with y turned round.
+        # The parametrisation of the file: P(u, v) with y reversed.
         if kind == 2:
             own = [1 + 5 * math.cos(0.4), 2 + handed * 5 * math.sin(0.4), 3.5]
             assert point[0] == pytest.approx(own)
 
     def test_placements_within_placements(self, tmp_path: Path) -> None:
-        """A box twice in a group, the group twice in another: turned, moved, moved again."""
+        """A box is twice in a group, the group twice in another: rotated, moved, moved again."""
         from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
 
         from pretravel.surface.cad.brep import parse_brep
@@ -410,5 +410,5 @@ def test_the_example_part() -> None:
     assert part.box[:, :2] == pytest.approx(np.array([[0.0, 0.0], [60.0, 40.0]]), abs=1e-9)
     poles = face.base.poles  # type: ignore[attr-defined]
     assert poles[..., 2].min() <= part.box[0, 2] < part.box[1, 2] <= poles[..., 2].max()
-    # Its own normals are upwards.
+    # The normals of the surface itself point upwards.
     assert face.local(_inner(face)).normal[:, 2].min() > math.cos(math.radians(60.0))

@@ -1,4 +1,4 @@
-"""What each compliance adds, worked out by hand: no share is only seen in a sum."""
+"""The share of each compliance, computed by hand: every share is tested by itself."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STEEL, ALUMINIUM = material("steel"), material("aluminium")
 
 
 class TestPushedAlongTheAxis:
-    """All six seats open at once under 5.91 N: every share is a line of arithmetic."""
+    """All six seats open at once under 5.91 N: every share is a closed form."""
 
     def test_stylus_axial(self, omp40: Probe) -> None:
         """F sum l / (E A): 12 mm of steel Ø 8, 38 mm of ceramic Ø 4.5."""
@@ -48,7 +48,7 @@ class TestPushedAlongTheAxis:
         assert share == pytest.approx(expected, rel=1e-12)
 
     def test_seats(self, omp40: Probe) -> None:
-        """Each seat rises by c N^(2/3) along its normal: the tripod by that over the sine of the
+        """Each seat rises by c N^(2/3) along its normal: the tripod by this over the sine of the
         support angle. N = 5.91 / (6 sin)."""
         sine = math.sin(math.radians(27.266))
         modulus = 686e3 / (2.0 * (1.0 - 0.22**2))
@@ -58,7 +58,7 @@ class TestPushedAlongTheAxis:
 
 
 def test_axial_share_is_positive_below_the_equator_too(omp40: Probe) -> None:
-    """Pulled down a little (polar 100°), the stylus stretches along the force."""
+    """Under a slight pull (polar 100°), the stylus extends along the force."""
     trigger = predict(omp40, from_angles(np.radians(100.0), 0.3))
     assert trigger.displacements["stylus_axial"][0, 2] < 0.0
     assert trigger.shares["stylus_axial"][0] > 0.0
@@ -76,7 +76,7 @@ def test_shear_by_hand(omp40: Probe) -> None:
 
 
 def test_segments_count_from_the_hub(omp40: Probe) -> None:
-    """The stiff head belongs to the clamped end; at the tip it would hardly help."""
+    """The stiff head belongs to the clamped end; at the tip it would hardly reduce bending."""
     turned_round = replace(omp40, stylus=omp40.stylus[::-1], tip=replace(omp40.tip, radius=4.0))
     side = np.array([[1.0, 0.0, 0.0]])
     ratio = (
@@ -90,7 +90,7 @@ def test_segments_count_from_the_hub(omp40: Probe) -> None:
 
 
 def test_nothing_moves_without_a_force(omp40: Probe) -> None:
-    """Also where the rest reactions are uneven: a lying probe."""
+    """Holds also for uneven reactions at rest: a horizontal probe."""
     lying = replace(omp40, moving=Moving(0.02, -25.0))
     statics = seat_statics(lying, (1.0, 0.0, 0.0))
     assert np.ptp(statics.rest_reactions) > 0.1
@@ -99,7 +99,7 @@ def test_nothing_moves_without_a_force(omp40: Probe) -> None:
 
 
 def test_an_open_seat_is_just_touching(omp40: Probe) -> None:
-    """With arm_lift one seat is past opening; its indentation is -c N_rest^(2/3), no more."""
+    """With arm_lift one seat is past opening; its indentation is only -c N_rest^(2/3)."""
     probe = replace(omp40, criterion="arm_lift")
     trigger = predict(probe, from_angles(np.pi / 2.0, 0.4))
     assert trigger.reactions.min() < -0.01
@@ -127,7 +127,7 @@ def test_both_materials_count_in_a_seat(omp40: Probe) -> None:
 
 
 def test_shen_bends_the_whole_lever(omp40: Probe) -> None:
-    """F L³ / 3EI with L = 64.4 mm, hub and all, E = 413 GPa, d = 4.5 mm."""
+    """F L³ / 3EI with L = 64.4 mm, including the hub, E = 413 GPa, d = 4.5 mm."""
     trigger = predict(omp40, np.array([[1.0, 0.0, 0.0]]), "shen")
     expected = trigger.force[0] * 64.4**3 / (3.0 * 413e3 * math.pi * 4.5**4 / 64.0)
     assert trigger.pretravel[0] == pytest.approx(expected, rel=1e-12)
@@ -156,7 +156,7 @@ class TestEvents:
         assert seat[0] == 5
 
     def test_arm_lift_may_ask_for_more_than_a_seat_carries(self, omp40: Probe) -> None:
-        """Rod sums are 4.30 N at rest: 2.5 N is a threshold that the rods, not the seats, obey."""
+        """Rod sums are 4.30 N at rest: 2.5 N is a threshold for rods, not for seats."""
         probe = replace(omp40, criterion="arm_lift", threshold=2.5)
         assert predict(probe, np.array([[1.0, 0.0, 0.0]])).force[0] > 0.0
 
@@ -190,8 +190,9 @@ class TestSimulation:
         assert touched.positions[0, 2] == pytest.approx(3.0 - pretravel, abs=1e-12)
 
     def test_an_oblique_touch_on_a_sphere(self, omp40: Probe) -> None:
-        """The path leads through the tip centre's place above the target, along the approach;
-        the nominal point is where the ball touches first, on the sphere."""
+        """The path passes through the position of the tip centre above the target, along the
+        approach; the nominal point is where the ball touches first, on the sphere.
+        """
         n = np.array([[0.6, 0.0, 0.8]])
         a = np.array([[0.0, 0.0, -1.0]])
         touched = simulate(

@@ -1,4 +1,4 @@
-"""Least-squares plane, circle and cylinder: exact, ill-scaled, with covariances that hold."""
+"""Least-squares plane, circle and cylinder: exact, ill-scaled, with valid covariances."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _cylinder(
 class TestCylinder:
     @pytest.mark.parametrize("seed", range(30))
     def test_any_size_place_and_proportion(self, seed: int) -> None:
-        """Radius 0.1 to 1000 mm, tenth to tenfold as long, far from the origin, arcs of 100°."""
+        """Radius 0.1 to 1000 mm, length a tenth to tenfold, far from the origin, arcs of 100°."""
         rng = np.random.default_rng(seed)
         radius = 10.0 ** rng.uniform(-1.0, 3.0)
         length = radius * 10.0 ** rng.uniform(-1.0, 1.0)
@@ -57,8 +57,8 @@ class TestCylinder:
 
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     def test_cross_covariances_wherever_the_start_points(self, sign: float) -> None:
-        """An axis is turned to where its largest component is positive; its covariances with point
-        and radius turn with it."""
+        """The sense of an axis makes its largest component positive; its covariances with point
+        and radius change sign with it."""
         angle = np.linspace(0.0, 2.5, 20)
         outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
         points = 5.0 * outward + np.outer(8.0 * angle**2, [0.0, 0.0, 1.0])
@@ -123,8 +123,8 @@ def test_circle_in_space() -> None:
 
 
 def test_sphere_covariance_with_common_errors() -> None:
-    """A common error along all normals goes into the radius whole, and into nothing else; own
-    errors go as the cofactor says."""
+    """A common error along all normals changes the radius by its full amount and nothing else;
+    independent errors follow the cofactor."""
     from pretravel.directions import sphere_pattern_25
 
     n = np.concatenate([sphere_pattern_25(), -sphere_pattern_25()])

@@ -12,7 +12,7 @@ from pretravel.uncertainty.fitting.sphere import fit_sphere
 
 class TestSphereFit:
     def test_far_from_the_origin(self) -> None:
-        """A 10 mm ball 100 m away: doubles leave 1.5e-11 mm there, the fit hardly more."""
+        """A 10 mm ball 100 m away: doubles have an error of 1.5e-11 mm, the fit hardly more."""
         n = fibonacci_cap(50, np.pi)
         center = np.array([1e5, -1e5, 5e4])
         fit = fit_sphere(center + 5.0 * n)
@@ -28,7 +28,7 @@ class TestSphereFit:
         assert np.abs(directions.T @ fit.residuals).max() < 1e-10
 
     def test_covariance_against_monte_carlo(self) -> None:
-        """4000 draws: variances are known to 2.2 % (one sigma); 10 % is allowed."""
+        """4000 draws: variances are determined to 2.2 % (one sigma); 10 % is allowed."""
         rng = np.random.default_rng(2)
         n, sigma = sphere_pattern_25(), 1e-3
         fits = [fit_sphere(n * (10.0 + rng.normal(0.0, sigma, 25))[:, None]) for _ in range(4000)]
