@@ -75,7 +75,7 @@ class TestObstacles:
         assert np.all(status == TouchStatus.OTHER_FACE)
 
     def test_under_a_thin_roof(self, tmp_path: Path) -> None:
-        """0.2 mm thick, 1 mm above the floor, on a part of 600 mm; ball and stem alike."""
+        """0.2 mm thick, 1 mm above the floor, on a part of 600 mm; for ball and stem."""
         from netgen.occ import Box
 
         solid = Box((0, 0, 0), (600, 600, 5)) + Box((-5, 0, 0), (0, 600, 30))

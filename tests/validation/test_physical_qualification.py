@@ -81,9 +81,8 @@ def test_shen_and_springer_1998() -> None:
     """Their benchmark: from 24 touches on the equator with 0.35 um of noise, 1561 directions over
     the half-sphere are predicted with a standard deviation of 0.6 um, over a range of 16 um.
     Their model has one parameter, and touches on the equator do not determine the height along
-    the axis. Lever, support angle and tip are therefore as described here (their prior spreads
-    are reduced to 5 %), and compliances are fitted. Predicted points are compared without a
-    translation."""
+    the axis. Lever, support angle and tip are therefore as described here; preload and rotation
+    are fitted. Predicted points are compared without a translation."""
     from pretravel.identification.probe_from_map import identify
 
     probe = load_probe("omp40-2-100mm-carbide")
