@@ -91,14 +91,15 @@ def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
     from netgen.occ import Cylinder, Pnt, Z
 
     from pretravel.errors import PretravelError
-    from pretravel.surface.cad import brep
+    from pretravel.surface.cad import brep_geometry
 
     def broken(*_: object) -> None:
         raise PretravelError("a cylinder like no other")
 
     rod = tmp_path / "rod.step"
     Cylinder(Pnt(0, 0, 0), Z, 20, 10).WriteStep(str(rod))
-    monkeypatch.setattr(brep, "_ELEMENTARY", {**brep._ELEMENTARY, 2: ("cylinder", broken, 1)})
+    kinds = brep_geometry._ELEMENTARY
+    monkeypatch.setattr(brep_geometry, "_ELEMENTARY", {**kinds, 2: ("cylinder", broken, 1)})
     targets = tmp_path / "t.csv"
     targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,10,0,0,1\n")
     monkeypatch.setattr(

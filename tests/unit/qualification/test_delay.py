@@ -103,7 +103,7 @@ def test_feeds_that_go_with_directions_cannot_tell() -> None:
     feeds = np.where(touches.normals[:, 2] > 0.9, 50.0, 150.0)
     result = qualify(replace(touches, feeds=feeds), 25.0, tip_diameter=6.0)
     assert result.delay is None
-    assert any("go with the directions" in warning for warning in result.warnings)
+    assert any("change with the directions" in warning for warning in result.warnings)
 
 
 def test_feeds_that_hardly_differ_cannot_tell() -> None:

@@ -179,7 +179,7 @@ class TestRefused:
             check(new)
 
     def test_feed_not_told_is_warned_of(self) -> None:
-        assert "do not tell their feed" in check(touches(1, feed=None)).warnings[0]
+        assert "do not state their feed" in check(touches(1, feed=None)).warnings[0]
 
     def test_predicted_map(self) -> None:
         probe = load_probe("omp40-2-100mm")
