@@ -40,7 +40,7 @@ def check_files(
         if path is None:
             continue
         if path.suffix.lower() not in endings:
-            raise PretravelError(f"cannot write {path}: its ending must be {' or '.join(endings)}")
+            raise PretravelError(f"cannot write {path}: the ending must be {' or '.join(endings)}")
         if not path.parent.is_dir():
             raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
         if path.is_dir():
