@@ -55,6 +55,7 @@ class TestCylinder:
         # A deviation of 1500 trials scatters by 1.8 %; four of that.
         assert np.std(found, axis=0) == pytest.approx(stated, rel=0.08)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     def test_cross_covariances_wherever_the_start_points(self, sign: float) -> None:
         """The sense of an axis makes its largest component positive; its covariances with point
