@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,15 +37,15 @@ class MeasuredSphere:
         Of the diameter, by source. [mm]
     points : Points
         That were fitted.
-    along_normals : Covariance
-        Of these points along their normals, all sources together. [mm²]
+    sources : mapping of str to Covariance
+        Of these points along their normals, source by source. [mm²]
     """
 
     fit: SphereFit
     covariance: FloatArray
     budget: Budget
     points: Points
-    along_normals: Covariance
+    sources: Mapping[str, Covariance]
 
     @property
     def diameter(self) -> float:
@@ -109,7 +110,7 @@ def measured_sphere(
         frozen(sum(parts.values())),
         Budget(components),
         points,
-        total_covariance(sources),
+        sources,
     )
 
 
@@ -135,9 +136,10 @@ def sphere_by_trials(
         Of the diameter. [mm]
     Validation
     """
+    along_normals = total_covariance(measured.sources)
 
     def draw(generator: np.random.Generator, trials: int) -> FloatArray:
-        return measured.along_normals.errors(generator, trials)
+        return along_normals.errors(generator, trials)
 
     def diameters(moved: FloatArray) -> FloatArray:
         # The sphere of every trial is fitted, by Gauss-Newton for all trials at once.
