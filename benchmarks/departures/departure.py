@@ -1,0 +1,51 @@
+"""One departure from what the models know, as a value; each field is zero or usual by default."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .patterns import USUAL_25
+from .probes import MICROMETRE, MakeProbe, six_seats
+
+
+@dataclass(frozen=True, eq=False)
+class Departure:
+    """A row of the table. Lengths in mm, feeds in mm/min, the delay in s."""
+
+    title: str
+    make_probe: MakeProbe = six_seats
+    directions: np.ndarray = field(default_factory=lambda: USUAL_25)
+    repeats: int = 3
+    passes: bool = False
+    """Repeats one pass after the other, not in a row."""
+    ring: bool = False
+    noise: float = 0.3 * MICROMETRE
+    heavy_tails: bool = False
+    """Student's t with 3 degrees of freedom and the same standard deviation."""
+    noise_at_rods: float = 1.0
+    """Times the noise elsewhere."""
+    quantum: float = 0.0
+    hysteresis: float = 0.0
+    """Shift of the tip's rest position along the push of the touch before."""
+    squareness: float = 0.0
+    scale: float = 0.0
+    backlash: float = 0.0
+    drift: float = 0.0
+    """Of the reference, from the first touch to the last."""
+    stem_compliance: float = 0.0
+    """Of the reference sphere, across its stem. [mm/N]"""
+    delay: float = 0.0
+    feed: float = 50.0
+    part_feed: float = 50.0
+    feed_stated: tuple[bool, bool] = (False, False)
+    """In the touches on the reference, and in those of the part."""
+    diameter_error: float = 0.0
+    """True less calibrated diameter."""
+    gross_errors: tuple[float, ...] = ()
+    """Of single touches on the reference, at random places, outwards."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Keywords of `qualify` that this user gives."""

@@ -1,0 +1,76 @@
+"""The rows of the table: each departure by the name that the command line takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from . import patterns, probes
+from .departure import Departure
+from .probes import MICROMETRE
+
+_SLOW_AND_FAST = {"delay": 2e-3, "feed": 50.0, "part_feed": 300.0}
+
+ROWS: Mapping[str, Departure] = {
+    "baseline": Departure("baseline, noise 0.3 µm"),
+    "rod_10deg": Departure("one rod 10° out", make_probe=probes.rod_out),
+    "five": Departure("five directions", directions=patterns.FIVE),
+    "six": Departure("six directions", directions=patterns.SIX),
+    "nine": Departure("nine directions", directions=patterns.NINE),
+    "quantised": Departure(
+        "latch quantised to 1 µm, noise 0.1 µm", quantum=MICROMETRE, noise=0.1 * MICROMETRE
+    ),
+    "hysteresis_0.5": Departure("hysteresis 0.5 µm", hysteresis=0.5 * MICROMETRE),
+    "hysteresis_1": Departure("hysteresis 1 µm", hysteresis=MICROMETRE),
+    "hysteresis_1_passes": Departure(
+        "hysteresis 1 µm, repeats in passes", hysteresis=MICROMETRE, passes=True
+    ),
+    "diameter": Departure("sphere diameter 1 µm wrong", diameter_error=MICROMETRE),
+    "squareness": Departure("squareness 10 µrad", squareness=10e-6),
+    "friction": Departure("tip friction 0.2", make_probe=probes.rubbing_tip),
+    "noise_at_rods": Departure("noise three times larger at the rods", noise_at_rods=3.0),
+    "feed_unknown": Departure("50, then 300 mm/min, 2 ms; feeds not stated", **_SLOW_AND_FAST),
+    "feed_of_map": Departure(
+        "50, then 300 mm/min, 2 ms; the map's feed stated",
+        feed_stated=(True, False),
+        **_SLOW_AND_FAST,
+    ),
+    "feed_of_part": Departure(
+        "50, then 300 mm/min, 2 ms; the part's feed stated",
+        feed_stated=(False, True),
+        **_SLOW_AND_FAST,
+    ),
+    "feed_of_both": Departure(
+        "50, then 300 mm/min, 2 ms; both feeds stated", feed_stated=(True, True), **_SLOW_AND_FAST
+    ),
+    "ring": Departure(
+        "ring gauge, 24 directions", directions=patterns.RING_24, repeats=3, ring=True
+    ),
+    "smooth_lobes": Departure(
+        "smooth lobes of 8 µm, 92 touches without repeats",
+        make_probe=probes.smooth_lobes,
+        directions=patterns.SPREAD_92,
+        repeats=1,
+    ),
+    "axial_2.5": Departure("pretravel along the axis 2.5 µm", make_probe=probes.stiff_pole_assumed),
+    "drift": Departure("sphere drifts 2 µm, repeats in a row", drift=2.0 * MICROMETRE),
+    "drift_passes": Departure(
+        "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, passes=True
+    ),
+    "sphere_stem": Departure("sphere stem bends 1 µm/N", stem_compliance=MICROMETRE),
+    "backlash": Departure("backlash 0.5 µm", backlash=0.5 * MICROMETRE),
+    "machine_scale": Departure("machine scale 10 ppm", scale=10e-6),
+    "bent_stylus": Departure("bent stylus", make_probe=probes.bent_stylus),
+    "star_stylus": Departure("star stylus", make_probe=probes.star_stylus),
+    "strain_gauge": Departure("strain gauge", make_probe=probes.strain_gauge),
+    "stylus_200": Departure("stylus of 200 mm", make_probe=probes.long_stylus),
+    "bad_touch": Departure(
+        "one of 81 touches 35 µm off",
+        directions=patterns.THOROUGH_27,
+        gross_errors=(35.0 * MICROMETRE,),
+    ),
+    "no_bad_touch": Departure("the same 81 touches without it", directions=patterns.THOROUGH_27),
+    "false_trip": Departure(
+        "one of 81 touches 1 mm off", directions=patterns.THOROUGH_27, gross_errors=(1.0,)
+    ),
+    "heavy_tails": Departure("noise 0.3 µm, Student's t with 3 degrees", heavy_tails=True),
+}
