@@ -1,0 +1,10 @@
+"""What a real machine adds to touches: a step of the latch, drift, hysteresis, uneven scatter.
+
+The functions are in modules of their own, one for each effect; they are arrays in, values out.
+"""
+
+from __future__ import annotations
+
+from pretravel.qualification.quantisation import quantisation_step, repeat_step
+
+__all__ = ["quantisation_step", "repeat_step"]

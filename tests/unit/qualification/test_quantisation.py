@@ -1,0 +1,109 @@
+"""Steps of a latch are found where they are, and not where they are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import from_angles, sphere_pattern_25, unit
+from pretravel.qualification.machine_effects import quantisation_step, repeat_step
+
+CENTRE = np.array([412.33371, -87.41922, -301.20517])
+
+
+def _touches(
+    rng: np.random.Generator, directions: FloatArray, repeats: int, noise: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions, readings along the normal and directions' numbers, on a sphere of 25 mm."""
+    groups = np.repeat(np.arange(len(directions)), repeats)
+    normals = directions[groups]
+    pretravel = 0.008 + 0.003 * rng.standard_normal(len(directions))
+    values = 15.5 - pretravel[groups] + noise * rng.standard_normal(len(groups))
+    return CENTRE + rng.random(3) + values[:, None] * normals, values, groups
+
+
+def _rounded(values: FloatArray, step: float) -> FloatArray:
+    return step * np.round(values / step)
+
+
+@pytest.mark.parametrize("step", [1e-5, 1e-4, 5e-4, 1e-3, 1.25e-3, 5e-3, 0.020 / 4096, 0.00037])
+@pytest.mark.parametrize("noise", [0.0001, 0.0003])
+def test_a_step_of_the_axes_is_found_in_12_touches(step: float, noise: float) -> None:
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        directions = unit(rng.standard_normal((12, 3)) * [1, 1, 0.5] + [0, 0, 0.5])
+        positions = _touches(rng, directions, 1, noise)[0]
+        found = quantisation_step(_rounded(positions, step) + rng.random(3))
+        if step < 1e-5 * 0.99:
+            assert found == 0.0
+        else:
+            assert found == pytest.approx(step, rel=1e-6)
+
+
+@pytest.mark.parametrize("step", [1e-6, 1e-5, 1e-4])
+def test_a_file_in_inches_has_a_step_in_inches(step: float) -> None:
+    rng = np.random.default_rng(3)
+    positions = _touches(rng, sphere_pattern_25(), 1, 0.0003)[0]
+    text = [[f"{value:.{round(-np.log10(step))}f}" for value in row] for row in positions / 25.4]
+    found = quantisation_step(25.4 * np.array(text, dtype=float))
+    assert found == pytest.approx(25.4 * step, rel=1e-6)
+
+
+def test_the_latch_is_found_behind_finer_digits() -> None:
+    """Latched with 1 µm, the origin shifted, printed with 0.1 µm or with 1e-6 inches."""
+    rng = np.random.default_rng(4)
+    positions = _rounded(_touches(rng, sphere_pattern_25(), 3, 0.0003)[0], 1e-3)
+    shifted = positions + np.array([0.000372, 0.000528, 0.000109])
+    for digit in (1e-4, 25.4e-6):
+        assert quantisation_step(_rounded(shifted, digit)) == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_continuous_positions_have_no_step() -> None:
+    """600 sets with a level of 1e-4: one false step in 17 such tests."""
+    patterns = (
+        sphere_pattern_25(),
+        unit(np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])),
+        from_angles(np.pi / 2, np.arange(24) * np.pi / 12),
+    )
+    for seed in range(200):
+        for directions in patterns:
+            rng = np.random.default_rng(seed)
+            noise = 10.0 ** rng.uniform(-5.0, -2.5)
+            positions, values, groups = _touches(rng, directions, 1 + seed % 4, noise)
+            assert quantisation_step(positions) == 0.0
+            assert repeat_step(values, groups) == 0.0
+
+
+def test_patterns_without_noise_have_no_step() -> None:
+    for radius in (13.0, 15.492, np.pi):
+        positions = radius * sphere_pattern_25()
+        assert quantisation_step(positions) == 0.0
+        assert quantisation_step(np.repeat(positions, 3, axis=0) + CENTRE) == 0.0
+        assert repeat_step(np.full(75, radius), np.repeat(np.arange(25), 3)) == 0.0
+    assert quantisation_step([[1.0, 2.0, 3.0]]) == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.0001, 0.0003, 0.001])
+@pytest.mark.parametrize("digits", [1e-12, 1e-4])
+def test_a_step_along_the_approach_is_found_in_repeats(noise: float, digits: float) -> None:
+    """The latch rounds the travel; positions may be printed with 0.1 µm after it.
+
+    With a scatter of a tenth of the step, a phase of the rounding crosses an edge in about four of
+    25 directions: of 20 sets, 1.2 have fewer than two (binomial). A step behind a finer digit needs
+    about ten pairs of neighbours that differ, which only a larger scatter has.
+    """
+    found, false = 0, 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        directions = sphere_pattern_25()
+        _, values, groups = _touches(rng, directions, 3, noise)
+        travel = _rounded(values, 1e-3)[:, None] * directions[groups]
+        positions = _rounded(CENTRE + travel, digits)
+        step = repeat_step(np.sum(positions * directions[groups], axis=1), groups)
+        found += step == pytest.approx(1e-3, rel=1e-6)
+        false += step > 1.01e-3
+        if digits < 1e-6:
+            assert quantisation_step(positions) == 0.0
+    assert false == 0
+    assert found >= (17 if digits < 1e-6 or noise > 0.0002 else 0)
