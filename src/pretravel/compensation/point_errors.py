@@ -48,6 +48,10 @@ class PointErrors:
     by_delay: FloatArray
     delay_along_approach: FloatArray
 
+    @property
+    def _delay_matters(self) -> bool:
+        return self.pretravel_map.delay is not None or bool(self.delay_along_approach.any())
+
     def covariance(self, u_map: FloatArray) -> FloatArray:
         """Covariance of each point by itself.
 
@@ -63,7 +67,7 @@ class PointErrors:
         """
         a, n = self.approaches, self.normals
         of_map = np.maximum(u_map**2 - self.by_delay**2, 0.0) / self.closing**2
-        along = self.pretravel_map.repeatability**2 + of_map + self.delay_along_approach**2
+        along = self.pretravel_map.single_touch**2 + of_map + self.delay_along_approach**2
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
         return np.asarray(found)
@@ -74,14 +78,14 @@ class PointErrors:
         of_map = self.pretravel_map.value_covariance(self.normals)
         sources = {
             REPEATABILITY: Covariance.independent(
-                (self.pretravel_map.repeatability * self.closing) ** 2
+                (self.pretravel_map.single_touch * self.closing) ** 2
             ),
             "map": Covariance(Correlation.FULL, of_map - np.outer(self.by_delay, self.by_delay)),
             "tip radius": Covariance.fully_shared(
                 np.full(count, self.pretravel_map.u_tip_radius**2)
             ),
         }
-        if self.pretravel_map.delay is not None:
+        if self._delay_matters:
             moved = self.delay_along_approach * self.closing
             sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
         return sources
@@ -110,11 +114,52 @@ class PointErrors:
             seed=int(generator.integers(2**31)),
         )
         travel = (values - pretravel) / self.closing
-        travel += self.pretravel_map.repeatability * generator.standard_normal(values.shape)
-        if self.pretravel_map.delay is not None:
+        travel += self.pretravel_map.single_touch * generator.standard_normal(values.shape)
+        if self._delay_matters:
             travel += generator.standard_normal((trials, 1)) * self.delay_along_approach
         radius = self.pretravel_map.u_tip_radius * generator.standard_normal((trials, 1, 1))
         return np.asarray(-travel[..., None] * self.approaches - radius * self.normals)
+
+
+USUAL_DELAY = 2e-3
+"""Standard uncertainty of a signal delay that was not determined: optical and radio transmission
+take up to some milliseconds. [s]"""
+_SAME_FEED = 0.01  # relative
+
+
+def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> FloatArray:
+    """Standard uncertainty of the delay travel that a map without a signal delay does not contain.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+        Qualified, without a signal delay.
+
+    Returns
+    -------
+    (n,) float
+        `USUAL_DELAY` times the difference between the feeds of touch and map. Where one of the two
+        is not stated, times the one that is; zero where neither is stated. [mm]
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, feed=60.0)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up, feeds=[360.0])
+    >>> unknown_delay_travel(touches, mean).round(6).tolist()
+    [0.01]
+    """
+    made_at, feeds = pretravel_map.feed, touches.feeds
+    if not pretravel_map.states_uncertainty or (made_at is None and feeds is None):
+        return np.zeros(len(touches))
+    if made_at is None or feeds is None:
+        known = np.asarray(feeds) if made_at is None else np.full(len(touches), made_at)
+        return np.asarray(delay_travel(known, USUAL_DELAY))
+    apart = np.abs(np.asarray(feeds) - made_at)
+    return np.asarray(delay_travel(np.where(apart > _SAME_FEED * made_at, apart, 0.0), USUAL_DELAY))
 
 
 def errors_of_points(
@@ -136,7 +181,9 @@ def errors_of_points(
     closing = touches.closing(normals)
     by_delay = pretravel_map.change_by_delay(normals)
     moved = by_delay / closing
-    if pretravel_map.delay is not None:
+    if pretravel_map.delay is None:
+        moved = moved + unknown_delay_travel(touches, pretravel_map)
+    else:
         moved = moved + delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
     return PointErrors(
         pretravel_map, normals, touches.approach_directions, closing, by_delay, moved

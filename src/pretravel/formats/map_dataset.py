@@ -97,6 +97,7 @@ def _attributes(pretravel_map: PretravelMap) -> dict[str, Any]:
         "u_tip_radius_mm": pretravel_map.u_tip_radius,
         "repeatability_mm": pretravel_map.repeatability,
         "repeatability_dof": pretravel_map.repeatability_dof,
+        "fixed_scatter_mm": pretravel_map.fixed_scatter,
         "provenance": json.dumps(pretravel_map.provenance.as_dict()),
         "checksum": _checksum(pretravel_map),
         **pretravel_map.basis.attributes(),
@@ -119,6 +120,8 @@ def _checksum(pretravel_map: PretravelMap) -> str:
         [pretravel_map.tip_radius, pretravel_map.u_tip_radius],
         [pretravel_map.repeatability, pretravel_map.repeatability_dof],
     ]
+    if pretravel_map.fixed_scatter:
+        numbers.append([pretravel_map.fixed_scatter])
     if pretravel_map.delay is not None:
         numbers.append([pretravel_map.delay, pretravel_map.u_delay])
     if pretravel_map.delay_effect is not None:
@@ -156,6 +159,7 @@ def map_from_dataset(dataset: xr.Dataset) -> PretravelMap:
         u_tip_radius=float(attributes["u_tip_radius_mm"]),
         repeatability=float(attributes["repeatability_mm"]),
         repeatability_dof=float(attributes["repeatability_dof"]),
+        fixed_scatter=float(attributes.get("fixed_scatter_mm", 0.0)),
         rotation=np.asarray(dataset["rotation"].values),
         feed=None if feed is None else float(feed),
         delay=None if delay is None else float(delay),

@@ -52,6 +52,7 @@ def write_json_map(path: str | Path, pretravel_map: PretravelMap, table: Columns
         "kind": pretravel_map.kind,
         "tip_radius_mm": pretravel_map.tip_radius,
         "repeatability_um": pretravel_map.repeatability / MICROMETRE,
+        "fixed_scatter_um": pretravel_map.fixed_scatter / MICROMETRE,
         "provenance": pretravel_map.provenance.as_dict(),
         **{name: np.asarray(values).tolist() for name, values in columns.items()},
     }
@@ -70,6 +71,8 @@ def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
     }
     if pretravel_map.repeatability:
         constants["repeatability_um"] = pretravel_map.repeatability / MICROMETRE
+    if pretravel_map.fixed_scatter:
+        constants["fixed_scatter_um"] = pretravel_map.fixed_scatter / MICROMETRE
     if pretravel_map.feed is not None:
         constants["feed_mm_min"] = pretravel_map.feed
     if pretravel_map.delay is not None:
@@ -146,6 +149,7 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         tip_radius=radius,
         u_tip_radius=(_constant(table, "u_tip_radius_um") or 0.0) * MICROMETRE,
         repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
+        fixed_scatter=(_constant(table, "fixed_scatter_um") or 0.0) * MICROMETRE,
         rotation=_rotation(table),
         feed=feed,
         delay=None if delay_ms is None else delay_ms * 1e-3,

@@ -23,7 +23,7 @@ from pretravel.qualification.delay import several_feeds
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.trigger.response import ResponseBasis
-from pretravel.trigger.six_seats import SixSeatBasis
+from pretravel.trigger.six_seat_basis import SixSeatBasis
 
 KINDS: Mapping[str, type[KindOfMap]] = {
     kind.name: kind for kind in (MeanKind, SectorsKind, WozniakKind, HarmonicKind, PhysicalKind)

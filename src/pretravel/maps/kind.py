@@ -47,6 +47,9 @@ class MapFit:
     noise_is_repeatability : bool
         Whether the residuals contain scatter alone, so that `noise` is the repeatability, with
         `dof` degrees of freedom.
+    fixed_scatter : float
+        Standard deviation between touches in different directions that repeats do not reduce:
+        hysteresis, the step of a scale, the form of the reference. [mm]
     """
 
     observation: Observation
@@ -63,6 +66,7 @@ class MapFit:
     gauge: str = LEAST_SQUARES_CENTRE
     tip_radius: float | None = None
     noise_is_repeatability: bool = False
+    fixed_scatter: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +133,14 @@ class KindOfMap(ABC):
         PretravelError
             Touches that do not determine this kind of map.
         """
+
+    def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> MapFit:
+        """As `fit`, to touches that are similar to those of an earlier fit.
+
+        Kinds that search for their numbers begin at those of the earlier fit.
+        """
+        del fit
+        return self.fit(observation, repeats)
 
     def refit(self, fit: MapFit, observation: Observation) -> MapFit | None:
         """The same fit to slightly different touches, with every choice kept.

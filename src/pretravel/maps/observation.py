@@ -32,6 +32,9 @@ class Observation:
         The reference is a ring gauge, touched inside.
     tip_known : bool
         Whether the tip's diameter was given; else `tip_radius` is the one that the touches imply.
+    u_reference_radius : float
+        Standard uncertainty of the radius: its error is a constant part of observed pretravel.
+        [mm]
     """
 
     positions: FloatArray
@@ -41,6 +44,7 @@ class Observation:
     tip_radius: float
     ring: bool
     tip_known: bool = True
+    u_reference_radius: float = 0.0
 
     @property
     def axes(self) -> int:

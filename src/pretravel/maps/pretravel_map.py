@@ -54,6 +54,9 @@ class PretravelMap:
         Standard deviation of a single touch along its approach. [mm]
     repeatability_dof : float
         Its degrees of freedom; infinite where it was given.
+    fixed_scatter : float
+        Standard deviation of a touch that repeats in its direction do not reduce: hysteresis, the
+        step of a scale, what the map misses from one direction to the next. [mm]
     rotation : (3, 3) float
         Probe to machine frame; see `pretravel.frames`.
     feed : float, optional
@@ -99,6 +102,7 @@ Touch the reference there too, or allow extrapolation.
     u_tip_radius: float = 0.0
     repeatability: float = 0.0
     repeatability_dof: float = math.inf
+    fixed_scatter: float = 0.0
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
     feed: float | None = None
     delay: float | None = None
@@ -125,6 +129,11 @@ Touch the reference there too, or allow extrapolation.
         object.__setattr__(self, "rotation", frozen(self.rotation))
         if self.delay_effect is not None:
             object.__setattr__(self, "delay_effect", frozen(self.delay_effect))
+
+    @property
+    def single_touch(self) -> float:
+        """Standard deviation of one touch about the map: repeatability and fixed scatter. [mm]"""
+        return math.hypot(self.repeatability, self.fixed_scatter)
 
     @property
     def kind(self) -> str:

@@ -15,6 +15,10 @@ SEAT_NAMES = ("A-left", "A-right", "B-left", "B-right", "C-left", "C-right")
 rod, as seen from the spindle, looking outward along the rod."""
 
 
+SEAT_SIDES = np.array([-1.0, 1.0] * 3)
+"""Sign of each seat's horizontal push, counter-clockwise being positive."""
+
+
 class SeatFrame(NamedTuple):
     """A right-handed triad at each seat, probe frame."""
 
@@ -72,7 +76,7 @@ def seat_triads(
     radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)
     tangential = np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(6)], axis=1)
     # A seat on the counter-clockwise side (left) pushes the rod clockwise and up.
-    side = np.array([-1.0, 1.0] * 3)[:, None]
+    side = SEAT_SIDES[:, None]
     angle = np.broadcast_to(np.asarray(support_angles, dtype=np.float64), 6)[:, None]
     normals = side * np.cos(angle) * tangential + np.sin(angle) * np.array([0.0, 0.0, 1.0])
     distance = np.repeat(np.broadcast_to(np.asarray(radii, dtype=np.float64), 3), 2)[:, None]
@@ -87,3 +91,32 @@ def seat_triads(
 def tip_wrenches(tip: FloatArray) -> FloatArray:
     """Columns: force and moment about the origin of a unit force on the tip, (6, 3)."""
     return np.concatenate([np.eye(3), np.cross(tip, np.eye(3)).T])
+
+
+def seat_wrenches(azimuths: FloatArray, radii: FloatArray, angles: FloatArray) -> FloatArray:
+    """Wrenches of the six seats of uneven rods, as `SeatFrame.wrenches`, in closed form.
+
+    Parameters
+    ----------
+    azimuths, radii : (3,) float
+        Of the rods. [rad], [mm]
+    angles : (6,) float
+        Of the seats' normals from the horizontal. [rad]
+
+    Returns
+    -------
+    (6, 6) float
+        Columns: force and moment about the origin of a unit reaction.
+
+    >>> places = np.radians([0.0, 120.0, 240.0]), np.ones(3), np.full(6, 0.6)
+    >>> bool(np.allclose(seat_wrenches(*places), seat_triads(*places).wrenches, atol=1e-15))
+    True
+    """
+    azimuth, radius = np.repeat(azimuths, 2), np.repeat(radii, 2)
+    cosine, sine = np.cos(azimuth), np.sin(azimuth)
+    flat, steep = SEAT_SIDES * np.cos(angles), np.sin(angles)
+    # The normal is flat t + steep z, t tangential; its moment is radius (flat z - steep t).
+    lever = radius * steep
+    return np.array(
+        [-flat * sine, flat * cosine, steep, lever * sine, -lever * cosine, radius * flat]
+    )

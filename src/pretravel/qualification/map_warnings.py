@@ -96,7 +96,7 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
         )
     touched = observation.group_directions @ pretravel_map.rotation.T
     at_touches = pretravel_map.standard_uncertainty(touched)
-    if u.max() > 5.0 * max(at_touches.max(), pretravel_map.repeatability):
+    if u.max() > 5.0 * max(at_touches.max(), pretravel_map.single_touch):
         found.append(
             f"between the touches u of the map grows to {u.max() / MICROMETRE:.1f} µm, at "
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"

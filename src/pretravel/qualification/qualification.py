@@ -356,6 +356,7 @@ def _map(
         u_tip_radius=0.5 * setup.u_diameter,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
+        fixed_scatter=fit.fixed_scatter,
         rotation=probe_rotation(setup.axis),
         feed=feed if delay is None else 0.0,
         delay=None if delay is None else delay.delay,

@@ -100,7 +100,7 @@ class ProbeResponse:
         """C - P under given forces, (n, 3). [mm]"""
         with np.errstate(invalid="ignore"):  # infinite forces: directions that never trigger
             pressed = np.maximum(self.reactions(directions, forces), 0.0)
-            sunk = _hertz_power(pressed) - np.cbrt(self.rest_reactions**2)
+            sunk = hertz_power(pressed) - np.cbrt(self.rest_reactions**2)
             return np.asarray(
                 forces[:, None] * (directions @ self.compliance.T)
                 + self.seat_coefficient * (sunk @ self.seat_motion.T)
@@ -118,15 +118,31 @@ class ProbeResponse:
             return np.asarray(along + self.tip_approach(force))
 
 
-def _hertz_power(reactions: FloatArray) -> FloatArray:
+def hertz_power(reactions: FloatArray) -> FloatArray:
     """N^(2/3) with a finite slope at zero: below a micronewton, a parabola that joins smoothly.
 
     The vertical tangent of N^(2/3) at a seat that opens prevents Newton's method from
     converging. The change is 0.01 nm.
+
+    >>> hertz_power(np.array([8.0])).tolist()
+    [4.0]
     """
     share = reactions / _MICRONEWTON
     low = _MICRONEWTON ** (2.0 / 3.0) * share * (4.0 - share) / 3.0
     return np.asarray(np.where(share < 1.0, low, np.cbrt(reactions**2)))
+
+
+def hertz_slope(reactions: FloatArray) -> FloatArray:
+    """Derivative of `hertz_power`, for reactions that are not negative.
+
+    >>> hertz_slope(np.array([8.0])).round(12).tolist()
+    [0.333333333333]
+    """
+    share = reactions / _MICRONEWTON
+    low = _MICRONEWTON ** (-1.0 / 3.0) * (4.0 - 2.0 * share) / 3.0
+    return np.asarray(
+        np.where(share < 1.0, low, 2.0 / 3.0 / np.cbrt(np.maximum(reactions, _MICRONEWTON)))
+    )
 
 
 @dataclass(frozen=True, eq=False)

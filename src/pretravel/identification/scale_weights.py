@@ -1,0 +1,220 @@
+"""Posterior weights of the scales that a six-seat fit does not know in advance.
+
+How asymmetric is the probe, how large is the part of pretravel that a six-seat probe does not
+represent, how much do directions scatter that repeats do not reduce? Touches determine these scales
+badly, so none of them is chosen: the results for all of them are averaged, each with its
+probability (Bayesian model averaging). The uncertainty then contains the doubt between them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
+from pretravel.maps.observation import Scatter
+from pretravel.units import MICROMETRE
+
+ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+"""Scales of asymmetry, as multiples of the usual spreads."""
+CORRECTIONS = tuple(size * MICROMETRE for size in (0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4))
+"""Sizes of the part that a six-seat probe does not represent. [mm]"""
+FIXED_SCATTERS = tuple(size * MICROMETRE for size in (0.02, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0))
+"""Scatters of directions that repeats do not reduce. [mm]"""
+_TYPICAL_ASYMMETRY, _ASYMMETRY_SPREAD = math.log(0.3), 1.2
+_TYPICAL_CORRECTION = 0.15 * MICROMETRE
+_TYPICAL_FIXED_SCATTER = 0.05 * MICROMETRE
+_TYPICAL_NOISE, _NOISE_SPREAD = 0.3 * MICROMETRE, 1.0
+_UNKNOWN_NOISES = tuple(_TYPICAL_NOISE * 1.5**step for step in range(-8, 9))
+WELL_KNOWN_NOISE = 10.0
+"""Degrees of freedom among repeats from which these alone determine the noise."""
+LEAST_NOISE = 1e-3 * MICROMETRE
+_USUAL_DOF = 4.0  # weight of the usual noise beside few repeats
+_FREE = 1.0  # mm or rad: standard deviation of unknowns without a prior, far above what touches say
+_NEGLIGIBLE = 1e-3  # share of the largest weight
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedScales:
+    """Scales with their posterior probabilities, about one linearisation.
+
+    Attributes
+    ----------
+    scales : tuple of PriorScales
+        The most probable first.
+    weights : (h,) float
+        They add up to one.
+    evidence : float
+        Logarithm of the probability of the touches, over all scales.
+    """
+
+    scales: tuple[PriorScales, ...]
+    weights: FloatArray
+    evidence: float
+
+    def mean(self, name: str) -> float:
+        """Root of the mean square of one of the scales."""
+        squares = np.array([getattr(scales, name) ** 2 for scales in self.scales])
+        return math.sqrt(float(self.weights @ squares))
+
+
+def usual_scales(repeats: Scatter) -> PriorScales:
+    """Where a search begins: a usual asymmetry, a small correction."""
+    noise = _noises(repeats)
+    return PriorScales(0.3, 0.3 * MICROMETRE, 0.1 * MICROMETRE, noise[len(noise) // 2])
+
+
+def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) -> WeightedScales:
+    """Posterior probabilities of the scales, with the model linearised at x.
+
+    Parameters
+    ----------
+    problem : SixSeatProblem
+    x : (u,) float
+        Unknowns, near the posterior mode.
+    repeats : Scatter
+        Of repeated touches.
+
+    Returns
+    -------
+    WeightedScales
+
+    Notes
+    -----
+    Given the scales, misses are normal, and so is the linearised model's prior: the
+    probability of the touches has a closed form. Priors of the scales are wide: the logarithm of
+    the asymmetry is normal, correction and fixed scatter are half Cauchy.
+    """
+    misses, slopes = problem.misses(x)
+    expected = misses + slopes @ (problem.prior - x)
+    corrections = np.array([_correction(problem, size) for size in CORRECTIONS])
+    grid = _grid(repeats)
+    own = np.array([t**2 + n**2 / problem.count for t, n in _own_scatters(repeats)])
+    likelihood = np.concatenate(
+        [
+            _log_likelihood(_of_unknowns(problem, slopes, size) + corrections, own, expected)
+            for size in ASYMMETRY_SCALES
+        ]
+    )
+    posterior = likelihood + np.array([_log_prior(scales) for scales in grid])
+    largest = float(posterior.max())
+    weights = np.exp(posterior - largest)
+    order = np.argsort(-weights)
+    order = order[weights[order] > _NEGLIGIBLE]
+    kept = weights[order]
+    return WeightedScales(
+        scales=tuple(grid[i] for i in order),
+        weights=np.asarray(kept / kept.sum()),
+        evidence=largest + math.log(float(weights.sum())),
+    )
+
+
+def averaged_unknowns(
+    problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales
+) -> tuple[FloatArray, FloatArray]:
+    """Unknowns and coefficients of the correction, averaged over the scales.
+
+    Parameters
+    ----------
+    problem : SixSeatProblem
+    x : (u,) float
+        Where the model is linearised.
+    weighted : WeightedScales
+
+    Returns
+    -------
+    mean : (u + k,) float
+        Change of the unknowns from x, then the coefficients of the correction. [mm and as they are]
+    covariance : (u + k, u + k) float
+        It contains the differences between the scales.
+    """
+    misses, slopes = problem.misses(x)
+    to_touches = np.hstack([-slopes, problem.harmonics])
+    before = np.concatenate([problem.prior - x, np.zeros(len(problem.terms))])
+    before[: problem.extra] = 0.0
+    before[problem.azimuth] = 0.0
+    means, covariance = [], np.zeros((len(before), len(before)))
+    for scales, weight in zip(weighted.scales, weighted.weights, strict=True):
+        prior = np.concatenate(
+            [_unknown_variances(problem, scales.asymmetry),
+             problem.correction_variances(scales.correction)]
+        )  # fmt: skip
+        carried = prior[:, None] * to_touches.T
+        total = to_touches @ carried
+        own = scales.fixed_scatter**2 + scales.noise**2 / problem.count
+        total[np.diag_indices_from(total)] += own
+        gain = np.linalg.solve(total, carried.T).T
+        means.append(before + gain @ (misses - to_touches @ before))
+        covariance += weight * (np.diag(prior) - gain @ carried.T)
+    mean = weighted.weights @ np.array(means)
+    between = np.array(means) - mean
+    covariance += (between.T * weighted.weights) @ between
+    return np.asarray(mean), 0.5 * (covariance + covariance.T)
+
+
+def _noises(repeats: Scatter) -> tuple[float, ...]:
+    """Standard deviations of a touch that are considered: one where repeats determine it. [mm]"""
+    if repeats.dof >= WELL_KNOWN_NOISE:
+        return (max(repeats.deviation, LEAST_NOISE),)
+    if repeats.dof == 0.0:
+        return _UNKNOWN_NOISES
+    squares = repeats.dof * repeats.deviation**2 + _USUAL_DOF * _TYPICAL_NOISE**2
+    return (math.sqrt(squares / (repeats.dof + _USUAL_DOF)),)
+
+
+def _own_scatters(repeats: Scatter) -> list[tuple[float, float]]:
+    """Fixed scatter and noise of each direction, which single touches do not separate. [mm]"""
+    fixed = FIXED_SCATTERS if repeats.dof > 0.0 else (0.0,)
+    return list(itertools.product(fixed, _noises(repeats)))
+
+
+def _grid(repeats: Scatter) -> list[PriorScales]:
+    own = _own_scatters(repeats)
+    sizes = itertools.product(ASYMMETRY_SCALES, CORRECTIONS, own)
+    return [PriorScales(asymmetry, size, *scatter) for asymmetry, size, scatter in sizes]
+
+
+def _log_prior(scales: PriorScales) -> float:
+    asymmetry = (math.log(scales.asymmetry) - _TYPICAL_ASYMMETRY) / _ASYMMETRY_SPREAD
+    noise = (math.log(scales.noise / _TYPICAL_NOISE)) / _NOISE_SPREAD
+    found = -0.5 * asymmetry**2 + _log_half_cauchy(scales.correction, _TYPICAL_CORRECTION)
+    if scales.fixed_scatter > 0.0:
+        return found + _log_half_cauchy(scales.fixed_scatter, _TYPICAL_FIXED_SCATTER)
+    return found - 0.5 * noise**2
+
+
+def _log_half_cauchy(size: float, typical: float) -> float:
+    """Of the logarithm of a size: the grids have steps of about a factor two."""
+    return math.log(size / typical / (1.0 + (size / typical) ** 2))
+
+
+def _unknown_variances(problem: SixSeatProblem, asymmetry: float) -> FloatArray:
+    """Prior variances of the unknowns, (u,)."""
+    deviations = np.concatenate([np.full(problem.extra, _FREE), problem.spread(asymmetry)])
+    deviations[problem.azimuth] = _FREE
+    return np.asarray(deviations**2)
+
+
+def _of_unknowns(problem: SixSeatProblem, slopes: FloatArray, asymmetry: float) -> FloatArray:
+    """Covariance of mean touches by the unknowns, (g, g). [mm²]"""
+    return np.asarray((slopes * _unknown_variances(problem, asymmetry)) @ slopes.T)
+
+
+def _correction(problem: SixSeatProblem, size: float) -> FloatArray:
+    weighted = problem.harmonics * problem.correction_variances(size)
+    return np.asarray(weighted @ problem.harmonics.T)
+
+
+def _log_likelihood(shared: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
+    """Of values with each shared covariance (c, g, g) and own variances (o, g): (c o,)."""
+    total = np.repeat(shared[:, None], len(own), axis=1)
+    diagonal = np.arange(len(values))
+    total[..., diagonal, diagonal] += own
+    factor = np.linalg.cholesky(total)
+    whitened = np.linalg.solve(factor, values[:, None])[..., 0]
+    logarithms = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(axis=-1)
+    return np.asarray(-(logarithms + 0.5 * np.sum(whitened**2, axis=-1)).ravel())

@@ -1,0 +1,257 @@
+"""The most probable six-seat probe for touches on a reference, at given scales of its priors.
+
+Unknowns are the shift of the centre, the tip radius where it was not given, and the parameters of
+`pretravel.trigger.six_seats`. The part of pretravel that a six-seat probe does not represent has a
+covariance between directions, which weights the residuals.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import unit
+from pretravel.errors import PretravelError
+from pretravel.maps.observation import Observation
+from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.model.hertz import curved_part_factor
+from pretravel.trigger.six_seat_slopes import six_seat_pretravel
+from pretravel.trigger.six_seats import IDEAL, PARAMETERS
+from pretravel.units import DEGREE, MICROMETRE
+
+CORRECTION_DEGREE = 8
+"""Largest degree of the harmonics that correct a six-seat probe."""
+_DECAY = 2.5  # of their amplitudes with the degree, as for a function with kinks
+ASYMMETRIC = slice(len(IDEAL), None)
+"""The parameters of the asymmetry."""
+_NAMES = [parameter.name for parameter in PARAMETERS]
+_PRIOR = np.array([parameter.prior for parameter in PARAMETERS])
+_SPREAD = np.array([parameter.spread for parameter in PARAMETERS])
+_AZIMUTH = _NAMES.index("rod_azimuth")
+_FAR = 1.0  # mm: a residual where the parameters do not describe a probe
+_AZIMUTHS = np.arange(0.0, 120.0, 15.0) * DEGREE
+
+
+@dataclass(frozen=True)
+class PriorScales:
+    """Scales of what is not known in advance.
+
+    Attributes
+    ----------
+    asymmetry : float
+        Multiple of the spreads of `pretravel.trigger.six_seats.ASYMMETRIES`.
+    correction : float
+        Root mean square, over the sphere, of what a six-seat probe does not represent. [mm]
+    fixed_scatter : float
+        Standard deviation between directions that repeats do not reduce. [mm]
+    noise : float
+        Standard deviation of a single touch. [mm]
+    """
+
+    asymmetry: float
+    correction: float
+    fixed_scatter: float
+    noise: float
+
+
+class SixSeatProblem:
+    """Mean touches of each direction, and a six-seat probe beside them.
+
+    Parameters
+    ----------
+    observation : Observation
+    """
+
+    def __init__(self, observation: Observation) -> None:
+        self.observation = observation
+        self.axes = observation.axes
+        self.extra = self.axes + (0 if observation.tip_known else 1)
+        self.size = self.extra + len(PARAMETERS)
+        self.count = np.bincount(observation.groups).astype(np.float64)
+        total = np.zeros((len(self.count), 3))
+        np.add.at(total, observation.groups, observation.positions)
+        self._positions = total / self.count[:, None]
+        radius = observation.reference_radius
+        # A ring is concave; on its axis it is straight.
+        bends = (-1.0 / radius, 0.0) if observation.ring else (1.0 / radius, 1.0 / radius)
+        factor = float(curved_part_factor(observation.tip_radius, np.array([bends]))[0])
+        self._compression = factor if math.isfinite(factor) else 1.0
+        self.azimuth = self.extra + _AZIMUTH
+
+    @property
+    def prior(self) -> FloatArray:
+        """Prior means of the unknowns, (u,)."""
+        return np.concatenate([np.zeros(self.extra), _PRIOR])
+
+    def spread(self, asymmetry: float) -> FloatArray:
+        """Prior standard deviations of the parameters at a scale of asymmetry, (18,)."""
+        spread = _SPREAD.copy()
+        spread[ASYMMETRIC] *= asymmetry
+        return spread
+
+    @cached_property
+    def terms(self) -> IntArray:
+        """Degree and order of the correction: without a first harmonic, which is a shift."""
+        if self.observation.ring:
+            orders = range(2, 2 * CORRECTION_DEGREE + 1)
+            return np.array([(0, 0), *((m, s * m) for m in orders for s in (1, -1))])
+        terms = degrees_and_orders(CORRECTION_DEGREE)
+        return np.asarray(terms[terms[:, 0] != 1])
+
+    @cached_property
+    def harmonics(self) -> FloatArray:
+        """Values of the correction's harmonics in the touched directions, (g, k)."""
+        return real_spherical_harmonics(self.observation.group_directions, self.terms)
+
+    def correction_variances(self, correction: float) -> FloatArray:
+        """Prior variances of the coefficients of the correction, (k,). [mm²]
+
+        The reference's radius is uncertain, and its error is a constant part of pretravel.
+        """
+        share = np.maximum(self.terms[:, 0], 2.0) ** (-2.0 * _DECAY)
+        variances = correction**2 * share / share.sum()
+        variances[0] += self.observation.u_reference_radius**2
+        return np.asarray(variances)
+
+    def covariance(self, scales: PriorScales) -> FloatArray:
+        """Of the mean touches about a six-seat probe, (g, g). [mm²]"""
+        weighted = self.harmonics * self.correction_variances(scales.correction)
+        found = weighted @ self.harmonics.T
+        own = scales.fixed_scatter**2 + scales.noise**2 / self.count
+        found[np.diag_indices_from(found)] += own
+        return np.asarray(found)
+
+    def moved(self, x: FloatArray) -> Observation:
+        """The touches about the centre of these unknowns."""
+        center = self.observation.center.copy()
+        center[: self.axes] += x[: self.axes]
+        return replace(self.observation, center=center)
+
+    def misses(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Observed less modelled pretravel (g,), and its derivatives by the unknowns (g, u). [mm]
+
+        Raises
+        ------
+        PretravelError
+            Parameters that do not describe a probe.
+        """
+        center = self.observation.center.copy()
+        center[: self.axes] += x[: self.axes]
+        offset = (self._positions - center)[:, : self.axes]
+        distance = np.linalg.norm(offset, axis=1)
+        outward = unit(offset)
+        seen = self.observation
+        if seen.ring:
+            directions = np.hstack([-outward, np.zeros((len(outward), 1))])
+            values = distance - (seen.reference_radius - seen.tip_radius)
+        else:
+            directions, values = outward, seen.reference_radius + seen.tip_radius - distance
+        modelled, slopes = six_seat_pretravel(x[self.extra :], directions, self._compression)
+        level = x[self.axes : self.extra].sum()
+        # A centre moved by s adds n·s to the observed pretravel, on a sphere as in a ring.
+        ones = np.ones((len(values), self.extra - self.axes))
+        found = np.hstack([directions[:, : self.axes], ones, -slopes])
+        return values + level - modelled, found
+
+
+class _Weighted:
+    """Residuals of touches and priors together, in units of their spreads."""
+
+    def __init__(self, problem: SixSeatProblem, scales: PriorScales) -> None:
+        self.problem = problem
+        self._whitening = np.linalg.inv(np.linalg.cholesky(problem.covariance(scales)))
+        self._spread = problem.spread(scales.asymmetry)
+        self._at: FloatArray | None = None
+        self._found: tuple[FloatArray, FloatArray] | None = None
+
+    def _evaluated(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Misses and slopes: values are asked for first, slopes at the same place after them."""
+        if self._found is None or self._at is None or not np.array_equal(self._at, x):
+            try:
+                misses, slopes = self.problem.misses(x)
+            except PretravelError:  # seats that do not hold the tripod: far from every prior
+                count = len(self.problem.count)
+                misses, slopes = np.full(count, _FAR), np.zeros((count, self.problem.size))
+            self._at = x.copy()
+            self._found = (
+                np.where(np.isfinite(misses), misses, _FAR),
+                np.where(np.isfinite(slopes), slopes, 0.0),
+            )
+        return self._found
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        own = (x - self.problem.prior)[self.problem.extra :] / self._spread
+        return np.concatenate([self._whitening @ self._evaluated(x)[0], own])
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        priors = np.zeros((len(self._spread), self.problem.size))
+        priors[:, self.problem.extra :] = np.diag(1.0 / self._spread)
+        return np.vstack([self._whitening @ self._evaluated(x)[1], priors])
+
+
+def most_probable(
+    problem: SixSeatProblem, scales: PriorScales, start: FloatArray, evaluations: int = 100
+) -> tuple[FloatArray, float]:
+    """The posterior mode at given scales, from a start.
+
+    Parameters
+    ----------
+    problem : SixSeatProblem
+    scales : PriorScales
+    start : (u,) float
+    evaluations : int
+        The search stops after these.
+
+    Returns
+    -------
+    x : (u,) float
+    cost : float
+        Half the sum of squares of residuals and priors.
+    """
+    from scipy.optimize import least_squares
+
+    weighted = _Weighted(problem, scales)
+    size = np.concatenate(
+        [np.full(problem.extra, 1.0 * MICROMETRE), np.minimum(problem.spread(scales.asymmetry), 1)]
+    )
+    found = least_squares(
+        weighted.residuals,
+        start,
+        weighted.jacobian,
+        method="lm",
+        x_scale=size,
+        max_nfev=evaluations,
+        ftol=1e-10,
+        xtol=1e-10,
+    )
+    return np.asarray(found.x), float(found.cost)
+
+
+def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> list[FloatArray]:
+    """The best fit from eight azimuths of the tripod, and the next if it is nearly as good."""
+    start = problem.prior
+    start[problem.axes : problem.extra] = 10.0 * MICROMETRE
+    first = []
+    for azimuth in _AZIMUTHS:
+        start[problem.azimuth] = azimuth
+        first.append(most_probable(problem, scales, start, 8))
+    first.sort(key=lambda found: found[1])
+    followed = [most_probable(problem, scales, x) for x, _ in first[:3]]
+    followed.sort(key=lambda found: found[1])
+    best, cost = followed[0]
+    others = [
+        x
+        for x, other in followed[1:]
+        if other < cost + 10.0 and _apart(x[problem.azimuth], best[problem.azimuth]) > 3.0 * DEGREE
+    ]
+    return [best, *others[:1]]
+
+
+def _apart(first: float, second: float) -> float:
+    """Angle between two azimuths of a tripod, which repeats every third of a turn. [rad]"""
+    third = 120.0 * DEGREE
+    return abs((first - second + 0.5 * third) % third - 0.5 * third)
