@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from pretravel import PretravelError, Touches, apply
+from pretravel import PretravelError, PretravelMap, Touches, apply, verify
 from pretravel import qualify as qualify_probe
 from pretravel.compensation.compensation import compensation_warnings
 
@@ -23,13 +22,14 @@ from .machine import (
     reference_run,
     with_gross_errors,
 )
-from .patterns import about, scattered
+from .patterns import reachable, scattered
 from .probes import MICROMETRE
 from .rows import ROWS
-from .tripod import TIP_RADIUS
+from .tripod import TIP_RADIUS, SimulatedProbe
 
 PART_TOUCHES = 200
 SEED = 14
+FALSE_ALARM_RATE = 0.05
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,10 @@ class Outcome:
 
     `error` is left after the best translation of the part, `error_here` counts from the centre of
     the reference that the same qualification found; each is a root mean square along the normals
-    of 200 points. The two χ² are the means of (error / u)² of both. `false` and `found` count
-    touches that are named as outliers.
+    of 200 points. The two χ² are the means of (error / u)² of both. `center_off` is the distance of
+    that centre from the true one. χ² at the rods and between them is of steep faces within 20° of
+    a rod's azimuth and of the middle between two. `false` and `found` count touches that are named
+    as outliers. `alarm` says whether `verify` reports the unchanged probe as changed.
     """
 
     row: str
@@ -61,6 +63,10 @@ class Outcome:
     u: float = np.nan
     chi_squared: float = np.nan
     chi_squared_moved: float = np.nan
+    chi_squared_at_rods: float = np.nan
+    chi_squared_between: float = np.nan
+    center_off: float = np.nan
+    alarm: bool | None = None
     false: int = 0
     found: int = 0
     gross: int = 0
@@ -77,9 +83,11 @@ class Scene:
     """Touches as the user has them, and the truth."""
 
     departure: Departure
+    probe: SimulatedProbe
     reference: Reference
     reference_touches: Touches
     gross: np.ndarray
+    later_touches: Touches
     part_touches: Touches
     surface: np.ndarray
 
@@ -87,19 +95,28 @@ class Scene:
 def scene_of(job: Job) -> Scene:
     """The simulated set; probe, part and noise do not depend on the departure."""
     departure = ROWS[job.row]
-    streams = np.random.SeedSequence([job.seed, job.number]).spawn(5)
-    for_probe, for_reference, for_part, noise, gross = map(np.random.default_rng, streams)
+    streams = np.random.SeedSequence([job.seed, job.number]).spawn(6)
+    for_probe, for_reference, for_part, noise, gross, later = map(np.random.default_rng, streams)
     probe = departure.make_probe(for_probe)
     reference = reference_run(departure, probe, for_reference)
     found = latched(reference.run, probe, departure, noise)
     found, rows = with_gross_errors(found, reference.run, departure.gross_errors, gross)
-    normals = scattered(PART_TOUCHES, for_part, level=departure.ring)
-    run, surface = part_run(departure, about(probe.stem, normals), for_part)
+    normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
+    normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
+    run, surface = part_run(departure, normals, for_part)
+    again = reference_run(departure, probe, later)
     return Scene(
         departure,
+        probe,
         reference,
         _touches(found, reference.nominal_normals, departure.feed, departure.feed_stated[0]),
         rows,
+        _touches(
+            latched(again.run, probe, departure, later),
+            again.nominal_normals,
+            departure.feed,
+            departure.feed_stated[0],
+        ),
         _touches(
             latched(run, probe, departure, noise),
             run.normals,
@@ -146,21 +163,51 @@ def evaluated(job: Job) -> Outcome:
         found=len(named & set(scene.gross.tolist())),
         gross=len(scene.gross),
         warnings=said,
-        **_scores(points.positions - scene.surface - shift, points.normals, points),
+        center_off=float(np.linalg.norm(shift)) / MICROMETRE,
+        alarm=_alarm(scene, result.pretravel_map),
+        **_scores(scene, points.positions - scene.surface - shift, points.standard_uncertainty),
     )
 
 
-def _scores(errors: np.ndarray, normals: np.ndarray, points: Any) -> dict[str, float]:
+def _scores(scene: Scene, errors: np.ndarray, u: np.ndarray) -> dict[str, float]:
+    normals = scene.part_touches.normals
     along = np.sum(errors * normals, axis=1)
-    u = points.standard_uncertainty
     moved = along - normals @ np.linalg.lstsq(normals, along, rcond=None)[0]
+    squares = (along / u) ** 2
+    steep = np.hypot(normals[:, 0], normals[:, 1]) > 0.7
+    azimuth = np.arctan2(normals[:, 1], normals[:, 0])
+    toward = np.max(np.cos(azimuth[:, None] - scene.probe.rods), axis=1)
+    away = np.max(-np.cos(azimuth[:, None] - scene.probe.rods), axis=1)
+    near = np.cos(np.radians(20.0))
     return {
         "error": float(np.sqrt(np.mean(moved**2))) / MICROMETRE,
         "error_here": float(np.sqrt(np.mean(along**2))) / MICROMETRE,
         "u": float(np.sqrt(np.mean(u**2))) / MICROMETRE,
-        "chi_squared": float(np.mean((along / u) ** 2)),
+        "chi_squared": float(np.mean(squares)),
         "chi_squared_moved": float(np.mean((moved / u) ** 2)),
+        "chi_squared_at_rods": _mean(squares[steep & (toward > near)]),
+        "chi_squared_between": _mean(squares[steep & (away > near)]),
     }
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.mean(values)) if len(values) else np.nan
+
+
+def _alarm(scene: Scene, pretravel_map: PretravelMap) -> bool | None:
+    """Whether `verify` says of the same probe that it has changed; None where it refuses."""
+    ring = scene.departure.ring
+    try:
+        found = verify(
+            scene.later_touches,
+            pretravel_map,
+            RING_DIAMETER if ring else DIAMETER,
+            ring=ring,
+            false_alarm_rate=FALSE_ALARM_RATE,
+        )
+    except PretravelError:
+        return None
+    return bool(found.changed)
 
 
 def pattern_of(sentence: str) -> str:

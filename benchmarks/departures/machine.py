@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .departure import Departure
-from .patterns import about
+from .patterns import reachable
 from .tripod import FLAT, TIP_RADIUS, SimulatedProbe
 
 DIAMETER = 25.0
@@ -48,7 +48,7 @@ def reference_run(
     departure: Departure, probe: SimulatedProbe, generator: np.random.Generator
 ) -> Reference:
     """Touches on the reference, along lines through a centre that is known to 10 µm."""
-    directions = about(probe.stem, departure.directions)
+    directions = reachable(probe.stem, departure.directions)
     order = np.arange(len(directions))
     rows = (
         np.tile(order, departure.repeats)

@@ -19,6 +19,7 @@ def rings(*of: tuple[float, int, float]) -> np.ndarray:
 POLE = (0.0, 1, 0.0)
 USUAL_25 = rings(POLE, (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 0.0))
 THOROUGH_27 = rings(POLE, (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 6, 0.0), (90.0, 8, 10.0))
+DENSE_45 = rings(POLE, (22.5, 8, 0.0), (45.0, 12, 0.0), (67.5, 8, 0.0), (90.0, 16, 0.0))
 NINE = rings(POLE, (45.0, 4, 45.0), (90.0, 4, 0.0))
 SIX = rings(POLE, (90.0, 5, 0.0))
 FIVE = rings(POLE, (90.0, 4, 0.0))
@@ -34,7 +35,7 @@ def spread(count: int, largest_polar: float = 90.0) -> np.ndarray:
     return np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), up])
 
 
-SPREAD_92 = spread(92)
+SPREAD_92 = spread(92, 95.0)
 
 
 def scattered(count: int, generator: np.random.Generator, *, level: bool) -> np.ndarray:
@@ -45,13 +46,11 @@ def scattered(count: int, generator: np.random.Generator, *, level: bool) -> np.
     return np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), up])
 
 
-def about(axis: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """The directions with their +z turned to `axis` by the shortest way."""
-    if axis[2] > 0.9:  # a small tilt is not one that the operator's program knows
+def reachable(stem: np.ndarray, directions: np.ndarray, least: float = -0.1) -> np.ndarray:
+    """Those of the directions in which a tip on a sideways stem can touch.
+
+    `least` is the cosine of the largest angle to the stem.
+    """
+    if stem[2] > 0.9:
         return directions
-    z = np.array([0.0, 0.0, 1.0])
-    x = np.cross(z, axis)
-    x /= np.linalg.norm(x)
-    turned = np.column_stack([np.cross(x, axis), x, axis])
-    own = np.column_stack([np.cross(x, z), x, z])
-    return np.asarray(directions @ (turned @ own.T).T)
+    return np.asarray(directions[directions @ stem > least])

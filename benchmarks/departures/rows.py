@@ -60,7 +60,9 @@ ROWS: Mapping[str, Departure] = {
     "backlash": Departure("backlash 0.5 µm", backlash=0.5 * MICROMETRE),
     "machine_scale": Departure("machine scale 10 ppm", scale=10e-6),
     "bent_stylus": Departure("bent stylus", make_probe=probes.bent_stylus),
-    "star_stylus": Departure("star stylus", make_probe=probes.star_stylus),
+    "star_stylus": Departure(
+        "star stylus", make_probe=probes.star_stylus, directions=patterns.DENSE_45, repeats=2
+    ),
     "strain_gauge": Departure("strain gauge", make_probe=probes.strain_gauge),
     "stylus_200": Departure("stylus of 200 mm", make_probe=probes.long_stylus),
     "bad_touch": Departure(

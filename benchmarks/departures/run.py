@@ -15,7 +15,7 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.evaluation import SEED, Job, Outcome, evaluated
 from benchmarks.departures.rows import ROWS
-from benchmarks.departures.table import header, line, sentences, summary, write_csv
+from benchmarks.departures.table import SHOWN, header, line, sentences, summary, write_csv
 
 
 def _one_thread() -> None:
@@ -67,9 +67,9 @@ def main() -> None:
             outcomes = list(pool.map(evaluated, jobs))
             kept += outcomes
             cells.append(summary(outcomes))
-            print(line(list(cells[-1].values())), flush=True)
-            if given.said:
-                print("\n".join(sentences(outcomes)), flush=True)
+            print(line([cells[-1][name] for name in SHOWN]), flush=True)
+            for sentence in sentences(outcomes) if given.said else ():
+                print(sentence, flush=True)
     if given.csv is not None:
         write_csv(given.csv, cells)
     if given.sets_csv is not None:

@@ -19,13 +19,20 @@ COLUMNS = {
     "u": "u µm",
     "chi": "χ²",
     "chi_moved": "χ² moved",
+    "rods": "χ² at rods",
+    "between": "χ² between",
+    "center_off": "centre off µm",
     "refused": "refused %",
     "warned": "warned %",
     "warned_wrong": "warned where χ²>1.4 %",
     "false": "false outliers %",
     "found": "gross found %",
+    "alarms": "verify: false alarms % at 5",
     "seconds": "s/set",
 }
+
+SHOWN = tuple(name for name in COLUMNS if name not in ("rods", "between", "center_off"))
+"""Columns of the printed table; the file has all."""
 
 
 def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
@@ -33,6 +40,8 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
     passed = [outcome for outcome in outcomes if not outcome.refused]
     wrong = [outcome for outcome in passed if outcome.chi_squared > 1.4]
     gross = sum(outcome.gross for outcome in passed)
+
+    alarms = [outcome.alarm for outcome in passed if outcome.alarm is not None]
 
     def percent(count: int, of: int) -> str:
         return f"{100.0 * count / of:.0f}" if of else "–"
@@ -50,11 +59,15 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
         "u": mean("u", 2),
         "chi": mean("chi_squared"),
         "chi_moved": mean("chi_squared_moved"),
+        "rods": mean("chi_squared_at_rods"),
+        "between": mean("chi_squared_between"),
+        "center_off": mean("center_off", 2),
         "refused": percent(len(outcomes) - len(passed), len(outcomes)),
         "warned": percent(sum(bool(outcome.warnings) for outcome in passed), len(passed)),
         "warned_wrong": f"{percent(said, len(wrong))} of {len(wrong)}" if wrong else "–",
         "false": percent(sum(outcome.false > 0 for outcome in passed), len(passed)),
         "found": percent(sum(outcome.found for outcome in passed), gross),
+        "alarms": percent(sum(alarms), len(alarms)),
         "seconds": f"{np.median([outcome.seconds for outcome in outcomes]):.2f}",
     }
 
@@ -64,7 +77,7 @@ def line(cells: Sequence[str]) -> str:
 
 
 def header() -> str:
-    return line(list(COLUMNS.values())) + "\n" + line(["---"] * len(COLUMNS))
+    return f"{line([COLUMNS[name] for name in SHOWN])}\n{line(['---'] * len(SHOWN))}"
 
 
 def sentences(outcomes: Sequence[Outcome]) -> list[str]:
