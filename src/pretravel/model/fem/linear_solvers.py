@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import weakref
 from collections.abc import Callable, Mapping
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -100,7 +102,26 @@ def _cholmod(matrix: sparse.csr_matrix) -> Solve:
     return solve
 
 
+_MKL = "PYPARDISO_MKL_RT"
+"""Environment variable of pypardiso: where MKL is."""
+
+
+def _name_mkl() -> None:
+    """Tell pypardiso where MKL is: it searches the whole environment twice, for seconds."""
+    if _MKL in os.environ:
+        return
+    try:
+        installed = metadata.files("mkl") or ()
+    except metadata.PackageNotFoundError:
+        return
+    for file in installed:
+        if "mkl_rt" in file.name and (path := file.locate()).is_file():  # type: ignore[attr-defined]
+            os.environ[_MKL] = str(path)
+            return
+
+
 def _pardiso(matrix: sparse.csr_matrix) -> Solve:
+    _name_mkl()
     from pypardiso import PyPardisoSolver
 
     solver: Any = PyPardisoSolver(mtype=2)  # real, symmetric positive definite: upper triangle
