@@ -41,7 +41,6 @@ FEW_FOR_SIX_SEATS = 15
 MISFIT_LEVEL = 0.01
 """Probability that a good six-seat probe is reported as not of this kind."""
 _ROUNDS = 4
-_SETTLED = 0.02 * MICROMETRE
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -167,12 +166,11 @@ def _settled(
 ) -> tuple[FloatArray, WeightedScales]:
     """Mode and scales by turns: each determines the other."""
     for _ in range(_ROUNDS):
-        last = problem.misses(x)[0]
         x, _ = most_probable(problem, scales, x)
         weighted = weighted_scales(problem, x, repeats)
-        scales = weighted.scales[0]
-        if float(np.abs(problem.misses(x)[0] - last).max()) < _SETTLED:
+        if weighted.scales[0] == scales:
             break
+        scales = weighted.scales[0]
     return x, weighted
 
 
@@ -182,13 +180,16 @@ def _concluded(
     """The average over the scales as a map with covariance."""
     observation, axes, extra = problem.observation, problem.axes, problem.extra
     change, covariance = averaged_unknowns(problem, x, weighted)
-    unknowns = x + change[: problem.size]
-    basis = SixSeatBasis(unknowns[extra:], observation.tip_radius, problem.terms)
-    coefficients = np.concatenate([np.eye(5 + len(PARAMETERS))[0], change[problem.size :]])
+    own = change[: problem.size]
+    unknowns = x + own
+    # Slopes hold near the mode alone: the map is linear about it, and its average beside it.
+    basis = SixSeatBasis(x[extra:], observation.tip_radius, problem.terms)
+    six_seats = np.concatenate([np.eye(5)[0], own[extra:]])
+    coefficients = np.concatenate([six_seats, change[problem.size :]])
     moved = problem.moved(unknowns)
     level = float(unknowns[axes:extra].sum())
     residuals = moved.values + level - basis.value(moved.directions, coefficients)
-    to_coefficients = _to_coefficients(problem, moved, basis)
+    to_coefficients = _to_coefficients(problem)
     of_map = to_coefficients @ covariance @ to_coefficients.T
     gauge = covariance[:axes, :axes]
     to_mean = observation.to_sphere[0]
@@ -209,7 +210,7 @@ def _concluded(
         noise_is_repeatability=repeats.dof < WELL_KNOWN_NOISE,
         fixed_scatter=weighted.mean("fixed_scatter"),
         tip_radius=None if observation.tip_known else observation.tip_radius + level,
-        unknowns=unknowns,
+        unknowns=x,
         parameter_covariance=covariance[extra : problem.size, extra : problem.size],
         learned=1.0
         - np.diag(covariance)[extra : problem.size]
@@ -257,15 +258,15 @@ def _misfit(
     return float(fisher.sf(beyond / free, free, repeats.dof))
 
 
-def _to_coefficients(
-    problem: SixSeatProblem, moved: Observation, basis: SixSeatBasis
-) -> FloatArray:
-    """Change of the map's coefficients with each unknown and correction, (k, unknowns)."""
-    # The part of each function that a least-squares reference takes up as a shift.
-    functions = basis.design(moved.directions)[:, 5:]
-    count = functions.shape[1]
-    found = np.zeros((basis.size, problem.size + len(problem.terms)))
-    found[2 : 2 + problem.axes, problem.extra :] = -(moved.to_sphere @ functions)[1:]
+def _to_coefficients(problem: SixSeatProblem) -> FloatArray:
+    """Change of the map's coefficients with each unknown and correction, (k, u).
+
+    Points are measured from the centre of the reference. An error of the map that looks like a
+    shift moves this centre too, and leaves the distances as they are: the shift is subtracted.
+    """
+    count = len(PARAMETERS) + len(problem.terms)
+    found = np.zeros((5 + count, problem.extra + count))
+    found[2 : 2 + problem.axes, : problem.axes] = -np.eye(problem.axes)
     found[5:, problem.extra :] = np.eye(count)
     if not problem.observation.tip_known:
         found[1, problem.axes] = -1.0  # a larger tip means less pretravel

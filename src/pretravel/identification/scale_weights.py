@@ -143,13 +143,13 @@ def averaged_unknowns(
             [_unknown_variances(problem, scales.asymmetry),
              problem.correction_variances(scales.correction)]
         )  # fmt: skip
-        carried = prior[:, None] * to_touches.T
-        total = to_touches @ carried
         own = scales.fixed_scatter**2 + scales.noise**2 / problem.count
-        total[np.diag_indices_from(total)] += own
-        gain = np.linalg.solve(total, carried.T).T
-        means.append(before + gain @ (misses - to_touches @ before))
-        covariance += weight * (np.diag(prior) - gain @ carried.T)
+        root = np.sqrt(prior)
+        rows = to_touches * root / np.sqrt(own)[:, None]
+        inverse = np.linalg.inv(rows.T @ rows + np.eye(len(prior)))
+        left = (misses - to_touches @ before) / np.sqrt(own)
+        means.append(before + root * (inverse @ (rows.T @ left)))
+        covariance += weight * (root[:, None] * inverse * root)
     mean = weighted.weights @ np.array(means)
     between = np.array(means) - mean
     covariance += (between.T * weighted.weights) @ between
