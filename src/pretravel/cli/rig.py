@@ -63,6 +63,12 @@ def rig(
             min=0.0, max=100.0, help="Thermal expansion coefficient of the ruler, in 1e-6/K."
         ),
     ] = 8.0,
+    exclude: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LABEL", help="Leave this trace out (the file's name); may be repeated."
+        ),
+    ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
@@ -96,7 +102,9 @@ def rig(
         touches = [rig_touch(trace) for trace in read]
     if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))
-    calibration = calibrate_rig(touches)
+    calibration = calibrate_rig(touches, exclude=exclude or ())
+    if output is not None and ending == ".csv" and calibration.not_used:
+        write_csv_table(output, rig_table(touches, calibration.not_used))
     own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
     if output is not None and ending == ".json":
         write_json(output, rig_json(calibration, own))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,12 @@ from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
-from pretravel.laboratory.rig_calibration import RigCalibration, Spread, azimuth_of
+from pretravel.laboratory.rig_calibration import (
+    DirectionPerformance,
+    RigCalibration,
+    Spread,
+    azimuth_of,
+)
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
@@ -72,12 +77,16 @@ def _logic(table: CsvTable, name: str) -> FloatArray:
     return values
 
 
-def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
+def rig_table(
+    touches: Sequence[RigTouch], not_used: Mapping[str, str] | None = None
+) -> dict[str, npt.ArrayLike]:
     """Touches on the rig as columns, one row each; nan where a trace does not show the value.
 
     Parameters
     ----------
     touches : sequence of RigTouch
+    not_used : mapping of str to str, optional
+        Reasons for traces that are not in the results of a calibration, for the column left_out.
 
     Returns
     -------
@@ -103,6 +112,7 @@ def rig_table(touches: Sequence[RigTouch]) -> dict[str, npt.ArrayLike]:
         },
         "azimuth_deg": [math.degrees(azimuth_of(touch.trace)) for touch in touches],
         "feed_mm_min": [touch.feed if math.isfinite(touch.feed) else math.nan for touch in touches],
+        "left_out": [(not_used or {}).get(touch.trace, "") for touch in touches],
         "note": ["; ".join(touch.notes) for touch in touches],
     }
 
@@ -115,15 +125,11 @@ def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
     dict
         Lengths in µm, except r0 to r3; None where a value is unknown.
     """
-
-    def um(value: float) -> float | None:
-        return value / MICROMETRE if math.isfinite(value) else None
-
-    def spread(value: Spread) -> dict[str, float | None]:
-        return {"value": um(value.value), "low": um(value.low), "high": um(value.high)}
-
-    columns = {name: np.asarray(values).tolist() for name, values in
-               rig_table(calibration.touches).items()}  # fmt: skip
+    lost = calibration.with_outliers
+    columns = {
+        name: np.asarray(values).tolist()
+        for name, values in rig_table(calibration.touches, calibration.not_used).items()
+    }
     touches = [
         {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -132,42 +138,69 @@ def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
         for row in zip(*columns.values(), strict=True)
     ]
     return {
-        "pretravel_um": um(calibration.pretravel),
-        "u_pretravel_um": um(calibration.u_pretravel),
-        "anisotropy_um": um(calibration.anisotropy),
-        "anisotropy_interval_um": [um(float(end)) for end in calibration.anisotropy_interval],
-        "repeatability_um": spread(calibration.repeatability),
-        "hysteresis_um": um(calibration.hysteresis),
-        "largest_hysteresis_um": um(calibration.largest_hysteresis),
-        "coverage_probability": calibration.probability,
-        "expanded_uncertainty_um": um(budget.expanded()),
+        **_overall_json(calibration),
+        "expanded_uncertainty_um": _um(budget.expanded()),
         "coverage_factor": budget.coverage_factor(),
-        "directions": [
+        "outliers": [
             {
-                "name": d.name,
-                "azimuth_deg": math.degrees(d.azimuth) if math.isfinite(d.azimuth) else None,
-                "count": d.count,
-                "pretravel_um": um(d.pretravel),
-                "u_pretravel_um": um(d.u_pretravel),
-                "repeatability_um": spread(d.repeatability),
-                "pretravel_range_um": um(d.pretravel_range),
-                "trigger_range_um": um(d.trigger_range),
-                "hysteresis_um": um(d.hysteresis),
-                "u_hysteresis_um": um(d.u_hysteresis),
+                "trace": outlier.trace,
+                "distance_um": _um(outlier.distance),
+                "limit_um": _um(outlier.limit),
+                "message": outlier.message,
             }
-            for d in calibration.directions
+            for outlier in calibration.outliers
         ],
+        "excluded": list(calibration.excluded),
+        "with_outliers": None if lost is None else _overall_json(lost),
+        "directions": [_direction_json(direction) for direction in calibration.directions],
         "budget": [
             {
                 "source": row["source"],
                 "type": row["evaluation"],
-                "contribution_um": um(float(row["contribution"])),
+                "contribution_um": _um(float(row["contribution"])),
                 "share": row["share"],
             }
             for row in budget.rows()
         ],
         "touches": touches,
     }
+
+
+def _overall_json(calibration: RigCalibration) -> dict[str, Any]:
+    return {
+        "pretravel_um": _um(calibration.pretravel),
+        "u_pretravel_um": _um(calibration.u_pretravel),
+        "anisotropy_um": _um(calibration.anisotropy),
+        "anisotropy_interval_um": [_um(float(end)) for end in calibration.anisotropy_interval],
+        "repeatability_um": _spread_json(calibration.repeatability),
+        "hysteresis_um": _um(calibration.hysteresis),
+        "largest_hysteresis_um": _um(calibration.largest_hysteresis),
+        "coverage_probability": calibration.probability,
+    }
+
+
+def _direction_json(direction: DirectionPerformance) -> dict[str, Any]:
+    known = math.isfinite(direction.azimuth)
+    return {
+        "name": direction.name,
+        "azimuth_deg": math.degrees(direction.azimuth) if known else None,
+        "count": direction.count,
+        "pretravel_um": _um(direction.pretravel),
+        "u_pretravel_um": _um(direction.u_pretravel),
+        "repeatability_um": _spread_json(direction.repeatability),
+        "pretravel_range_um": _um(direction.pretravel_range),
+        "trigger_range_um": _um(direction.trigger_range),
+        "hysteresis_um": _um(direction.hysteresis),
+        "u_hysteresis_um": _um(direction.u_hysteresis),
+    }
+
+
+def _spread_json(spread: Spread) -> dict[str, float | None]:
+    return {"value": _um(spread.value), "low": _um(spread.low), "high": _um(spread.high)}
+
+
+def _um(value: float) -> float | None:
+    return value / MICROMETRE if math.isfinite(value) else None
 
 
 def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:

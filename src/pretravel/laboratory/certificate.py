@@ -14,6 +14,7 @@ from pretravel.laboratory.rig_budget import (
     length_budget,
 )
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
+from pretravel.laboratory.rig_left_out import left_out_sentences
 from pretravel.uncertainty.gum import Budget
 
 
@@ -182,7 +183,7 @@ class CalibrationCertificate:
     temperature : float
         Of the ruler; lengths are those at 20 °C. [°C]
     notes : tuple of str
-        Irregularities of single touches, as sentences.
+        Irregularities of single touches, and touches that were left out, as sentences.
     """
 
     statements: LaboratoryStatements
@@ -236,7 +237,10 @@ def calibration_certificate(
         constant_and_slope=None if mixed else constant_and_slope(own),
         feeds=(min(feeds), max(feeds)),
         temperature=temperature,
-        notes=tuple(f"{t.trace}: {note}" for t in calibration.touches for note in t.notes),
+        notes=(
+            *(f"{t.trace}: {note}" for t in calibration.touches for note in t.notes),
+            *left_out_sentences(calibration),
+        ),
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch
+from pretravel.laboratory.rig_outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
 from pretravel.uncertainty.gum import COVERAGE
 from pretravel.units import MICROMETRE
@@ -94,6 +95,12 @@ class RigCalibration:
         Mean over all touches; the one of largest magnitude, with its sign. [mm]
     left_out : tuple of str
         Traces without a pretravel.
+    excluded : tuple of str
+        Traces that the user left out.
+    outliers : tuple of TraceOutlier
+        Traces with a gross error, left out.
+    with_outliers : RigCalibration or None
+        The calibration with the outliers, to compare; None without outliers.
     starts_differ : bool
         Whether the touches of a direction start at different places, so that the range of r1 is
         not the repeatability.
@@ -111,8 +118,18 @@ class RigCalibration:
     hysteresis: float
     largest_hysteresis: float
     left_out: tuple[str, ...]
+    excluded: tuple[str, ...]
+    outliers: tuple[TraceOutlier, ...]
+    with_outliers: RigCalibration | None
     starts_differ: bool
     probability: float
+
+    @property
+    def not_used(self) -> dict[str, str]:
+        """Reason for each trace that is not in the results: no pretravel, outlier, excluded."""
+        reasons = dict.fromkeys(self.left_out, "no pretravel")
+        reasons |= {outlier.trace: "outlier" for outlier in self.outliers}
+        return reasons | dict.fromkeys(self.excluded, "excluded")
 
 
 def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Spread:
@@ -155,13 +172,23 @@ def _direction_name(trace: str) -> str:
     return re.sub(r"_\d+$", "", trace)
 
 
-def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE) -> RigCalibration:
+def calibrate_rig(
+    touches: Sequence[RigTouch],
+    *,
+    exclude: Sequence[str] = (),
+    search_outliers: bool = True,
+    probability: float = COVERAGE,
+) -> RigCalibration:
     """Determine the performance parameters of a probe from touches on the rig.
 
     Parameters
     ----------
     touches : sequence of RigTouch
         The names of the traces of repeats differ in the last number.
+    exclude : sequence of str
+        Traces that are left out, by name or file.
+    search_outliers : bool
+        Whether touches with a gross error are left out, see `outlying_rows`.
     probability : float
         Of coverage intervals.
 
@@ -172,7 +199,8 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
     Raises
     ------
     PretravelError
-        No touch with a pretravel, an implausible pretravel, one azimuth under two names.
+        No touch with a pretravel, an implausible pretravel, one azimuth under two names, an
+        excluded trace that is not there.
 
     Notes
     -----
@@ -184,7 +212,63 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
     ----------
     Ren 2020, equations 2 to 4 and Figure 8.
     """
-    evaluated = _plausible_touches(touches)
+    excluded = _excluded_traces(touches, exclude)
+    evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
+    with_all = _calibration(touches, evaluated, excluded, probability)
+    outliers = _trace_outliers(evaluated) if search_outliers else []
+    if not outliers:
+        return with_all
+    wrong = {outlier.trace for outlier in outliers}
+    without = [touch for touch in evaluated if touch.trace not in wrong]
+    return replace(
+        _calibration(touches, without, excluded, probability),
+        outliers=tuple(outliers),
+        with_outliers=with_all,
+    )
+
+
+def _excluded_traces(touches: Sequence[RigTouch], exclude: Sequence[str]) -> tuple[str, ...]:
+    """Names of the traces that the user leaves out, in the order of the touches."""
+    names = [touch.trace for touch in touches]
+    wanted = {label if label in names else label.removesuffix(".csv") for label in exclude}
+    unknown = sorted(wanted.difference(names))
+    if unknown:
+        raise PretravelError(
+            f"no trace '{unknown[0]}' to leave out; there are {', '.join(names[:12])}"
+            + (", …" if len(names) > 12 else ""),
+            inputs=("exclude",),
+        )
+    if wanted.issuperset(names):
+        raise PretravelError("no trace is left: all are excluded", inputs=("exclude",))
+    return tuple(name for name in names if name in wanted)
+
+
+def _trace_outliers(evaluated: Sequence[RigTouch]) -> list[TraceOutlier]:
+    """Touches with a gross error, against repeats and against the map of all directions."""
+    names = [touch.trace for touch in evaluated]
+    _, groups, count = np.unique(
+        [_direction_name(name) for name in names], return_inverse=True, return_counts=True
+    )
+    found = outlying_rows(
+        np.array([touch.pretravel for touch in evaluated]),
+        groups,
+        np.array([azimuth_of(name) for name in names]),
+        floor=float(np.mean([touch.u_pretravel for touch in evaluated])),
+    )
+    return [
+        outlier
+        for rows in found
+        for outlier in outlier_messages(rows, names, int(count[groups[rows.rows[0]]]) - 1)
+    ]
+
+
+def _calibration(
+    touches: Sequence[RigTouch],
+    evaluated: Sequence[RigTouch],
+    excluded: tuple[str, ...],
+    probability: float,
+) -> RigCalibration:
+    """The calibration from the touches that are evaluated."""
     groups = _touches_by_direction(evaluated)
     directions = [_performance(name, group, probability) for name, group in groups.items()]
     directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
@@ -196,6 +280,7 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
         ]
     means = np.array([d.pretravel for d in directions])
     shifts = np.array([t.hysteresis for t in evaluated if math.isfinite(t.hysteresis)])
+    without = [t.trace for t in touches if not math.isfinite(t.pretravel)]
     return RigCalibration(
         touches=tuple(touches),
         directions=tuple(directions),
@@ -206,7 +291,10 @@ def calibrate_rig(touches: Sequence[RigTouch], *, probability: float = COVERAGE)
         anisotropy_interval=frozen(_anisotropy_interval(directions, repeatability, probability)),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
         largest_hysteresis=float(shifts[np.argmax(np.abs(shifts))]) if len(shifts) else math.nan,
-        left_out=tuple(t.trace for t in touches if not math.isfinite(t.pretravel)),
+        left_out=tuple(name for name in without if name not in excluded),
+        excluded=excluded,
+        outliers=(),
+        with_outliers=None,
         starts_differ=any(
             d.count > 1 and d.trigger_range > 3.0 * max(d.pretravel_range, 1e-5) for d in directions
         ),
@@ -229,6 +317,8 @@ def _plausible_touches(touches: Sequence[RigTouch]) -> list[RigTouch]:
                 "values are 1 to 80 µm. Are ruler_mm and laser_mm in mm, does the ruler reading "
                 "grow towards the probe, and are the signals high at rest?"
                 + (f" ({'; '.join(touch.notes)})" if touch.notes else "")
+                + " A false trigger can be left out",
+                inputs=("exclude",),
             )
     return evaluated
 

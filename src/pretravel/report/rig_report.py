@@ -11,6 +11,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration, Spread
+from pretravel.laboratory.rig_left_out import left_out_sentences
 from pretravel.report.budget_report import budget_table, expanded_figure
 from pretravel.report.document import (
     Column,
@@ -57,12 +58,19 @@ def rig_document(
     Document
     """
     title = f"{len(calibration.touches)} touches on the rig"
+    left_out = len(calibration.not_used)
     return Document(
         title=title,
-        verdict=f"{len(calibration.touches)} traces, {len(calibration.directions)} directions",
+        verdict=f"{len(calibration.touches)} traces, {len(calibration.directions)} directions"
+        + (
+            f"; {left_out} trace{'s are' if left_out > 1 else ' is'} not in the results"
+            if left_out
+            else ""
+        ),
         figures=(
             *performance_figures(calibration),
             expanded_figure("expanded U", budget, "of a direction's mean pretravel"),
+            *(KeyFigure("LEFT OUT", sentence) for sentence in left_out_sentences(calibration)),
         ),
         tables=(direction_table(calibration),),
         sections=(Section(tables=(budget_table(budget, title=BUDGET_TITLE),), detail=True),),
@@ -218,8 +226,14 @@ def _draw_around(figure: Figure, calibration: RigCalibration) -> None:
             axes.plot(azimuths[ends], means[ends], "-", color=COLOURS[0], lw=1.2)
     for d in directions:
         own = [t for t in calibration.touches if t.trace.startswith(f"{d.name}_")]
-        axes.plot([d.azimuth] * len(own), [t.pretravel / MICROMETRE for t in own], "o",
-                  ms=3, color=COLOURS[1])  # fmt: skip
+        for used, mark in ((True, "o"), (False, "x")):
+            shown = [
+                t.pretravel / MICROMETRE
+                for t in own
+                if (t.trace not in calibration.not_used) == used
+            ]
+            axes.plot([d.azimuth] * len(shown), shown, mark, ms=3 if used else 6,
+                      color=COLOURS[1] if used else COLOURS[3])  # fmt: skip
     axes.set_ylim(0.0, 1.1 * float(means.max()))
 
 

@@ -66,6 +66,30 @@ class TestRig:
         assert np.all(u > [d["u_pretravel_um"] for d in directions])
         assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.nc", code=2)
 
+    def test_a_bad_trace_is_left_out(self, tmp_path: Path) -> None:
+        """Its trigger comes 80 samples of 1 ms late, at 0.05 mm/s."""
+        lines = [line.split(",") for line in TRACES[0].read_text().splitlines()]
+        head, cells = lines[0], lines[1:]
+        trigger = np.array([row[4] for row in cells])
+        for row, level in zip(cells, np.concatenate([trigger[:80], trigger[:-80]]), strict=True):
+            row[4] = str(level)
+        bad = tmp_path / "rig_000_3.csv"
+        bad.write_text("\n".join(",".join(line) for line in [head, *cells]))
+        text = run("rig", *TRACES, bad, "-o", tmp_path / "rig.json").replace("\n  ", " ")
+        assert "rig_000_3 lies" in text
+        assert "instead of" in text
+        run("rig", *TRACES, "-o", tmp_path / "good.json")
+        found = json.loads((tmp_path / "rig.json").read_text())
+        good = json.loads((tmp_path / "good.json").read_text())
+        assert found["directions"] == good["directions"]
+        assert [outlier["trace"] for outlier in found["outliers"]] == ["rig_000_3"]
+        worse = found["with_outliers"]["repeatability_um"]["value"]
+        assert worse > 10.0 * found["repeatability_um"]["value"]
+        run("rig", *TRACES, bad, "--exclude", "rig_090_1", "-o", tmp_path / "rig.csv")
+        reasons = {row["trace"]: row["left_out"] for row in rows(tmp_path / "rig.csv")}
+        assert (reasons["rig_000_3"], reasons["rig_090_1"]) == ("outlier", "excluded")
+        assert "--exclude" in run("rig", *TRACES, "--exclude", "rig_7_7", code=2)
+
     def test_implausible_traces(self, tmp_path: Path) -> None:
         """Micrometres in a file of millimetres; two probes at once."""
         lines = [line.split(",") for line in TRACES[0].read_text().splitlines()]
