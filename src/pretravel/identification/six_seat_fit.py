@@ -25,7 +25,7 @@ from pretravel.units import DEGREE, MICROMETRE
 
 CORRECTION_DEGREE = 8
 """Largest degree of the harmonics that correct a six-seat probe."""
-_DECAY = 2.5  # of their amplitudes with the degree, as for a function with kinks
+_DECAY = 1.5  # of their amplitudes with the degree: smoother than noise, rougher than kinks (2.5)
 ASYMMETRIC = slice(len(IDEAL), None)
 """The parameters of the asymmetry."""
 _NAMES = [parameter.name for parameter in PARAMETERS]
