@@ -60,8 +60,8 @@ def relative_times(times: npt.ArrayLike) -> FloatArray:
     [-0.5, 0.0, 0.5]
     """
     time = np.asarray(times, dtype=np.float64)
-    length = float(np.ptp(time))
-    return (time - 0.5 * (time.max() + time.min())) / (length if length > 0.0 else 1.0)
+    length = float(np.ptp(time)) or 1.0
+    return np.asarray((time - 0.5 * (time.max() + time.min())) / length)
 
 
 def drift_columns(directions: npt.ArrayLike, times: npt.ArrayLike) -> FloatArray:
