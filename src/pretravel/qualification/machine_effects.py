@@ -12,11 +12,23 @@ from pretravel.qualification.reference_drift import (
     estimated_drift,
     touch_times,
 )
+from pretravel.qualification.touch_order import (
+    between_predecessors,
+    estimated_hysteresis,
+    hysteresis_columns,
+    predecessors,
+    previous_directions,
+)
 
 __all__ = [
+    "between_predecessors",
     "drift_columns",
     "drift_is_separable",
     "estimated_drift",
+    "estimated_hysteresis",
+    "hysteresis_columns",
+    "predecessors",
+    "previous_directions",
     "quantisation_step",
     "repeat_step",
     "touch_times",

@@ -1,0 +1,118 @@
+"""Hysteresis by the touch before: estimates, levels, and what an order does not show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import sphere_pattern_25
+from pretravel.qualification.touch_order import (
+    between_predecessors,
+    estimated_hysteresis,
+    hysteresis_columns,
+    predecessors,
+    previous_directions,
+)
+
+NORMALS = sphere_pattern_25()
+TIMES = np.arange(75.0)
+IN_A_ROW = np.repeat(np.arange(25), 3)
+PASSES = np.tile(np.arange(25), 3)
+
+
+def _mixed_passes(rng: np.random.Generator, passes: int = 3) -> IntArray:
+    return np.concatenate([rng.permutation(25) for _ in range(passes)])
+
+
+def _memory(groups: IntArray, lateral: float, axial: float = 0.0) -> FloatArray:
+    """The tip stays at rest where the push before left it: h m · n, summed by hand."""
+    value = np.zeros(len(groups))
+    for row in range(1, len(groups)):
+        n, m = NORMALS[groups[row]], NORMALS[groups[row - 1]]
+        value[row] = lateral * (n[0] * m[0] + n[1] * m[1]) + axial * n[2] * m[2]
+    return value
+
+
+def test_the_touch_before_is_that_in_time() -> None:
+    order = np.random.default_rng(0).permutation(75)
+    before = predecessors(order)
+    assert (before == -1).sum() == 1
+    assert np.all(order[before[order > 0]] == order[order > 0] - 1)
+    m = previous_directions(NORMALS[PASSES], predecessors(TIMES))
+    columns = hysteresis_columns(NORMALS[PASSES], m)
+    assert columns[:, :2] @ [0.3, 0.7] == pytest.approx(_memory(PASSES, 0.3, 0.7))
+
+
+@pytest.mark.parametrize("in_a_row", [True, False])
+def test_a_memory_is_estimated_with_its_covariance(in_a_row: bool) -> None:
+    """(error)' C^-1 (error) / 2 of 300 sets is F(2, 48): mean 48/46, standard error 0.063."""
+    truth = np.array([0.001, 0.0004])
+    statistic, found = np.empty(300), 0
+    for seed in range(len(statistic)):
+        rng = np.random.default_rng(seed)
+        groups = IN_A_ROW if in_a_row else _mixed_passes(rng)
+        values = 0.003 * rng.standard_normal(25)[groups] + _memory(groups, *truth)
+        values += 0.0003 * rng.standard_normal(75)
+        fit = estimated_hysteresis(values, NORMALS[groups], groups, TIMES)
+        error = fit.value - truth
+        statistic[seed] = error @ np.linalg.solve(fit.covariance, error) / 2.0
+        found += fit.p_value < 0.01
+    assert statistic.mean() == pytest.approx(48 / 46, abs=4 * 0.063)
+    assert found > 0.9 * 300
+
+
+def test_no_memory_gives_no_alarm() -> None:
+    """400 sets at 5 %: 20 ± 4.4, for both tests."""
+    linear, between = 0, 0
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        order = rng.permutation(25)
+        groups = np.concatenate([order, order, _mixed_passes(rng, 1), order])
+        values = 0.003 * rng.standard_normal(25)[groups] + 0.0003 * rng.standard_normal(100)
+        linear += estimated_hysteresis(values, NORMALS[groups], groups, range(100)).p_value < 0.05
+        between += between_predecessors(values, groups, range(100)).p_value < 0.05
+    assert 7 <= linear <= 33
+    assert 7 <= between <= 33
+
+
+def test_the_variance_between_predecessors_is_unbiased() -> None:
+    """An effect of 0.5 µm drawn for each pair of directions, noise 0.3 µm."""
+    found = []
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        first, second = rng.permutation(25), rng.permutation(25)
+        groups = np.concatenate([first, first, second, second, first])
+        effect = 0.0005 * rng.standard_normal((25, 25))
+        values = effect[groups, np.append(groups[0], groups[:-1])]
+        values = values + 0.003 * rng.standard_normal(25)[groups]
+        seen = between_predecessors(
+            values + 0.0003 * rng.standard_normal(125), groups, np.arange(125)
+        )
+        assert seen.warning == ""
+        found.append((seen.variance, seen.u_variance, seen.p_value))
+    variance, u, p = np.transpose(found)
+    assert variance.mean() == pytest.approx(0.25e-6, abs=4 * variance.std() / np.sqrt(300))
+    assert np.mean(u) == pytest.approx(variance.std(), rel=0.25)
+    assert np.mean(p < 0.01) > 0.95
+
+
+@pytest.mark.parametrize(
+    ("groups", "words"),
+    [
+        (IN_A_ROW, "all repeats were made in a row"),
+        (PASSES, "after the same direction every time"),
+        (np.arange(25), "no direction was touched twice, so"),
+        (np.append(np.arange(25), np.arange(25)[::-1]), "is part of the repeatability"),
+    ],
+)
+def test_what_an_order_does_not_show_is_said(groups: IntArray, words: str) -> None:
+    values = np.random.default_rng(0).standard_normal(len(groups))
+    seen = between_predecessors(values, groups, np.arange(len(groups)))
+    assert words in seen.warning
+    if groups is not IN_A_ROW:
+        assert np.isnan(seen.variance)
+        assert np.isnan(seen.p_value)
+    else:
+        # The first touch of a direction against the others.
+        assert (seen.dof_between, seen.dof_within) == (25, 25)
