@@ -9,17 +9,21 @@ likelihood):
   amplitudes and that azimuth are estimated;
 - all others describe the asymmetry of the probe; they share one amplitude, which is usually small;
 - amplitudes decrease with the degree. Trigger force has kinks where another seat opens first, and
-  the coefficients of a function with kinks decrease with the power 2.5.
+  the coefficients of a function with kinks decrease with the power 2.5;
+- directions scatter by more than their repeats do: hysteresis, the step of a scale.
 
-The centre of the reference and the mean have no prior.
+The centre of the reference and the mean have no prior. Touches determine amplitudes and scatter
+badly. The posterior is therefore averaged over them, and its uncertainty contains their doubt.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
@@ -39,6 +43,34 @@ _SMALLEST_NOISE = 1e-5  # um: the last digit of a position in mm with eight deci
 _DECAY, _DECAY_SPREAD = 2.5, 0.7  # kinks on a sphere: power 2.5
 _ASYMMETRY, _ASYMMETRY_SPREAD = -2.0, 1.5  # log of asymmetry over lobes, vague
 _TYPICAL_NOISE, _NOISE_SPREAD = math.log(0.3), 2.0  # log um, vague
+_TYPICAL_AMPLITUDE, _AMPLITUDE_SPREAD = -0.5, 0.7  # log um, of degree 3
+_TYPICAL_FIXED, _FIXED_SPREAD = math.log(0.06), 1.0  # log um
+_AMPLITUDES = 8
+"""Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
+logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
+_NOISE, _AZIMUTH, _FIXED = 5, 6, 7
+_NEGLIGIBLE = 1e-3  # share of the largest weight
+_AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
+_PAIRS = 16  # of points that the posterior is averaged over
+_MOST_CORRECTED = 2.0  # logarithm of the largest weight over the median one
+
+
+@dataclass(frozen=True, eq=False)
+class Amplitudes:
+    """Amplitudes, decays, noise and azimuth of the regression that its posterior is averaged over.
+
+    Attributes
+    ----------
+    mode : (8,) float
+        The most probable ones.
+    points : (p, 8) float
+    weights : (p,) float
+        Their posterior probabilities.
+    """
+
+    mode: FloatArray
+    points: FloatArray
+    weights: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,22 +87,25 @@ class HarmonicFit:
     covariance : (k, k) float
         Posterior covariance.
     noise : float
-        Standard deviation of a single touch, estimated by the likelihood.
+        Standard deviation of a single touch, averaged.
+    fixed_scatter : float
+        Standard deviation of a direction that repeats do not reduce; zero without repeats.
     lobe_azimuth : float
         About which the lobes are even, in [0, 60°). [rad]
     hat : (n, n) float
         Fitted values per observed value.
-    amplitudes : (7,) float
-        Estimated by the likelihood; with them a fit can be repeated without a new estimate.
+    amplitudes : Amplitudes
+        With them a fit can be repeated without a new estimate.
     """
 
     terms: IntArray
     coefficients: FloatArray
     covariance: FloatArray
     noise: float
+    fixed_scatter: float
     lobe_azimuth: float
     hat: FloatArray
-    amplitudes: FloatArray
+    amplitudes: Amplitudes
 
 
 def sphere_terms(directions: int) -> IntArray:
@@ -130,6 +165,8 @@ class _Problem:
         self.free = root * (self.mean @ free_design)
         self.design = root * (self.mean @ design)
         self.y = root[:, 0] * y
+        self.count = count
+        self.repeated = self.within_dof > 0.0
         self.rows = (free_design, design)
         stacked = np.hstack([self.free, self.design, self.y[:, None]])
         if len(stacked) > stacked.shape[1]:  # an orthogonal reduction is exact
@@ -138,6 +175,10 @@ class _Problem:
             self.within += float(stacked[-1, -1] ** 2)
             self.within_dof += float(len(count) - (stacked.shape[1] - 1))
             stacked = stacked[:-1]
+            # Of directions with unequal repeats the mean number: hundreds of them, one each mostly.
+            self.small_count = np.full(len(stacked), count.mean())
+        else:
+            self.small_count = count
         split = free_design.shape[1]
         self.small_free = stacked[:, :split]
         self.small_design = stacked[:, split:-1]
@@ -178,34 +219,93 @@ class _Problem:
             )
         )
 
-    def cost(self, h: FloatArray) -> float:
-        """Minus log restricted likelihood and log prior of the amplitudes."""
-        variance = math.exp(2.0 * h[5])
-        design = self.turned(self.small_design, h[6])
-        total = (design * self.prior_variances(h)) @ design.T
-        total[np.diag_indices_from(total)] += variance
+    def cost_and_slopes(self, h: FloatArray) -> tuple[float, FloatArray]:
+        """Minus log restricted likelihood and log prior of the amplitudes, and its derivatives.
+
+        With P the inverse covariance of y after the free terms are removed, the derivative by a
+        parameter of the covariance M is tr(P M')/2 - (Py)'M'(Py)/2.
+        """
+        noise, fixed = math.exp(2.0 * h[_NOISE]), self.fixed_variance(h)
+        design = self.turned(self.small_design, h[_AZIMUTH])
+        prior = self.prior_variances(h)
+        total = (design * prior) @ design.T
+        total[np.diag_indices_from(total)] += noise + fixed * self.small_count
         try:
-            factor = np.linalg.cholesky(total)
+            inverse = np.linalg.inv(np.linalg.cholesky(total))
         except np.linalg.LinAlgError:
-            return 1e12
-        right = np.linalg.solve(factor, np.column_stack([self.small_free, self.small_y]))
-        free, y = right[:, :-1], right[:, -1]
-        normal = free.T @ free
-        residual = y - free @ np.linalg.solve(normal, free.T @ y)
-        likelihood = (
-            0.5 * float(residual @ residual)
-            + float(np.log(np.diag(factor)).sum())
-            + 0.5 * float(np.linalg.slogdet(normal)[1])
-            + self.within_dof * h[5]
-            + 0.5 * self.within / variance
+            return 1e12, np.zeros(_AMPLITUDES)
+        free = inverse @ self.small_free
+        normal = np.linalg.inv(free.T @ free)
+        projected = inverse.T @ (inverse - free @ (normal @ (free.T @ inverse)))
+        weighted = projected @ self.small_y
+        cost = (
+            0.5 * float(self.small_y @ weighted)
+            - float(np.log(np.diag(inverse)).sum())
+            - 0.5 * float(np.linalg.slogdet(normal)[1])
+            + self.within_dof * h[_NOISE]
+            + 0.5 * self.within / noise
         )
-        prior = (
-            ((h[3] - _DECAY) / _DECAY_SPREAD) ** 2
-            + ((h[4] - _DECAY) / _DECAY_SPREAD) ** 2
-            + ((h[2] - h[1] - _ASYMMETRY) / _ASYMMETRY_SPREAD) ** 2
-            + ((h[5] - _TYPICAL_NOISE) / _NOISE_SPREAD) ** 2
+        slopes = self._prior_slopes(h)
+        on_design, seen = projected @ design, design.T @ weighted
+        by_variance = 0.5 * (np.sum(design * on_design, axis=0) - seen**2) * prior
+        log_degree = np.log(self.degree)
+        for group, amplitude, decay in ((self.zonal, 0, 3), (self.lobe, 1, 4)):
+            slopes[amplitude] += 2.0 * by_variance[group].sum()
+            slopes[decay] -= 2.0 * (by_variance * log_degree)[group].sum()
+        slopes[2] += 2.0 * by_variance[~(self.zonal | self.lobe)].sum()
+        on_diagonal = np.diag(projected) - weighted**2
+        slopes[_NOISE] += noise * on_diagonal.sum() + self.within_dof - self.within / noise
+        if self.repeated:
+            slopes[_FIXED] += fixed * float(self.small_count @ on_diagonal)
+        turning = self.turn_slopes(design)
+        slopes[_AZIMUTH] += float(
+            prior @ (np.sum(turning * on_design, axis=0) - seen * (turning.T @ weighted))
         )
-        return float(likelihood + 0.5 * prior)
+        return cost + self._minus_log_prior(h), slopes
+
+    def turn_slopes(self, turned: FloatArray) -> FloatArray:
+        """Derivative of turned columns by the azimuth."""
+        found = np.zeros_like(turned)
+        found[:, self.even] = self.order * turned[:, self.odd]
+        found[:, self.odd] = -self.order * turned[:, self.even]
+        return found
+
+    def fixed_variance(self, h: FloatArray) -> float:
+        """Variance of a direction that repeats do not reduce; without repeats it is noise."""
+        return math.exp(2.0 * h[_FIXED]) if self.repeated else 0.0
+
+    def _minus_log_prior(self, h: FloatArray) -> float:
+        return 0.5 * float(np.sum(self._from_usual(h) ** 2))
+
+    def _from_usual(self, h: FloatArray) -> FloatArray:
+        """Distances of the amplitudes from usual ones, in standard deviations of their priors."""
+        return np.array(
+            [
+                (h[0] - _TYPICAL_AMPLITUDE) / _AMPLITUDE_SPREAD,
+                (h[1] - _TYPICAL_AMPLITUDE) / _AMPLITUDE_SPREAD,
+                (h[2] - h[1] - _ASYMMETRY) / _ASYMMETRY_SPREAD,
+                (h[3] - _DECAY) / _DECAY_SPREAD,
+                (h[4] - _DECAY) / _DECAY_SPREAD,
+                (h[_NOISE] - _TYPICAL_NOISE) / _NOISE_SPREAD,
+                (h[_FIXED] - _TYPICAL_FIXED) / _FIXED_SPREAD,
+            ]
+        )
+
+    def _prior_slopes(self, h: FloatArray) -> FloatArray:
+        off = self._from_usual(h)
+        between = off[2] / _ASYMMETRY_SPREAD
+        return np.array(
+            [
+                off[0] / _AMPLITUDE_SPREAD,
+                off[1] / _AMPLITUDE_SPREAD - between,
+                between,
+                off[3] / _DECAY_SPREAD,
+                off[4] / _DECAY_SPREAD,
+                off[5] / _NOISE_SPREAD,
+                0.0,
+                off[6] / _FIXED_SPREAD,
+            ]
+        )
 
 
 def fit_harmonics(
@@ -214,7 +314,8 @@ def fit_harmonics(
     groups: IntArray,
     free: IntArray,
     terms: IntArray,
-    amplitudes: FloatArray | None = None,
+    amplitudes: Amplitudes | None = None,
+    near: Amplitudes | None = None,
 ) -> HarmonicFit:
     """Fit harmonics of pretravel; the mean and the position of the reference have no prior.
 
@@ -230,8 +331,10 @@ def fit_harmonics(
         Terms without a prior: the mean, and those of a translation (degree 1).
     terms : (k, 2) int
         Terms with a prior.
-    amplitudes : (7,) float, optional
+    amplitudes : Amplitudes, optional
         Of an earlier fit, which are kept.
+    near : Amplitudes, optional
+        Of an earlier fit to similar touches, at which the search begins.
 
     Returns
     -------
@@ -246,15 +349,16 @@ def fit_harmonics(
     True
     """
     problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
-    if amplitudes is None:
-        amplitudes = _estimated_amplitudes(problem)
-    return _posterior(problem, amplitudes, free, terms)
+    # For matrices of this size threads gain nothing, and cost much on a busy machine.
+    with threadpool_limits(1, user_api="blas"):
+        if amplitudes is None:
+            amplitudes = _averaged_over(problem, _most_probable(problem, near))
+        return _posterior(problem, amplitudes, free, terms)
 
 
-def _estimated_amplitudes(problem: _Problem) -> FloatArray:
-    """Amplitudes of greatest restricted likelihood, from the best azimuths of the lobes, (7,)."""
+def _most_probable(problem: _Problem, near: Amplitudes | None) -> FloatArray:
+    """The most probable amplitudes, from the best azimuths of the lobes or an earlier fit, (8,)."""
     from scipy.optimize import minimize
-    from threadpoolctl import threadpool_limits
 
     # Start from the scatter: repeats determine the noise, the residual the amplitudes.
     residual = (
@@ -268,60 +372,110 @@ def _estimated_amplitudes(problem: _Problem) -> FloatArray:
     low = math.log(_SMALLEST_NOISE)
     noise_start = min(max(math.log(max(noise, _SMALLEST_NOISE)), low), math.log(spread) + 1.0)
     amplitude = math.log(spread)
-
-    def start(azimuth: float) -> FloatArray:
-        return np.array(
-            [amplitude, amplitude, amplitude - 2.0, _DECAY, _DECAY, noise_start, azimuth]
-        )
-
-    azimuths = np.arange(0.0, 60.0, 7.5) * DEGREE
     bounds = [(low, amplitude + 4.0)] * 3 + [(1.0, 5.0)] * 2 + [(low, amplitude + 2.0)]
-    bounds += [(-math.inf, math.inf)]
-    # For matrices of this size threads gain nothing, and cost much on a busy machine.
-    with threadpool_limits(1, user_api="blas"):
-        costs = [problem.cost(start(azimuth)) for azimuth in azimuths]
-        found = min(
-            (
-                minimize(problem.cost, start(azimuths[i]), method="L-BFGS-B", bounds=bounds)
-                for i in np.argsort(costs)[:2]
-            ),
-            key=lambda result: float(result.fun),
-        )
-    return np.asarray(found.x)
+    bounds += [(-math.inf, math.inf), (low, amplitude + 2.0)]
+    if near is None:
+        common = [amplitude, amplitude, amplitude - 2.0, _DECAY, _DECAY, noise_start]
+        starts = [np.array([*common, azimuth, _TYPICAL_FIXED]) for azimuth in _AZIMUTHS]
+        starts.sort(key=lambda start: problem.cost_and_slopes(start)[0])
+        starts = starts[:2]
+    else:
+        starts = [near.mode]
+    found = [
+        minimize(problem.cost_and_slopes, start, jac=True, method="L-BFGS-B", bounds=bounds)
+        for start in starts
+    ]
+    return np.asarray(min(found, key=lambda result: float(result.fun)).x)
 
 
-def _posterior(problem: _Problem, h: FloatArray, free: IntArray, terms: IntArray) -> HarmonicFit:
-    """Coefficients and covariance at given amplitudes."""
-    variance = math.exp(2.0 * h[5])
+def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:
+    """Points spread over the posterior of the amplitudes, weighted by its density.
+
+    They are drawn from the normal distribution about the mode, in pairs on both sides of it.
+    """
+    step = 1e-3
+    rows = [
+        (problem.cost_and_slopes(mode + step * e)[1] - problem.cost_and_slopes(mode - step * e)[1])
+        / (2.0 * step)
+        for e in np.eye(_AMPLITUDES)
+    ]
+    curvature = 0.5 * (np.array(rows) + np.array(rows).T)
+    values, axes = np.linalg.eigh(curvature)
+    # No prior is wider than two: flat or hollow directions come from bounds and kinks.
+    deviations = 1.0 / np.sqrt(np.maximum(values, 0.25))
+    draws = _spread_points()
+    points = mode + (draws * deviations) @ axes.T
+    costs = np.array([problem.cost_and_slopes(point)[0] for point in points])
+    correction = 0.5 * np.sum(draws**2, axis=1) - costs
+    weights = np.exp(np.clip(correction - np.median(correction), -20.0, _MOST_CORRECTED))
+    kept = weights > _NEGLIGIBLE * weights.max()
+    return Amplitudes(mode, points[kept], np.asarray(weights[kept] / weights[kept].sum()))
+
+
+@lru_cache(maxsize=1)
+def _spread_points() -> FloatArray:
+    """Standard normal points in pairs, (p, 8), with mean zero and unit covariance."""
+    from scipy.stats import norm, qmc
+
+    half = norm.ppf(qmc.Sobol(_AMPLITUDES, scramble=True, rng=1).random(_PAIRS))
+    both = np.concatenate([half, -half])
+    root = np.linalg.cholesky(both.T @ both / len(both))
+    return np.asarray(np.linalg.solve(root, both.T).T)
+
+
+def _posterior(
+    problem: _Problem, amplitudes: Amplitudes, free: IntArray, terms: IntArray
+) -> HarmonicFit:
+    """Coefficients and covariance, averaged over the amplitudes."""
+    size = len(free) + len(terms)
+    means, covariance = [], np.zeros((size, size))
+    hat = np.zeros((problem.mean.shape[1],) * 2)
+    rows = np.hstack(problem.rows)
+    for h, weight in zip(amplitudes.points, amplitudes.weights, strict=True):
+        to_coefficients, root = _given_amplitudes(problem, h)
+        means.append(to_coefficients @ problem.y)
+        covariance += weight * (root @ root.T)
+        hat += weight * (rows @ to_coefficients @ (problem.root * problem.mean))
+    mean = amplitudes.weights @ np.array(means)
+    between = np.array(means) - mean
+    covariance += (between.T * amplitudes.weights) @ between
+    variance = amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, _NOISE])
+    fixed = amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, _FIXED])
+    return HarmonicFit(
+        terms=np.concatenate([free, terms]),
+        coefficients=mean * MICROMETRE,
+        covariance=covariance * MICROMETRE**2,
+        noise=math.sqrt(variance) * MICROMETRE,
+        fixed_scatter=math.sqrt(fixed) * MICROMETRE if problem.repeated else 0.0,
+        lobe_azimuth=float(np.mod(amplitudes.mode[_AZIMUTH], 60.0 * DEGREE)),
+        hat=hat,
+        amplitudes=amplitudes,
+    )
+
+
+def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients per weighted mean touch, and a root of their covariance."""
+    variance = math.exp(2.0 * h[_NOISE])
     prior = problem.prior_variances(h)
-    design = problem.turned(problem.design, h[6])
+    ratio = 1.0 + problem.fixed_variance(h) / variance * problem.count
+    lighter = 1.0 / np.sqrt(ratio)[:, None]
+    design = lighter * problem.turned(problem.design, h[_AZIMUTH])
     # Least squares on data and prior together, by QR, which stays exact without noise, where
     # normal equations lose all digits.
-    count, split, size = len(design), problem.free.shape[1], len(terms)
+    count, split, size = len(design), problem.free.shape[1], design.shape[1]
     stacked = np.zeros((count + size, split + size))
-    stacked[:count, :split] = problem.free
+    stacked[:count, :split] = lighter * problem.free
     stacked[:count, split:] = design * np.sqrt(prior)
     stacked[count:, split:] = math.sqrt(variance) * np.eye(size)
     q, r = np.linalg.qr(stacked)
     inverse = np.linalg.inv(r)
     scale = np.concatenate([np.ones(split), np.sqrt(prior)])
-    to_coefficients = scale[:, None] * (inverse @ q[:count].T)
+    to_coefficients = scale[:, None] * (inverse @ q[:count].T) * lighter[:, 0]
     root = math.sqrt(variance) * scale[:, None] * inverse
     # Back from lobes about their own azimuth to cosine and sine about +x.
     turn = np.eye(split + size)
     even, odd = split + problem.even, split + problem.odd
-    cosine, sine = np.cos(problem.order * h[6]), np.sin(problem.order * h[6])
+    cosine, sine = np.cos(problem.order * h[_AZIMUTH]), np.sin(problem.order * h[_AZIMUTH])
     turn[even, even], turn[even, odd] = cosine, -sine
     turn[odd, even], turn[odd, odd] = sine, cosine
-    to_coefficients, root = turn @ to_coefficients, turn @ root
-    rows = np.hstack(problem.rows)
-    hat = rows @ to_coefficients @ (problem.root * problem.mean)
-    return HarmonicFit(
-        terms=np.concatenate([free, terms]),
-        coefficients=to_coefficients @ problem.y * MICROMETRE,
-        covariance=root @ root.T * MICROMETRE**2,
-        noise=math.sqrt(variance) * MICROMETRE,
-        lobe_azimuth=float(np.mod(h[6], 60.0 * DEGREE)),
-        hat=np.asarray(hat),
-        amplitudes=h,
-    )
+    return np.asarray(turn @ to_coefficients), np.asarray(turn @ root)

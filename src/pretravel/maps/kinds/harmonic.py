@@ -12,6 +12,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
 from pretravel.maps.harmonic_regression import (
+    Amplitudes,
     HarmonicFit,
     fit_harmonics,
     ring_terms,
@@ -68,12 +69,6 @@ class HarmonicBasis(MapBasis):
         terms = [np.asarray(stored.arrays[name].values) for name in ("degree", "order")]
         return cls(np.stack(terms, axis=1).astype(np.int64))
 
-    def turn_variance(self, design: FloatArray, noise: FloatArray) -> float:
-        # The covariance holds for the azimuth of the lobes that was found. Its own variance is
-        # about what touches like the new ones leave of a turn.
-        information = np.linalg.pinv((design.T / noise) @ design, hermitian=True)
-        return float(information[-1, -1])
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HarmonicMapFit(MapFit):
@@ -117,6 +112,11 @@ class HarmonicKind(KindOfMap):
     def fit(self, observation: Observation, repeats: Scatter) -> HarmonicMapFit:
         del repeats
         return fit_harmonic(observation)
+
+    def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> HarmonicMapFit:
+        del repeats
+        assert isinstance(fit, HarmonicMapFit)
+        return fit_harmonic(observation, near=fit.posterior.amplitudes)
 
     def refit(self, fit: MapFit, observation: Observation) -> HarmonicMapFit:
         assert isinstance(fit, HarmonicMapFit)
@@ -170,14 +170,18 @@ def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> Cent
     )
 
 
-def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None) -> HarmonicMapFit:
+def fit_harmonic(
+    observation: Observation, amplitudes: Amplitudes | None = None, near: Amplitudes | None = None
+) -> HarmonicMapFit:
     """Fit a harmonic map.
 
     Parameters
     ----------
     observation : Observation
-    amplitudes : (7,) float, optional
-        Of an earlier fit, which are kept; else the likelihood chooses them.
+    amplitudes : Amplitudes, optional
+        Of an earlier fit, which are kept; else they are estimated.
+    near : Amplitudes, optional
+        Of an earlier fit to similar touches, at which their search begins.
 
     Returns
     -------
@@ -190,6 +194,7 @@ def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None)
         observation.free_terms,
         ring_terms() if observation.ring else sphere_terms(observation.direction_count),
         amplitudes,
+        near,
     )
     basis = HarmonicBasis(fit.terms)
     design = basis.design(observation.directions)
@@ -214,6 +219,7 @@ def fit_harmonic(observation: Observation, amplitudes: FloatArray | None = None)
         residuals=observation.values - design @ fit.coefficients,
         dof=float(len(observation.values) - np.trace(fit.hat)),
         noise=fit.noise,
+        fixed_scatter=fit.fixed_scatter,
         hat=fit.hat,
         posterior=fit,
         shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
