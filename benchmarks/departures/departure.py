@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,8 +20,8 @@ class Departure:
     make_probe: MakeProbe = six_seats
     directions: np.ndarray = field(default_factory=lambda: USUAL_25)
     repeats: int = 3
-    passes: bool = False
-    """Repeats one pass after the other, not in a row."""
+    order: Literal["in a row", "passes", "shuffled passes"] = "in a row"
+    """Of the repeats: of each direction in a row, or all directions again and again."""
     ring: bool = False
     noise: float = 0.3 * MICROMETRE
     heavy_tails: bool = False
@@ -41,6 +41,8 @@ class Departure:
     delay: float = 0.0
     feed: float = 50.0
     part_feed: float = 50.0
+    second_feed: float | None = None
+    """Of every other pass on the reference."""
     feed_stated: tuple[bool, bool] = (False, False)
     """In the touches on the reference, and in those of the part."""
     diameter_error: float = 0.0

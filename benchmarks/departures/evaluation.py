@@ -105,30 +105,24 @@ def scene_of(job: Job) -> Scene:
     normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
     run, surface = part_run(departure, normals, for_part)
     again = reference_run(departure, probe, later)
+    of_reference, of_part = departure.feed_stated
+    at = latched(again.run, probe, departure, later)
+    later_touches = _touches(at, again.nominal_normals, again.run.feeds, stated=of_reference)
+    at = latched(run, probe, departure, noise)
     return Scene(
         departure,
         probe,
         reference,
-        _touches(found, reference.nominal_normals, departure.feed, departure.feed_stated[0]),
+        _touches(found, reference.nominal_normals, reference.run.feeds, stated=of_reference),
         rows,
-        _touches(
-            latched(again.run, probe, departure, later),
-            again.nominal_normals,
-            departure.feed,
-            departure.feed_stated[0],
-        ),
-        _touches(
-            latched(run, probe, departure, noise),
-            run.normals,
-            departure.part_feed,
-            departure.feed_stated[1],
-        ),
+        later_touches,
+        _touches(at, normals, run.feeds, stated=of_part),
         surface,
     )
 
 
-def _touches(at: np.ndarray, normals: np.ndarray, feed: float, stated: bool) -> Touches:
-    return Touches(at, normals, feeds=np.full(len(at), feed) if stated else None)
+def _touches(at: np.ndarray, normals: np.ndarray, feeds: np.ndarray, *, stated: bool) -> Touches:
+    return Touches(at, normals, feeds=feeds if stated else None)
 
 
 def evaluated(job: Job) -> Outcome:

@@ -30,7 +30,7 @@ class Run:
     normals: np.ndarray
     approaches: np.ndarray
     curvature: float
-    feed: float
+    feeds: np.ndarray
     origin: np.ndarray
     on_reference: bool
 
@@ -49,12 +49,7 @@ def reference_run(
 ) -> Reference:
     """Touches on the reference, along lines through a centre that is known to 10 µm."""
     directions = reachable(probe.stem, departure.directions)
-    order = np.arange(len(directions))
-    rows = (
-        np.tile(order, departure.repeats)
-        if departure.passes
-        else np.repeat(order, departure.repeats)
-    )
+    rows, feeds = _sequence(departure, len(directions), generator)
     outward = directions[rows]
     center = REFERENCE_AT + generator.uniform(-0.5, 0.5, 3)
     assumed = center + generator.normal(0.0, 0.010, 3)
@@ -73,10 +68,21 @@ def reference_run(
     drifted = departure.drift * during * toward / np.linalg.norm(toward)
     tip_at = assumed + reach[:, None] * outward + drifted
     curvature = -2.0 / RING_DIAMETER if departure.ring else 2.0 / DIAMETER
-    run = Run(
-        tip_at, side * radial, -side * outward, curvature, departure.feed, center, on_reference=True
-    )
+    run = Run(tip_at, side * radial, -side * outward, curvature, feeds, center, on_reference=True)
     return Reference(run, side * outward, center)
+
+
+def _sequence(
+    departure: Departure, count: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which direction each touch is in, and its feed, in the order of the touches."""
+    repeat, rows = np.divmod(np.arange(count * departure.repeats), count)
+    if departure.order == "shuffled passes":
+        rows = np.concatenate([generator.permutation(count) for _ in range(departure.repeats)])
+    elif departure.order == "in a row":
+        rows, repeat = np.divmod(np.arange(count * departure.repeats), departure.repeats)
+    second = departure.feed if departure.second_feed is None else departure.second_feed
+    return rows, np.where(repeat % 2 == 1, second, departure.feed)
 
 
 def part_run(
@@ -88,7 +94,8 @@ def part_run(
     sideways = 0.3 * generator.uniform(-1.0, 1.0, (count, 3))
     surface = PART_AT + PART_SIZE * (out * normals + sideways) / 1.2
     tip_at = surface + TIP_RADIUS * normals
-    run = Run(tip_at, normals, -normals, FLAT, departure.part_feed, PART_AT, on_reference=False)
+    feeds = np.full(count, departure.part_feed)
+    run = Run(tip_at, normals, -normals, FLAT, feeds, PART_AT, on_reference=False)
     return run, surface
 
 
@@ -103,7 +110,7 @@ def latched(
         across = normals[:, 0] ** 2 + normals[:, 1] ** 2
         travel = travel + departure.stem_compliance * probe.force(normals) * across
     travel = travel + np.sum(_memory(departure, probe, normals) * normals, axis=1)
-    travel = travel / closing + departure.delay * run.feed / 60.0
+    travel = travel / closing + departure.delay * run.feeds / 60.0
     travel = travel + _noise(departure, probe, normals, generator)
     at = run.centers + travel[:, None] * approaches
     at = at + 0.5 * departure.backlash * np.sign(np.round(approaches, 6))

@@ -22,9 +22,19 @@ ROWS: Mapping[str, Departure] = {
     "hysteresis_0.5": Departure("hysteresis 0.5 µm", hysteresis=0.5 * MICROMETRE),
     "hysteresis_1": Departure("hysteresis 1 µm", hysteresis=MICROMETRE),
     "hysteresis_1_passes": Departure(
-        "hysteresis 1 µm, repeats in passes", hysteresis=MICROMETRE, passes=True
+        "hysteresis 1 µm, repeats in passes", hysteresis=MICROMETRE, order="passes"
+    ),
+    "hysteresis_1_shuffled": Departure(
+        "hysteresis 1 µm, repeats in passes of random order",
+        hysteresis=MICROMETRE,
+        order="shuffled passes",
     ),
     "diameter": Departure("sphere diameter 1 µm wrong", diameter_error=MICROMETRE),
+    "diameter_u_given": Departure(
+        "sphere diameter 1 µm wrong, its u given as 1 µm",
+        diameter_error=MICROMETRE,
+        options={"u_diameter": MICROMETRE},
+    ),
     "squareness": Departure("squareness 10 µrad", squareness=10e-6),
     "friction": Departure("tip friction 0.2", make_probe=probes.rubbing_tip),
     "noise_at_rods": Departure("noise three times larger at the rods", noise_at_rods=3.0),
@@ -42,6 +52,13 @@ ROWS: Mapping[str, Departure] = {
     "feed_of_both": Departure(
         "50, then 300 mm/min, 2 ms; both feeds stated", feed_stated=(True, True), **_SLOW_AND_FAST
     ),
+    "two_feeds": Departure(
+        "50 and 300, then 300 mm/min, 2 ms; feeds stated",
+        second_feed=300.0,
+        repeats=4,
+        feed_stated=(True, True),
+        **_SLOW_AND_FAST,
+    ),
     "ring": Departure(
         "ring gauge, 24 directions", directions=patterns.RING_24, repeats=3, ring=True
     ),
@@ -54,7 +71,7 @@ ROWS: Mapping[str, Departure] = {
     "axial_2.5": Departure("pretravel along the axis 2.5 µm", make_probe=probes.stiff_pole_assumed),
     "drift": Departure("sphere drifts 2 µm, repeats in a row", drift=2.0 * MICROMETRE),
     "drift_passes": Departure(
-        "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, passes=True
+        "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, order="passes"
     ),
     "sphere_stem": Departure("sphere stem bends 1 µm/N", stem_compliance=MICROMETRE),
     "backlash": Departure("backlash 0.5 µm", backlash=0.5 * MICROMETRE),

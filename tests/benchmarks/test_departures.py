@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -220,13 +221,26 @@ def test_the_memory_moves_the_tip_along_the_push_before() -> None:
     assert change[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("passes", [False, True])
-def test_the_reference_drifts_from_the_first_touch_to_the_last(*, passes: bool) -> None:
-    still, _, _ = _latched(replace(EXACT, passes=passes))
-    found, _, _ = _latched(replace(EXACT, passes=passes, drift=2 * MICROMETRE))
+@pytest.mark.parametrize("order", ["in a row", "passes", "shuffled passes"])
+def test_the_reference_drifts_from_the_first_touch_to_the_last(order: Any) -> None:
+    still, _, _ = _latched(replace(EXACT, order=order))
+    found, _, _ = _latched(replace(EXACT, order=order, drift=2 * MICROMETRE))
     moved = found - still
     assert np.linalg.norm(moved[-1] - moved[0]) == pytest.approx(2 * MICROMETRE, rel=1e-3)
     np.testing.assert_allclose(moved.mean(axis=0), 0.0, atol=1e-8)
+
+
+def test_passes_repeat_the_directions_one_after_the_other() -> None:
+    count = len(EXACT.directions)
+    for order, same in (("in a row", [0, 1, 2]), ("passes", [0, count, 2 * count])):
+        _, reference, _ = _latched(replace(EXACT, order=order))
+        normals = reference.nominal_normals
+        np.testing.assert_array_equal(normals[same], EXACT.directions[[0, 0, 0]])
+    _, shuffled, _ = _latched(replace(EXACT, order="shuffled passes", second_feed=300.0))
+    for part in np.split(shuffled.nominal_normals, 3):
+        np.testing.assert_array_equal(np.sort(part, axis=0), np.sort(EXACT.directions, axis=0))
+    feeds = [set(part) for part in np.split(shuffled.run.feeds, 3)]
+    assert feeds == [{50.0}, {300.0}, {50.0}]
 
 
 def test_delay_backlash_and_gross_errors_act_along_the_approach() -> None:
