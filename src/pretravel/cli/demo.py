@@ -24,13 +24,16 @@ def demo(
 
     Example: pretravel demo -o demo-output
     """
-    from pretravel.report.demonstration import demonstrate
     from pretravel.report.demonstration_report import write_demonstration
 
     with working("qualifying, compensating, drawing"):
-        report = write_demonstration(demonstrate(data), output)
+        report = write_demonstration(data, output, written=_say_written)
     show(report, verbose=verbose)
     typer.echo(
         f"\nLook at {(output / 'index.html').resolve()}\n"
         "(points.csv, map.nc and the pictures are beside it)"
     )
+
+
+def _say_written(path: Path) -> None:
+    typer.echo(f"written: {path}", err=True)

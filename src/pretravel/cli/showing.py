@@ -21,6 +21,6 @@ def save_picture(document: Document, path: Path | None) -> None:
     """Write the main picture of a report to a file, where one is asked for."""
     if path is None:
         return
-    from pretravel.report.style import save
+    from pretravel.report.style import save_picture_file
 
-    save(document.pictures[0].draw(), path)
+    save_picture_file(document.pictures[0], path)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
+from pretravel.arrays import FloatArray
 from pretravel.compensation.comparison import Comparison, compare_corrections
 from pretravel.compensation.compensation import apply
 from pretravel.compensation.points import Points
@@ -53,8 +53,27 @@ class KindErrors:
     on_part: float = math.nan
 
 
+@dataclass(frozen=True)
+class DemonstrationTouches:
+    """The touches of the example data.
+
+    Attributes
+    ----------
+    sphere : Touches
+        On the reference sphere.
+    part : Touches
+        On the part.
+    ring : Touches
+        Of a Centroid KP-3 in a ring gauge.
+    """
+
+    sphere: Touches
+    part: Touches
+    ring: Touches
+
+
 @dataclass(frozen=True, eq=False)
-class Demonstration:
+class MainJob:
     """The results of the main job on the example data.
 
     Attributes
@@ -65,22 +84,32 @@ class Demonstration:
         Of the part.
     comparison : Comparison
         Of the corrections of controls.
+    """
+
+    qualification: Qualification
+    points: Points
+    comparison: Comparison
+
+
+@dataclass(frozen=True, eq=False)
+class KindsCompared:
+    """Errors that each kind of map leaves on the example data.
+
+    Attributes
+    ----------
     sphere_errors : tuple of KindErrors
     ring_errors : tuple of KindErrors
     ring_maps : mapping of kind to Qualification
         Of all touches in the ring.
     """
 
-    qualification: Qualification
-    points: Points
-    comparison: Comparison
     sphere_errors: tuple[KindErrors, ...]
     ring_errors: tuple[KindErrors, ...]
     ring_maps: Mapping[str, Qualification]
 
 
-def demonstrate(data: Path) -> Demonstration:
-    """Qualify on the sphere, compensate the part, compare the kinds of map.
+def read_demonstration(data: Path) -> DemonstrationTouches:
+    """Read the example data.
 
     Parameters
     ----------
@@ -89,7 +118,7 @@ def demonstrate(data: Path) -> Demonstration:
 
     Returns
     -------
-    Demonstration
+    DemonstrationTouches
 
     Raises
     ------
@@ -98,15 +127,40 @@ def demonstrate(data: Path) -> Demonstration:
     """
     if not data.is_dir():
         raise InputError("there is no such folder; it is examples/data of the sources", path=data)
-    sphere = read_touches(data / "sphere_touches.csv")
-    part = read_touches(data / "part_touches.csv")
-    ring = _read_ring(data / "kp3_ring.csv")
-    best = _qualified(sphere, BEST)
-    return Demonstration(
+    return DemonstrationTouches(
+        sphere=read_touches(data / "sphere_touches.csv"),
+        part=read_touches(data / "part_touches.csv"),
+        ring=_read_ring(data / "kp3_ring.csv"),
+    )
+
+
+def do_main_job(touches: DemonstrationTouches) -> MainJob:
+    """Qualify on the sphere, compensate the part."""
+    best = _qualified(touches.sphere, BEST, search_outliers=True)
+    part = touches.part
+    return MainJob(
         qualification=best,
         points=apply(part, best.pretravel_map),
         comparison=compare_corrections(best.pretravel_map, part.normals),
-        sphere_errors=_sphere_errors(sphere, part, best),
+    )
+
+
+def compare_kinds_of_map(touches: DemonstrationTouches, best: Qualification) -> KindsCompared:
+    """Compare the kinds of map on the sphere, on the part and in the ring.
+
+    Parameters
+    ----------
+    touches : DemonstrationTouches
+    best : Qualification
+        Of kind `BEST`, on the sphere.
+
+    Returns
+    -------
+    KindsCompared
+    """
+    ring = touches.ring
+    return KindsCompared(
+        sphere_errors=_sphere_errors(touches.sphere, touches.part, best),
         ring_errors=_ring_errors(ring),
         ring_maps={kind: _qualified(ring, kind, ring=True) for kind in KINDS},
     )
@@ -135,36 +189,27 @@ def ring_touches(azimuth: FloatArray, pretravel: FloatArray) -> Touches:
     return Touches(positions=distance[:, None] * outward, normals=-outward)
 
 
-def left_out_errors(
-    touches: Touches, shown: Sequence[BoolArray], kind: str, *, ring: bool = False
-) -> FloatArray:
-    """Errors of a kind of map in directions that were left out of its fit.
+def left_out_errors(made: Qualification, touches: Touches) -> FloatArray:
+    """Errors of a map at touches that it was not made from.
 
     Parameters
     ----------
-    touches : Touches
-        On the reference sphere or ring.
-    shown : sequence of (n,) bool
-        For each trial, the touches that the map is made from; the others are
-        predicted, about the centre that belongs to the map.
-    kind : str
-    ring : bool
+    made : Qualification
+    touches : (n,) Touches
+        On the reference sphere or ring; they are predicted about the centre that belongs to the
+        map.
 
     Returns
     -------
-    (m,) float
-        Observed less predicted pretravel of the touches left out, trial by trial. [mm]
+    (n,) float
+        Observed less predicted pretravel. [mm]
     """
-    errors = []
-    for mask in shown:
-        made = _qualified(touches.take(mask), kind, ring=ring, search_outliers=False)
-        distance, _ = distances_from_reference(made, touches.take(~mask))
-        errors.append(distance if ring else -distance)
-    return np.concatenate(errors)
+    distance, _ = distances_from_reference(made, touches)
+    return distance if made.setup.ring else -distance
 
 
 def _qualified(
-    touches: Touches, kind: str, *, ring: bool = False, search_outliers: bool = True
+    touches: Touches, kind: str, *, ring: bool = False, search_outliers: bool = False
 ) -> Qualification:
     return qualify(
         touches,
@@ -199,7 +244,14 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
         left_out = (
             math.nan
             if KINDS[kind].needs_all_directions
-            else _rms(left_out_errors(sphere, shown, kind))
+            else _rms(
+                np.concatenate(
+                    [
+                        left_out_errors(_qualified(sphere.take(mask), kind), sphere.take(~mask))
+                        for mask in shown
+                    ]
+                )
+            )
         )
         on_part = _rms(_without_shift(difference, part.normals))
         errors.append(KindErrors(kind, _rms(result.residuals), left_out, on_part))
@@ -211,9 +263,14 @@ def _ring_errors(ring: Touches) -> tuple[KindErrors, ...]:
     even = np.arange(len(ring)) % 2 == 0
     errors = []
     for kind in KINDS:
-        fitted = [_qualified(ring.take(half), kind, ring=True).residuals for half in (even, ~even)]
-        left_out = left_out_errors(ring, [even, ~even], kind, ring=True)
-        errors.append(KindErrors(kind, _rms(np.concatenate(fitted)), _rms(left_out)))
+        fitted, left_out = [], []
+        for half in (even, ~even):
+            made = _qualified(ring.take(half), kind, ring=True)
+            fitted.append(made.residuals)
+            left_out.append(left_out_errors(made, ring.take(~half)))
+        errors.append(
+            KindErrors(kind, _rms(np.concatenate(fitted)), _rms(np.concatenate(left_out)))
+        )
     return tuple(errors)
 
 

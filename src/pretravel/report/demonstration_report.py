@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,13 +15,21 @@ from pretravel.formats.map_file import write_map
 from pretravel.formats.point_files import write_points
 from pretravel.identification.kind_registry import KINDS
 from pretravel.report.comparison_report import comparison_document, plot_comparison
-from pretravel.report.demonstration import BEST, Demonstration, KindErrors
+from pretravel.report.demonstration import (
+    BEST,
+    KindErrors,
+    KindsCompared,
+    MainJob,
+    compare_kinds_of_map,
+    do_main_job,
+    read_demonstration,
+)
 from pretravel.report.document import Column, Document, Picture, Section, Table
 from pretravel.report.formatting import value_text
 from pretravel.report.page import write_page
 from pretravel.report.points_report import plot_points, points_document
 from pretravel.report.qualification_report import plot_qualification, qualification_document
-from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save
+from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save_picture_file
 from pretravel.units import DEGREE, MICROMETRE
 
 if TYPE_CHECKING:
@@ -60,102 +68,137 @@ def _title(kind: str) -> str:
     return KINDS[kind].title if kind else "not compensated"
 
 
-def demonstration_pictures(result: Demonstration) -> dict[str, Picture]:
-    """The pictures of a demonstration by the name of their file."""
+def main_job_pictures(job: MainJob) -> dict[str, Picture]:
+    """The pictures of the main job by the name of their file."""
     return {
         "qualification.png": Picture(
             "The probe on its reference sphere: pretravel seen from the spindle with the touched "
             "directions, over azimuth at four polar angles with the touches, and the residuals.",
             lambda: plot_qualification(
-                result.qualification, "Reference sphere, six-seat probe fitted"
+                job.qualification, "Reference sphere, six-seat probe fitted"
             ),
         ),
         "points.png": Picture(
             "The part: deviation from its nominal, pretravel, uncertainty.",
-            lambda: plot_points(result.points, "The part, compensated"),
+            lambda: plot_points(job.points, "The part, compensated"),
         ),
         "compare.png": Picture(
             "Errors that today's corrections would leave of this probe: over the azimuth on the "
             "equator, and the largest error over directions and on the part.",
             lambda: plot_comparison(
-                result.comparison, "Errors that corrections of today's controls leave"
+                job.comparison, "Errors that corrections of today's controls leave"
             ),
-        ),
-        "kp3_ring.png": Picture(
-            "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
-            "kind of map leaves when it is fitted to all directions.",
-            lambda: _ring_picture(result),
         ),
     }
 
 
-def demonstration_document(result: Demonstration) -> Document:
+def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
+    """The pictures of the comparison of kinds by the name of their file."""
+    return {
+        "kp3_ring.png": Picture(
+            "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
+            "kind of map leaves when it is fitted to all directions.",
+            lambda: _ring_picture(kinds),
+        ),
+    }
+
+
+def demonstration_document(
+    job: MainJob, kinds: KindsCompared, pictures: Iterable[Picture] = ()
+) -> Document:
     """The report of a demonstration.
 
     Parameters
     ----------
-    result : Demonstration
+    job : MainJob
+    kinds : KindsCompared
+    pictures : iterable of Picture
 
     Returns
     -------
     Document
     """
-    noise = value_text(result.qualification.repeatability / MICROMETRE)
-    error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in result.sphere_errors}
+    noise = value_text(job.qualification.repeatability / MICROMETRE)
+    error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in kinds.sphere_errors}
     return Document(
         title="pretravel: from touches to compensated points",
-        verdict=f"{len(result.points)} points compensated with the map of the {_title(BEST)}; "
+        verdict=f"{len(job.points)} points compensated with the map of the {_title(BEST)}; "
         f"without compensation they differ by {error['']} µm rms, with one mean radius by "
         f"{error['mean']} µm.",
         sections=(
-            qualification_document(result.qualification).as_section(
+            qualification_document(job.qualification).as_section(
                 "The probe, qualified on the sphere"
             ),
-            points_document(result.points).as_section("The part, compensated"),
+            points_document(job.points).as_section("The part, compensated"),
             Section(
                 "Errors that each kind of map leaves",
                 tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
-                tables=(_errors_table(result.sphere_errors, on_part=True),),
+                tables=(_errors_table(kinds.sphere_errors, on_part=True),),
             ),
-            comparison_document(result.comparison).as_section(
+            comparison_document(job.comparison).as_section(
                 "Errors that today's corrections would leave of this probe"
             ),
             Section(
                 "A Centroid KP-3 in a ring gauge (real)",
                 _RING_TEXT,
-                tables=(_errors_table(result.ring_errors, on_part=False),),
+                tables=(_errors_table(kinds.ring_errors, on_part=False),),
             ),
         ),
-        pictures=tuple(demonstration_pictures(result).values()),
+        pictures=tuple(pictures),
     )
 
 
-def write_demonstration(result: Demonstration, output: Path) -> Document:
-    """Write map, points, pictures and a page about them.
+def write_demonstration(data: Path, output: Path, written: Callable[[Path], None]) -> Document:
+    """Do the main job on the example data, and write map, points, pictures and a page.
+
+    Each file is written as soon as what it shows is known.
 
     Parameters
     ----------
-    result : Demonstration
+    data : Path
+        Folder of the example data.
     output : Path
         Folder; made if it does not exist.
+    written : callable
+        Called with each file that is written.
 
     Returns
     -------
     Document
         That the page shows.
+
+    Raises
+    ------
+    PretravelError
+        Data that are missing or wrong; a folder that cannot be made.
     """
+    touches = read_demonstration(data)
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
-    write_map(output / "map.nc", result.qualification.pretravel_map)
-    write_points(output / "points.csv", result.points)
-    pictures = demonstration_pictures(result)
-    for name, picture in pictures.items():
-        save(picture.draw(), output / name)
-    document = demonstration_document(result)
+    job = do_main_job(touches)
+    pictures = main_job_pictures(job)
+    _write_pictures(pictures, output, written)
+    write_points(output / "points.csv", job.points)
+    written(output / "points.csv")
+    write_map(output / "map.nc", job.qualification.pretravel_map)
+    written(output / "map.nc")
+    kinds = compare_kinds_of_map(touches, job.qualification)
+    more = kinds_pictures(kinds)
+    _write_pictures(more, output, written)
+    pictures |= more
+    document = demonstration_document(job, kinds, pictures.values())
     write_page(output / "index.html", document, ("points.csv", "map.nc", *pictures))
     return document
+
+
+def _write_pictures(
+    pictures: Mapping[str, Picture], output: Path, written: Callable[[Path], None]
+) -> None:
+    for name, picture in pictures.items():
+        save_picture_file(picture, output / name)
+        written(output / name)
 
 
 def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
@@ -172,15 +215,15 @@ def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
     return Table(tuple(columns))
 
 
-def _ring_picture(result: Demonstration) -> Figure:
-    first = result.ring_maps["mean"]
+def _ring_picture(compared: KindsCompared) -> Figure:
+    first = compared.ring_maps["mean"]
     return plot_ring_kinds(
         azimuth_angle(-first.contact_normals),
         first.observed,
         {
             # About the mean's centre, as the measured values are: each kind has its own.
             _title(kind): first.observed - made.residuals
-            for kind, made in result.ring_maps.items()
+            for kind, made in compared.ring_maps.items()
         },
         _RING_TITLE,
     )

@@ -6,8 +6,10 @@ render it. Numbers stay numbers here: `formatting` alone turns them into text.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -163,6 +165,13 @@ class Picture:
 
     caption: str
     draw: Callable[[], Figure]
+
+    @cached_property
+    def png(self) -> bytes:
+        """The picture as the content of a PNG file; drawn once for a file and a page."""
+        data = io.BytesIO()
+        self.draw().savefig(data, format="png")
+        return data.getvalue()
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -73,6 +72,4 @@ def _rows(table: Table) -> list[tuple[str, ...]]:
 
 def _png(picture: Picture) -> str:
     """A picture as an address that contains it."""
-    data = io.BytesIO()
-    picture.draw().savefig(data, format="png")
-    return f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
+    return f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"

@@ -184,9 +184,7 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
             KeyFigure(
                 "learned", learned, remark="share of the prior variance that the touches removed"
             ),
-            KeyFigure(
-                "asymmetry", f"{fit.asymmetry_scale:g} of the usual, the most likely of those tried"
-            ),
+            KeyFigure("asymmetry", f"{fit.scales.mean('asymmetry'):.2g} of the usual (averaged)"),
         ),
         detail=True,
     )  # fmt: skip

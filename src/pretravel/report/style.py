@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
+from pretravel.report.document import Picture
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -55,6 +56,27 @@ def save(figure: Figure, path: str | Path) -> None:
         )
     with whole_file(path) as temporary:
         figure.savefig(temporary)
+
+
+def save_picture_file(picture: Picture, path: str | Path) -> None:
+    """Write a picture of a report, whole or not at all; a PNG is drawn once for file and page.
+
+    Parameters
+    ----------
+    picture : Picture
+    path : str or Path
+        Ending in .png, .svg or .pdf.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    if Path(path).suffix.lower() != ".png":
+        save(picture.draw(), path)
+        return
+    with whole_file(path) as temporary:
+        temporary.write_bytes(picture.png)
 
 
 def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from pathlib import Path
 
 from tests.support.commands import run
@@ -16,6 +17,8 @@ def test_demo(tmp_path: Path) -> None:
     assert made == {"index.html", "map.nc", "points.csv", *pictures}
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)
+    for name in pictures:  # the page contains the very pictures that are beside it
+        assert b64encode((tmp_path / "out" / name).read_bytes()).decode() in page
 
 
 def test_demo_elsewhere() -> None:
