@@ -1,0 +1,457 @@
+"""An old map and a few new touches on the reference make a map of today."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.directions import describe
+from pretravel.errors import PretravelError
+from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, QualificationSetup
+from pretravel.qualification.delay import several_feeds, travel_per_second
+from pretravel.qualification.observe import observe
+from pretravel.qualification.probe_drift import DriftedMap, ProbeDrift, drifted_map
+from pretravel.touches import Touches, at_rest
+from pretravel.uncertainty.covariance import Covariance
+from pretravel.units import MICROMETRE
+
+REFUSED_FIT = 1e-4
+"""Touches with a smaller probability than this do not belong to the old map and its drift."""
+DOUBTFUL_FIT = 0.01
+"""Touches with a smaller probability than this are warned about."""
+_RESOLUTION = 2e-5
+"""A repeatability below this is that of the last digit of a reading. [mm]"""
+_STILL = 1e-7
+"""The centre has been found when it moves by less than this. [mm]"""
+
+
+@dataclass(frozen=True)
+class FoundDrift:
+    """One way in which a probe has drifted, and its standard uncertainty."""
+
+    value: float
+    u: float
+
+
+@dataclass(frozen=True, eq=False)
+class MapUpdate:
+    """An old map that new touches have brought up to date.
+
+    Attributes
+    ----------
+    pretravel_map : PretravelMap
+        Of today, of the basis and in the convention of the old one.
+    prior_map : PretravelMap
+        The old one.
+    drift : ProbeDrift
+        What was assumed of the time between.
+    center : (3,) float
+        Of the reference today, machine frame; on a ring the coordinate along the axis is the mean
+        of the touches. [mm]
+    center_covariance : (3, 3) float
+        [mm²]
+    p_value : float
+        Probability that touches fit the old map and its drift worse than these.
+    scale, level, turn : FoundDrift
+        Share of the pretravel [1]; in all directions alike [mm]; about the axis [rad].
+    changes : (n,) float
+        Pretravel at each touch less that of the old map, centre fitted. [mm]
+    residuals : (n,) float
+        The same less that of the new map. [mm]
+    contact_normals : (n, 3) float
+        Machine frame.
+    groups : (n,) int
+        Which touches repeat each other's direction.
+    repeatability, repeatability_dof : float
+        Of the old map and of the new repeats together. [mm]
+    warnings : tuple of str
+    """
+
+    pretravel_map: PretravelMap
+    prior_map: PretravelMap
+    drift: ProbeDrift
+    center: FloatArray
+    center_covariance: FloatArray
+    p_value: float
+    scale: FoundDrift
+    level: FoundDrift
+    turn: FoundDrift
+    changes: FloatArray
+    residuals: FloatArray
+    contact_normals: FloatArray
+    groups: IntArray
+    repeatability: float
+    repeatability_dof: float
+    warnings: tuple[str, ...]
+
+
+def update_map(
+    touches: Touches,
+    old_map: PretravelMap,
+    diameter: float,
+    *,
+    ring: bool = False,
+    drift: ProbeDrift = ProbeDrift(),
+) -> MapUpdate:
+    """Bring an old map up to date with a few touches on the reference.
+
+    Parameters
+    ----------
+    touches : Touches
+        New ones, wherever the reference stands now; of the same tip and at the same feed (or with
+        a map that contains its signal delay). Five directions at least, on a ring four.
+    old_map : PretravelMap
+        It states its uncertainty and follows the probe: kind harmonic or physical.
+    diameter : float
+        Of the reference, that of the qualification. [mm]
+    ring : bool
+    drift : ProbeDrift
+        What may have changed since the old map was made.
+
+    Returns
+    -------
+    MapUpdate
+
+    Raises
+    ------
+    PretravelError
+        A map that cannot be updated; touches that do not fit it (with a probability below
+        `REFUSED_FIT`); as `observe`.
+    ExtrapolationError
+        Touches in directions outside the map.
+
+    Notes
+    -----
+    A map is linear, so the update is that of Bayes in closed form: prior are the coefficients
+    with their covariance and that of the drift; the position of the reference has none. The map
+    stays in the convention that separated it from the centre. Contact normals depend on the
+    centre, which is therefore iterated.
+
+    >>> from pretravel.directions import five_point_pattern, sphere_pattern_25
+    >>> from pretravel.maps.kinds.harmonic import HarmonicBasis
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> flat = PretravelMap(
+    ...     HarmonicBasis(np.array([[0, 0]])), np.array([0.010]), Covariance.independent([1e-6]),
+    ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=1e-4)
+    >>> n = five_point_pattern()
+    >>> found = update_map(Touches(n * (15.5 - 0.0102), n), flat, 25.0)
+    >>> found.pretravel_map.coefficients.round(5).tolist()
+    [0.0102]
+    """
+    noted = _feed_warnings(touches, old_map)
+    state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
+    setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
+    resting = touches if old_map.delay is None else at_rest(touches, old_map.delay)
+    observation = observe(resting, setup, old_map.rotation)
+    old_map.pretravel(observation.group_directions @ old_map.rotation.T)  # refuses extrapolation
+    repeats = scatter_of_repeats(observation)
+    noise = _pooled(old_map, repeats)
+    for _ in range(8):
+        posterior = _posterior(state, observation, noise)
+        moved = observation.center.copy()
+        moved[: observation.axes] += posterior.shift
+        observation = replace(observation, center=moved)
+        if np.abs(posterior.shift).max() < _STILL:
+            break
+    p_value = _p_value(posterior.statistic, len(touches) - observation.axes, noise.dof)
+    if p_value < REFUSED_FIT:
+        raise PretravelError(_refusal(touches, observation, posterior, p_value, noise))
+    warnings = (*noted, *_warnings(p_value, old_map, repeats))
+    updated = _updated(touches, state, posterior, noise, setup)
+    return _result(updated, state, observation, posterior, (p_value, noise, warnings))
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Unknowns beside the centre: coefficients and, where the map contains one, the delay."""
+
+    prior: DriftedMap
+    covariance: FloatArray
+    """(k, k), or (k + 1, k + 1) with the delay in units of its standard uncertainty."""
+    delay_column: FloatArray | None
+    """Travel of each touch for a delay longer by one standard uncertainty, (n,). [mm]"""
+
+    @classmethod
+    def of(cls, touches: Touches, old_map: PretravelMap, prior: DriftedMap) -> _State:
+        if old_map.delay is None or old_map.delay_effect is None or touches.feeds is None:
+            return cls(prior, prior.covariance, None)
+        size = old_map.basis.size
+        covariance = np.eye(size + 1)
+        covariance[:size, :size] = prior.covariance
+        return cls(prior, covariance, old_map.u_delay * travel_per_second(touches))
+
+    def design(self, directions: FloatArray) -> FloatArray:
+        """Columns of the unknowns in what touches observe, (n, k) or (n, k + 1)."""
+        found = self.prior.pretravel_map.basis.design(directions)
+        effect = self.prior.pretravel_map.delay_effect
+        if self.delay_column is None or effect is None:
+            return found
+        return np.column_stack([found, found @ effect + self.delay_column])
+
+
+@dataclass(frozen=True, eq=False)
+class _Posterior:
+    """The state after the touches, and what the tests need. Lengths in mm."""
+
+    innovations: FloatArray
+    """Observed pretravel less that of the old map, about the current centre, (n,)."""
+    normals: FloatArray
+    design: FloatArray
+    weight: FloatArray
+    """Inverse covariance of the innovations, centre fitted, (n, n)."""
+    change: FloatArray
+    """Of the unknowns, in the convention of the map."""
+    covariance: FloatArray
+    shift: FloatArray
+    """Still missing in the centre, (axes,)."""
+    shift_covariance: FloatArray
+    statistic: float
+
+
+def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Posterior:
+    prior = state.prior
+    old, axes = prior.pretravel_map, observation.axes
+    design, normals = state.design(observation.directions), observation.directions[:, :axes]
+    innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
+    touch = _touch_covariance(old, observation, noise)
+    gain = state.covariance @ design.T
+    whole = np.linalg.inv(design @ gain + touch)
+    of_shift = np.linalg.inv(normals.T @ whole @ normals)
+    weight = whole - whole @ normals @ of_shift @ normals.T @ whole
+    # Joseph's form stays positive after rounding.
+    left = np.eye(len(state.covariance)) - gain @ weight @ design
+    spread = gain @ weight
+    covariance = left @ state.covariance @ left.T + spread @ touch @ spread.T
+    change = gain @ weight @ innovations
+    with_shift = gain @ whole @ normals @ of_shift
+    # A centre moved by s adds n·s to the observed pretravel.
+    shift = -of_shift @ normals.T @ whole @ innovations
+    functional = np.zeros((axes, len(change)))
+    functional[:, : old.basis.size] = prior.shift_of
+    turned = np.zeros((len(change), axes))
+    turned[: old.basis.size] = prior.shift
+    keep = np.eye(len(change)) - turned @ functional
+    mixed = functional @ with_shift
+    return _Posterior(
+        innovations=innovations,
+        normals=normals,
+        design=design,
+        weight=weight,
+        change=keep @ change,
+        covariance=_symmetric(keep @ covariance @ keep.T),
+        shift=shift - functional @ change,
+        shift_covariance=_symmetric(
+            of_shift - mixed - mixed.T + functional @ covariance @ functional.T
+        ),
+        statistic=float(innovations @ weight @ innovations),
+    )
+
+
+def _symmetric(matrix: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _touch_covariance(old: PretravelMap, observation: Observation, noise: Scatter) -> FloatArray:
+    """Of the touches: repeatability, and what the repeats of a direction share. [mm²]"""
+    same = observation.groups[:, None] == observation.groups
+    shared = float(getattr(old, "fixed_scatter", 0.0))
+    return np.eye(len(same)) * noise.deviation**2 + shared**2 * same
+
+
+def _pooled(old: PretravelMap, repeats: Scatter) -> Scatter:
+    """Repeatability of the old map and of the new repeats together."""
+    own = max(old.repeatability, _RESOLUTION)
+    if repeats.dof == 0.0 or not math.isfinite(old.repeatability_dof):
+        return Scatter(own, old.repeatability_dof)
+    dof = old.repeatability_dof + repeats.dof
+    squares = old.repeatability_dof * own**2 + repeats.dof * repeats.deviation**2
+    return Scatter(math.sqrt(squares / dof), dof)
+
+
+def _p_value(statistic: float, freedom: int, dof: float) -> float:
+    from scipy import stats
+
+    if math.isfinite(dof):
+        return float(stats.f.sf(statistic / freedom, freedom, dof))
+    return float(stats.chi2.sf(statistic, freedom))
+
+
+def _found(state: _State, posterior: _Posterior) -> tuple[FoundDrift, FoundDrift, FoundDrift]:
+    """Scale, level and turn, each with the others unknown within the prior."""
+    prior = state.prior
+    found = []
+    for way, spread in zip(
+        prior.ways, (prior.drift.scale, prior.drift.level, prior.drift.turn), strict=True
+    ):
+        column = posterior.design[:, : len(way)] @ way
+        seen = posterior.weight @ column
+        value = spread**2 * float(seen @ posterior.innovations)
+        left = spread**2 * (1.0 - spread**2 * float(column @ seen))
+        found.append(FoundDrift(value, math.sqrt(max(left, 0.0))))
+    return found[0], found[1], found[2]
+
+
+def _updated(
+    touches: Touches,
+    state: _State,
+    posterior: _Posterior,
+    noise: Scatter,
+    setup: QualificationSetup,
+) -> PretravelMap:
+    """The new map. What the touches say of a signal delay goes to the delay and to the map."""
+    old = state.prior.pretravel_map
+    size, made = old.basis.size, old.provenance
+    change, covariance = posterior.change[:size], posterior.covariance[:size, :size]
+    delay, u_delay, effect = old.delay, old.u_delay, old.delay_effect
+    if state.delay_column is not None and delay is not None and effect is not None:
+        spread = math.sqrt(posterior.covariance[size, size])
+        common = posterior.covariance[:size, size] / spread
+        change = change + effect * posterior.change[size]
+        covariance = _symmetric(covariance - np.outer(common, common))
+        delay, u_delay = delay + u_delay * float(posterior.change[size]), u_delay * spread
+        effect = effect * spread + common
+    origin = f", from {touches.source}" if touches.source else ""
+    earlier = f"; before: {made.touches}" if made.touches else ""
+    return replace(
+        old,
+        coefficients=old.coefficients + change,
+        covariance=Covariance.full(covariance),
+        repeatability=noise.deviation,
+        repeatability_dof=noise.dof,
+        delay=delay,
+        u_delay=u_delay,
+        delay_effect=effect,
+        provenance=replace(
+            made,
+            origin=Origin.QUALIFIED,
+            source=f"an old map, updated on a {setup.reference} of {setup.diameter:.9g} mm",
+            touches=f"{len(touches)} touches{origin}{earlier}",
+            touches_file=touches.source or "",
+        ),
+    )
+
+
+def _result(
+    updated: PretravelMap,
+    state: _State,
+    observation: Observation,
+    posterior: _Posterior,
+    judged: tuple[float, Scatter, tuple[str, ...]],
+) -> MapUpdate:
+    p_value, noise, warnings = judged
+    rotation = updated.rotation
+    axes = rotation[:, : observation.axes]
+    scale, level, turn = _found(state, posterior)
+    return MapUpdate(
+        pretravel_map=updated,
+        prior_map=state.prior.pretravel_map,
+        drift=state.prior.drift,
+        center=frozen(rotation @ observation.center),
+        center_covariance=frozen(axes @ posterior.shift_covariance @ axes.T),
+        p_value=p_value,
+        scale=scale,
+        level=level,
+        turn=turn,
+        changes=frozen(posterior.innovations),
+        residuals=frozen(posterior.innovations - posterior.design @ posterior.change),
+        contact_normals=frozen(observation.directions @ rotation.T),
+        groups=observation.groups,
+        repeatability=noise.deviation,
+        repeatability_dof=noise.dof,
+        warnings=warnings,
+    )
+
+
+def _refusal(
+    touches: Touches,
+    observation: Observation,
+    posterior: _Posterior,
+    p_value: float,
+    noise: Scatter,
+) -> str:
+    """Which touch is wrong, or how far the probe has changed; and what to do."""
+    beginning = (
+        f"these touches do not fit the old map (probability {p_value:.1g} for a probe that has "
+        "only drifted): "
+    )
+    row, size, left = _one_direction(observation, posterior)
+    others = np.sum(observation.groups != observation.groups[row])
+    freedom = int(others) - observation.axes
+    if freedom > 0 and _p_value(left, freedom, noise.dof) > DOUBTFUL_FIT:
+        return beginning + (
+            f"{touches.where(row)} alone is {size / MICROMETRE:+.1f} µm off what the old map and "
+            "the other touches predict. Touch there again, or leave it out; if it stays, the probe "
+            "has changed there"
+        )
+    design = posterior.normals
+    changes = posterior.innovations
+    changes = changes - design @ np.linalg.lstsq(design, changes, rcond=None)[0]
+    largest = int(np.argmax(np.abs(changes)))
+    return beginning + (
+        f"the probe has changed, by up to {abs(changes[largest]) / MICROMETRE:.1f} µm "
+        f"({describe(observation.directions[largest])}). An old map does not help here: qualify "
+        "anew, with about 75 touches (25 directions three times), and look for the cause (stylus "
+        "loose or exchanged, another spring force, a collision, dirt)"
+    )
+
+
+def _one_direction(observation: Observation, posterior: _Posterior) -> tuple[int, float, float]:
+    """The direction that fits the others worst: its first touch, how far it is off, and the
+    statistic of the others. [mm]
+    """
+    seen = posterior.weight @ posterior.innovations
+    best = (0, 0.0, math.inf)
+    for group in range(observation.direction_count):
+        rows = np.flatnonzero(observation.groups == group)
+        off = np.linalg.lstsq(posterior.weight[np.ix_(rows, rows)], seen[rows], rcond=None)[0]
+        left = posterior.statistic - float(off @ seen[rows])
+        if left < best[2]:
+            best = (int(rows[0]), float(off.mean()), left)
+    return best
+
+
+def _warnings(p_value: float, old: PretravelMap, repeats: Scatter) -> list[str]:
+    found = []
+    if p_value < DOUBTFUL_FIT:
+        found.append(
+            f"the touches fit the old map badly (probability {p_value:.2g}): the probe may have "
+            "changed by more than its usual drift. Touch more directions, or qualify anew"
+        )
+    own = max(old.repeatability, _RESOLUTION)
+    if repeats.dof > 0.0:
+        from scipy.stats import f as fisher
+
+        dof = min(old.repeatability_dof, 1e9)
+        if fisher.sf((repeats.deviation / own) ** 2, repeats.dof, dof) < 1e-3:
+            found.append(
+                f"the new touches scatter by {repeats.deviation / MICROMETRE:.2f} µm, those of the "
+                f"old map by {own / MICROMETRE:.2f} µm: the probe or the machine has become worse"
+            )
+    return found
+
+
+def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:
+    found = []
+    if touches.source and touches.source == old.provenance.touches_file:
+        found.append(
+            f"the old map was made from touches of a file of this name, {touches.source}: the "
+            "same touches count twice. Touch the reference anew"
+        )
+    if old.delay is not None or old.feed is None:
+        return found
+    if touches.feeds is None:
+        found.append(
+            f"the touches do not state their feed; the old map is that at {old.feed:g} mm/min"
+        )
+    elif several_feeds(touches) or abs(touches.feeds.mean() / old.feed - 1.0) > 0.01:
+        raise PretravelError(
+            f"the old map was made at {old.feed:g} mm/min, these touches at "
+            f"{touches.feeds.min():g} to {touches.feeds.max():g}: feed × signal delay would look "
+            "like a change of the probe. Touch at the feed of the old map"
+        )
+    return found

@@ -1,0 +1,294 @@
+"""How a probe drifts between two checks, and what its old map says after that."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.directions import fibonacci_cap, polar_angle
+from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import DEGREE, MICROMETRE
+
+_SPREAD = 600
+"""Directions over which functions of direction are compared."""
+_TURN = 0.2 * DEGREE
+_DEFAULT_WEIGHT = 3.0
+"""Verifications that the default drift is worth beside those of a history."""
+_NULL = 1e-11
+"""Share of the largest variance below which a combination of coefficients is fixed."""
+
+
+@dataclass(frozen=True)
+class ProbeDrift:
+    """Standard deviations of the changes of a probe between two checks.
+
+    Attributes
+    ----------
+    scale : float
+        Of pretravel as a share of itself: spring, stiffness. [1]
+    level : float
+        Common to all directions: wear of the tip, temperature of tip and reference. [mm]
+    turn : float
+        About the axis: seat of the probe in the spindle, stylus. [rad]
+    form : float
+        Of everything else, as a share of the map's variation over the directions. [1]
+    source : str
+        Where these numbers come from, in words.
+
+    Notes
+    -----
+    The defaults are assumptions, of a probe that stays in use for days: 1 % is a change of the
+    spring's force by 1 %, which takes 30 K in a steel spring or some settling; 0.3 µm is a
+    sphere of 25 mm that is 4 K warmer; 0.3° is the orientation of a spindle.
+
+    >>> ProbeDrift().source
+    'assumed'
+    """
+
+    scale: float = 0.01
+    level: float = 0.3 * MICROMETRE
+    turn: float = 0.3 * DEGREE
+    form: float = 0.02
+    source: str = "assumed"
+
+    def __post_init__(self) -> None:
+        for name in ("scale", "level", "turn", "form"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise PretravelError(f"the drift of {name} is {value:g}; it cannot be negative")
+
+
+def drift_of_changes(
+    level: npt.ArrayLike, u_level: npt.ArrayLike, turn: npt.ArrayLike, u_turn: npt.ArrayLike
+) -> ProbeDrift:
+    """The drift that earlier verifications of a probe show.
+
+    Parameters
+    ----------
+    level, u_level : (n,) float
+        Change of size since the map was made, and its standard uncertainty, of verifications
+        that found no change. [mm]
+    turn, u_turn : (n,) float
+        About the axis. Not a number where it was not determined. [rad]
+
+    Returns
+    -------
+    ProbeDrift
+
+    Notes
+    -----
+    Variance of the changes less that of their uncertainties; the default counts as much as
+    three verifications, so that a short history does not promise a probe without drift. Scale
+    and form, which a verification hardly separates from the level, stay the default.
+
+    >>> quiet = drift_of_changes([0.0] * 97, [0.0] * 97, [0.0] * 97, [0.0] * 97)
+    >>> round(quiet.level / ProbeDrift().level, 3)  # the square root of 3 in 100
+    0.173
+    """
+    default = ProbeDrift()
+    own_level, count = _pooled(default.level, level, u_level)
+    own_turn, _ = _pooled(default.turn, turn, u_turn)
+    if count == 0:
+        return default
+    source = f"level and turn from {count} verifications of the history, the rest assumed"
+    return replace(default, level=own_level, turn=own_turn, source=source)
+
+
+def _pooled(default: float, change: npt.ArrayLike, u: npt.ArrayLike) -> tuple[float, int]:
+    """Standard deviation of changes beyond their uncertainty, and the number of known ones."""
+    squares = np.asarray(change, dtype=np.float64) ** 2 - np.asarray(u, dtype=np.float64) ** 2
+    known = squares[np.isfinite(squares)]
+    beyond = max(float(known.sum()), 0.0)
+    variance = (_DEFAULT_WEIGHT * default**2 + beyond) / (_DEFAULT_WEIGHT + len(known))
+    return math.sqrt(variance), len(known)
+
+
+@dataclass(frozen=True, eq=False)
+class DriftedMap:
+    """An old map as a prior: its coefficients after a drift of the probe.
+
+    Attributes
+    ----------
+    pretravel_map : PretravelMap
+        The old one.
+    drift : ProbeDrift
+    axes : int
+        Centre coordinates that the reference determines: 3, on a ring 2.
+    ways : (3, k) float
+        Change of the coefficients for a drift of scale, level and turn by one unit: [mm],
+        [1], [mm/rad].
+    covariance : (k, k) float
+        Of the coefficients now: that of the map, the drift, and of a harmonic map the azimuth of
+        its lobes. [mm²]
+    shift : (k, axes) float
+        Coefficients of the components of the direction, where the basis contains them; else zero.
+    shift_of : (axes, k) float
+        The shift that a map contains, in the convention of the old map: zero for it, and one for
+        `shift`.
+    """
+
+    pretravel_map: PretravelMap
+    drift: ProbeDrift
+    axes: int
+    ways: FloatArray
+    covariance: FloatArray
+    shift: FloatArray
+    shift_of: FloatArray
+
+    @cached_property
+    def without_shift(self) -> FloatArray:
+        """Removes from coefficients the shift that they contain, (k, k)."""
+        return np.asarray(np.eye(len(self.shift)) - self.shift @ self.shift_of)
+
+    def variance(self, directions: FloatArray, covariance: FloatArray) -> FloatArray:
+        """Variance of the map without a shift, at (n, 3) directions of the probe frame: (n,)."""
+        design = self.pretravel_map.basis.design(directions) @ self.without_shift
+        return np.maximum(np.sum((design @ covariance) * design, axis=1), 0.0)
+
+
+def drifted_map(
+    pretravel_map: PretravelMap, drift: ProbeDrift = ProbeDrift(), *, ring: bool = False
+) -> DriftedMap:
+    """What an old map says of the probe today.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+        It states its uncertainty and follows the probe: kind harmonic, physical, or an average.
+    drift : ProbeDrift
+    ring : bool
+        The reference is a ring.
+
+    Returns
+    -------
+    DriftedMap
+
+    Raises
+    ------
+    PretravelError
+        A map that cannot be updated.
+    """
+    _refuse_unusable(pretravel_map)
+    axes = 2 if ring else 3
+    basis, coefficients = pretravel_map.basis, pretravel_map.coefficients
+    directions = spread_over_support(pretravel_map, _SPREAD)
+    # An interpolating basis is its values at the nodes; others are compared over directions.
+    places = pretravel_map.support.nodes if basis.interpolates else directions
+    design = basis.design(places)
+    size = np.sqrt(np.mean(design**2, axis=0))
+    scaling = 1.0 / np.where(size > 0.0, size, 1.0)
+    to_coefficients = scaling[:, None] * np.linalg.pinv(design * scaling, rcond=1e-9)
+    slope = _slope(pretravel_map, places)
+    constant = basis.constant
+    level = np.zeros(basis.size) if constant is None else constant
+    ways = np.stack([coefficients, level, to_coefficients @ -slope])
+    shift, shift_of = _gauge(pretravel_map, places[:, :axes], design, to_coefficients, scaling)
+    spread = np.array([drift.scale, drift.level, drift.turn])
+    spread[2] = math.hypot(spread[2], _azimuth_of_lobes(pretravel_map, axes))
+    by_ways = (ways.T * spread**2) @ ways
+    form = _form_covariance(pretravel_map, drift.form, design, shift, shift_of)
+    covariance = pretravel_map.covariance.matrix + by_ways + form
+    return DriftedMap(
+        pretravel_map, drift, axes, frozen(ways), frozen(covariance), frozen(shift),
+        frozen(shift_of),
+    )  # fmt: skip
+
+
+def spread_over_support(pretravel_map: PretravelMap, count: int) -> FloatArray:
+    """About `count` directions spread over what a map supports, with its nodes; probe frame."""
+    nodes = pretravel_map.support.nodes
+    candidates = fibonacci_cap(count, float(polar_angle(nodes).max()))
+    held = candidates[pretravel_map.support.supports(candidates)]
+    return np.concatenate([held, nodes[: max(count, len(held))]])
+
+
+def _refuse_unusable(pretravel_map: PretravelMap) -> None:
+    if not pretravel_map.states_uncertainty:
+        raise PretravelError(
+            "the old map states no uncertainty (a prediction, or a table), so that new touches "
+            "have no weight beside it; use a map of pretravel qualify"
+        )
+    if not pretravel_map.basis.follows_probe:
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} does not follow the probe closely enough to be "
+            "updated by a few touches; qualify anew, with kind harmonic or physical"
+        )
+
+
+def _slope(pretravel_map: PretravelMap, directions: FloatArray) -> FloatArray:
+    """Change of the map from direction to direction around the axis, (n,). [mm/rad]"""
+    basis, coefficients = pretravel_map.basis, pretravel_map.coefficients
+    ahead, behind = (
+        basis.value(directions @ probe_rotation(rotation=turn).T, coefficients)
+        for turn in (_TURN, -_TURN)
+    )
+    return np.asarray((ahead - behind) / (2.0 * _TURN))
+
+
+def _azimuth_of_lobes(pretravel_map: PretravelMap, axes: int) -> float:
+    """Uncertainty of the azimuth that the covariance of a harmonic map leaves out. [rad]"""
+    nodes = pretravel_map.support.nodes
+    value = pretravel_map.basis.value(nodes, pretravel_map.coefficients)
+    variation = value - value.mean()
+    slope = _slope(pretravel_map, nodes)
+    design = np.column_stack([nodes[:, :axes], np.ones(len(nodes)), variation, -slope])
+    noise = np.full(len(nodes), pretravel_map.repeatability**2)
+    return math.sqrt(max(pretravel_map.basis.turn_variance(design, noise), 0.0))
+
+
+def _gauge(
+    pretravel_map: PretravelMap,
+    components: FloatArray,
+    design: FloatArray,
+    to_coefficients: FloatArray,
+    scaling: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of a shift, (k, axes); and the shift that coefficients contain, (axes, k).
+
+    Where the covariance of the map leaves a shift out, the second is the functional that it
+    leaves out: that is the convention of the map. Of several the one next to least squares.
+    """
+    shift = to_coefficients @ components
+    missed = np.abs(design @ shift - components).max()
+    if missed > 1e-6:  # the basis contains no shift: nothing to separate
+        return np.zeros_like(shift), np.zeros_like(shift.T)
+    free = np.column_stack([np.ones(len(components)), components])
+    least_squares = (np.linalg.pinv(free) @ design)[1:]
+    # In units in which all functions are of one size, so that small and zero can be told apart.
+    own = pretravel_map.covariance.matrix / np.outer(scaling, scaling)
+    values, vectors = np.linalg.eigh(0.5 * (own + own.T))
+    held = vectors[:, values > _NULL * values[-1]]
+    scaled_shift, scaled_functional = shift / scaling[:, None], least_squares * scaling
+    outside = scaled_shift - held @ (held.T @ scaled_shift)
+    if np.linalg.svd(outside, compute_uv=False)[-1] < 1e-3 * np.linalg.norm(scaled_shift):
+        return shift, least_squares  # the map's covariance contains a shift
+    conditions = np.column_stack([held, scaled_shift])
+    wanted = np.column_stack(
+        [np.zeros((len(least_squares), held.shape[1])), np.eye(shift.shape[1])]
+    )
+    change = (wanted - scaled_functional @ conditions) @ np.linalg.pinv(conditions)
+    return shift, (scaled_functional + change) / scaling
+
+
+def _form_covariance(
+    pretravel_map: PretravelMap,
+    share: float,
+    design: FloatArray,
+    shift: FloatArray,
+    shift_of: FloatArray,
+) -> FloatArray:
+    """Independent changes of all coefficients, which together have a share of the variation."""
+    without = np.eye(len(shift)) - shift @ shift_of
+    seen = np.sqrt(np.mean((design @ without) ** 2, axis=0))
+    active = seen > 1e-6 * seen.max()
+    variation = float(np.std(design @ pretravel_map.coefficients))
+    each = np.zeros(len(seen))
+    each[active] = share * variation / (math.sqrt(active.sum()) * seen[active])
+    return np.asarray((without * each**2) @ without.T)
