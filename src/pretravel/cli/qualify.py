@@ -7,6 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
 from pretravel.cli.files import MAPS, PICTURES, check_files
+from pretravel.cli.map_update import qualify_with_prior
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
@@ -72,6 +73,14 @@ def qualify(
         typer.Option(help="Kind wozniak: contact (the map has lobes) or piezo (it has none)."),
     ] = "contact",
     axis: ProbeAxis = Vector(0, 0, 1),
+    prior: Annotated[
+        Path | None,
+        typer.Option(
+            help="Old map of this probe, .nc: a few touches (5 or more directions, see pretravel "
+            "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
+            "map."
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
@@ -93,6 +102,17 @@ def qualify(
     from pretravel.report.qualification_report import qualification_document
     from pretravel.units import MICROMETRE
 
+    if prior is not None:
+        qualify_with_prior(
+            touches,
+            prior,
+            diameter,
+            tip_diameter=tip_diameter,
+            ring=ring,
+            outputs=(output, plot),
+            verbose=verbose,
+        )
+        return
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
     wozniak = _wozniak(kind, lobe_azimuth, transducer)
     readings = read_readings(touches).in_machine_axes()

@@ -220,8 +220,8 @@ def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Post
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
     touch = _touch_covariance(old, observation, noise)
     gain = state.covariance @ design.T
-    whole = np.linalg.inv(design @ gain + touch)
-    of_shift = np.linalg.inv(normals.T @ whole @ normals)
+    whole: FloatArray = np.linalg.inv(design @ gain + touch).astype(np.float64)
+    of_shift: FloatArray = np.linalg.inv(normals.T @ whole @ normals).astype(np.float64)
     weight = whole - whole @ normals @ of_shift @ normals.T @ whole
     # Joseph's form stays positive after rounding.
     left = np.eye(len(state.covariance)) - gain @ weight @ design
@@ -260,7 +260,7 @@ def _touch_covariance(old: PretravelMap, observation: Observation, noise: Scatte
     """Of the touches: repeatability, and what the repeats of a direction share. [mm²]"""
     same = observation.groups[:, None] == observation.groups
     shared = float(getattr(old, "fixed_scatter", 0.0))
-    return np.eye(len(same)) * noise.deviation**2 + shared**2 * same
+    return np.asarray(np.eye(len(same)) * noise.deviation**2 + shared**2 * same)
 
 
 def _pooled(old: PretravelMap, repeats: Scatter) -> Scatter:

@@ -97,7 +97,8 @@ def drift_of_changes(
     own_turn, _ = _pooled(default.turn, turn, u_turn)
     if count == 0:
         return default
-    source = f"level and turn from {count} verifications of the history, the rest assumed"
+    several = "s" if count > 1 else ""
+    source = f"level and turn from {count} verification{several}, the rest assumed"
     return replace(default, level=own_level, turn=own_turn, source=source)
 
 
@@ -150,7 +151,7 @@ class DriftedMap:
     def variance(self, directions: FloatArray, covariance: FloatArray) -> FloatArray:
         """Variance of the map without a shift, at (n, 3) directions of the probe frame: (n,)."""
         design = self.pretravel_map.basis.design(directions) @ self.without_shift
-        return np.maximum(np.sum((design @ covariance) * design, axis=1), 0.0)
+        return np.asarray(np.maximum(np.sum((design @ covariance) * design, axis=1), 0.0))
 
 
 def drifted_map(

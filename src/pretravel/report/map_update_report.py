@@ -126,9 +126,7 @@ def plot_map_update(result: MapUpdate, title: str = "") -> Figure:
     matplotlib.figure.Figure
     """
     figure = new_figure(13.0, 4.8, title or "An old map brought up to date")
-    draw_map(
-        polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle"), result.pretravel_map
-    )
+    draw_map(polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle"), result.pretravel_map)
     change = polar_axes(figure, 1, 3, 2, "new map less old map")
     directions = over_support(result.pretravel_map)[0]
     normals = directions @ result.pretravel_map.rotation.T

@@ -1,0 +1,251 @@
+"""An old map and a few touches: closed forms, the convention of the map, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap, five_point_pattern, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.formats.map_file import read_map, write_map
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.probe_drift import ProbeDrift, drift_of_changes, drifted_map
+from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import example_map
+from tests.support.reference_touches import sphere_touches
+
+NO_DRIFT = ProbeDrift(0.0, 0.0, 0.0, 0.0)
+FEW = fibonacci_cap(9)
+
+
+def _constant_map(value: float, u: float, repeatability: float) -> PretravelMap:
+    return PretravelMap(
+        HarmonicBasis(np.array([[0, 0]])),
+        np.array([value]),
+        Covariance.independent([u**2]),
+        DirectionSupport(sphere_pattern_25()),
+        tip_radius=3.0,
+        repeatability=repeatability,
+    )
+
+
+def test_a_constant_map_becomes_the_weighted_mean() -> None:
+    """Unknown centre and level in closed form: the level that the touches alone give has the
+    variance of the first element of the inverse of the normal equations."""
+    old = _constant_map(0.010, 0.2e-3, 0.3e-3)
+    n = five_point_pattern()
+    found = update_map(sphere_touches(np.full(5, 0.0105), n), old, 25.0, drift=NO_DRIFT)
+    free = np.column_stack([np.ones(5), n])
+    alone = 0.3e-3**2 * np.linalg.inv(free.T @ free)[0, 0]
+    weight = (1.0 / alone) / (1.0 / alone + 1.0 / 0.2e-3**2)
+    # The convention of the test map has no shift: its basis contains none.
+    assert found.pretravel_map.coefficients[0] == pytest.approx(0.010 + weight * 0.0005, abs=1e-8)
+    variance = found.pretravel_map.covariance.matrix[0, 0]
+    assert variance == pytest.approx(1.0 / (1.0 / alone + 1.0 / 0.2e-3**2), rel=1e-9)
+
+
+def test_the_drift_of_the_level_widens_the_prior() -> None:
+    old = _constant_map(0.010, 0.0001e-3, 0.3e-3)
+    n = five_point_pattern()
+    drift = ProbeDrift(0.0, 1.0, 0.0, 0.0)
+    found = update_map(sphere_touches(np.full(5, 0.0105), n), old, 25.0, drift=drift)
+    # The touches alone decide: the prior has 1 mm.
+    assert found.pretravel_map.coefficients[0] == pytest.approx(0.0105, abs=1e-8)
+    assert found.level.value == pytest.approx(0.0005, abs=1e-8)
+
+
+def test_no_drift_and_touches_of_the_old_map_change_nothing() -> None:
+    for kind in ("harmonic", "physical"):
+        old = example_map(kind)
+        found = update_map(
+            sphere_touches(old.pretravel(FEW), FEW, center=(5.0, -7.0, 9.0)), old, 25.0
+        )
+        change = found.pretravel_map.pretravel(FEW) - old.pretravel(FEW)
+        # The normals of the touches differ from those of the targets by 5 µm of 15.5 mm.
+        assert np.abs(change).max() < 0.02e-3
+        np.testing.assert_allclose(found.center, [5.0, -7.0, 9.0], atol=0.03e-3)
+        assert found.p_value > 0.999
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical"])
+def test_scale_level_and_turn_are_found_and_separated(kind: str) -> None:
+    """A changed map touched without noise in many directions; the update must follow it."""
+    old = example_map(kind)
+    n = fibonacci_cap(60)
+    angle = 0.004
+    c, s = np.cos(angle), np.sin(angle)
+    back = n @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # rows: turned by -angle
+    now = 1.01 * old.pretravel(back, extrapolate=True) + 0.3e-3
+    exact = replace(old, repeatability=0.01e-3, repeatability_dof=1e6)
+    found = update_map(sphere_touches(now, n), exact, 25.0)
+    value = found.pretravel_map.pretravel(n, extrapolate=True)
+    left = (value - now) - n @ np.linalg.lstsq(n, value - now, rcond=None)[0]
+    assert np.abs(left).max() < 0.05e-3
+    before = old.pretravel(n, extrapolate=True) - now
+    assert np.abs(before).max() > 0.4e-3
+    assert found.turn.value == pytest.approx(angle, abs=3.0 * found.turn.u + 2e-4)
+    assert found.turn.value > 0.5 * angle
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical"])
+def test_the_convention_of_the_old_map_is_kept(kind: str) -> None:
+    """The shift that the update would put into the map goes to the centre instead."""
+    old = example_map(kind)
+    prior = drifted_map(old)
+    np.testing.assert_allclose(prior.shift_of @ prior.shift, np.eye(3), atol=1e-7)
+    scale = np.sqrt(np.diag(prior.covariance))
+    assert np.abs(prior.shift_of @ old.covariance.matrix / scale).max() < 1e-9
+    rng = np.random.default_rng(3)
+    touches = sphere_touches(old.pretravel(FEW) + rng.normal(0.0, 0.3e-3, 9), FEW)
+    new = update_map(touches, old, 25.0).pretravel_map
+    kept = prior.shift_of @ (new.coefficients - old.coefficients)
+    assert np.abs(kept).max() < 1e-9
+    if kind == "harmonic":  # its convention in numbers: 1 µm at the pole, known exactly
+        value, u = new.pretravel_and_uncertainty([[0.0, 0.0, 1.0]])
+        assert value[0] == pytest.approx(1e-3, abs=1e-9)
+        assert u[0] < 1e-8
+
+
+def test_the_update_equals_a_regression_of_old_and_new_touches_together() -> None:
+    """Independent computation: least squares with the prior as rows of its own."""
+    rng = np.random.default_rng(5)
+    terms = np.array([[0, 0], [2, 0], [3, 3], [3, -3]])
+    root = rng.normal(0.0, 0.2e-3, (4, 4))
+    old = PretravelMap(
+        HarmonicBasis(terms),
+        np.array([10e-3, -2e-3, 1e-3, 0.5e-3]),
+        Covariance.full(root @ root.T),
+        DirectionSupport(sphere_pattern_25()),
+        tip_radius=3.0,
+        repeatability=0.3e-3,
+    )
+    y = old.pretravel(FEW) + rng.normal(0.0, 0.3e-3, 9)
+    found = update_map(sphere_touches(y, FEW), old, 25.0, drift=NO_DRIFT)
+    n = found.contact_normals
+    observed = 15.5 - np.linalg.norm(sphere_touches(y, FEW).positions - found.center, axis=1)
+    rows = np.hstack([old.basis.design(n), -n]) / 0.3e-3
+    # Of a harmonic map the azimuth of the lobes is uncertain beside its covariance.
+    own = np.linalg.cholesky(drifted_map(old, NO_DRIFT).covariance)
+    prior = np.hstack([np.linalg.inv(own), np.zeros((4, 3))])
+    right = np.concatenate([observed / 0.3e-3, np.linalg.solve(own, old.coefficients)])
+    system = np.vstack([rows, prior])
+    solution = np.linalg.lstsq(system, right, rcond=None)[0]
+    np.testing.assert_allclose(found.pretravel_map.coefficients, solution[:4], atol=1e-8)
+    np.testing.assert_allclose(solution[4:], 0.0, atol=1e-7)  # about the centre that was found
+    covariance = np.linalg.inv(system.T @ system)
+    np.testing.assert_allclose(
+        found.pretravel_map.covariance.matrix, covariance[:4, :4], rtol=1e-6, atol=1e-16
+    )
+    np.testing.assert_allclose(found.center_covariance, covariance[4:, 4:], rtol=1e-6, atol=1e-14)
+
+
+def test_a_changed_probe_is_refused() -> None:
+    old = example_map()
+    value = old.pretravel(FEW)
+    with pytest.raises(PretravelError, match=r"probe has changed, by up to \d.*25 directions"):
+        update_map(sphere_touches(1.5 * value, FEW), old, 25.0)
+
+
+def test_one_bad_touch_is_named_with_its_size() -> None:
+    old = example_map()
+    wrong = np.zeros(9)
+    wrong[4] = 0.035
+    touches = replace(sphere_touches(old.pretravel(FEW) + wrong, FEW), labels=tuple("abcdefghi"))
+    with pytest.raises(PretravelError, match=r"touch 5 \(e\) alone is \+3\d\.\d µm off"):
+        update_map(touches, old, 25.0)
+
+
+def test_maps_that_cannot_be_updated() -> None:
+    with pytest.raises(PretravelError, match="kind mean does not follow"):
+        drifted_map(example_map("mean"))
+    silent = replace(example_map(), covariance=Covariance.none(example_map().basis.size))
+    with pytest.raises(PretravelError, match="states no uncertainty"):
+        drifted_map(silent)
+
+
+def test_false_refusals_have_their_rate() -> None:
+    """P of an unchanged probe is uniform: the mean of 200 scatters by 0.02, here with the old
+    map exact and the noise known."""
+    old = _constant_map(0.010, 1e-8, 0.3e-3)
+    rng = np.random.default_rng(11)
+    p = [
+        update_map(
+            sphere_touches(0.010 + rng.normal(0.0, 0.3e-3, 9), FEW), old, 25.0, drift=NO_DRIFT
+        ).p_value
+        for _ in range(200)
+    ]
+    assert np.mean(p) == pytest.approx(0.5, abs=0.08)
+    assert np.mean(np.array(p) < 0.1) == pytest.approx(0.1, abs=0.08)
+
+
+def test_repeats_are_pooled_with_the_old_repeatability() -> None:
+    old = replace(_constant_map(0.010, 1e-4, 0.3e-3), repeatability_dof=10.0)
+    n = np.repeat(FEW, 2, axis=0)
+    pair = np.tile([0.1e-3, -0.1e-3], 9)
+    found = update_map(sphere_touches(0.010 + pair, n), old, 25.0)
+    own = (10.0 * 0.3e-3**2 + 9.0 * 2.0 * 0.1e-3**2) / 19.0
+    assert found.repeatability == pytest.approx(np.sqrt(own), rel=1e-6)
+    assert found.repeatability_dof == pytest.approx(19.0)
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical"])
+def test_an_updated_map_keeps_its_values_in_a_file(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    old = example_map(kind)
+    rng = np.random.default_rng(3)
+    touches = sphere_touches(1.01 * old.pretravel(FEW) + rng.normal(0.0, 0.3e-3, 9), FEW)
+    new = update_map(touches, old, 25.0).pretravel_map
+    write_map(tmp_path / "new.nc", new)
+    read = read_map(tmp_path / "new.nc")
+    np.testing.assert_array_equal(read.pretravel(FEW), new.pretravel(FEW))
+    np.testing.assert_array_equal(read.standard_uncertainty(FEW), new.standard_uncertainty(FEW))
+    assert read.provenance == new.provenance
+
+
+def test_another_feed_is_refused() -> None:
+    old = replace(example_map(), feed=50.0, delay=None, delay_effect=None)
+    touches = sphere_touches(old.pretravel(FEW), FEW)
+    quick = Touches(touches.positions, FEW, feeds=np.full(9, 300.0))
+    with pytest.raises(PretravelError, match="50 mm/min, these touches at 300"):
+        update_map(quick, old, 25.0)
+
+
+def test_a_delay_is_learned_only_from_another_feed() -> None:
+    """A map and its delay that cancel at 50 mm/min: touches at 50 say nothing about the delay,
+    touches at 500 determine it."""
+    per_second = 50.0 / 60.0
+    old = replace(
+        _constant_map(0.010, 0.05e-3, 0.05e-3),
+        feed=0.0,
+        delay=2e-3,
+        u_delay=0.5e-3,
+        delay_effect=np.array([-per_second * 0.5e-3]),
+    )
+    true_delay, true_map = 2.4e-3, 0.010 - per_second * 0.4e-3
+    free = np.column_stack([np.ones(9), FEW])
+    of_level = 0.05e-3 * np.sqrt(1.0 + np.linalg.inv(free.T @ free)[0, 0])  # map and touches
+    for feed in (50.0, 500.0):
+        value = np.full(9, true_map + feed / 60.0 * true_delay)
+        touches = replace(sphere_touches(value, FEW), feeds=np.full(9, feed))
+        new = update_map(touches, old, 25.0, drift=NO_DRIFT).pretravel_map
+        seen = (feed / 60.0 - per_second) * 0.5e-3  # travel for one u of the delay
+        expected = 0.5e-3 / np.sqrt(1.0 + (seen / of_level) ** 2)
+        assert new.u_delay == pytest.approx(expected, rel=1e-3)
+    assert new.delay == pytest.approx(true_delay, abs=2.0 * new.u_delay)
+    assert new.pretravel(FEW)[0] == pytest.approx(true_map, abs=0.1e-3)
+
+
+def test_drift_of_a_history() -> None:
+    """100 verifications with a drift of 1 µm and u of 0.5 µm; the default counts as three."""
+    rng = np.random.default_rng(2)
+    u = np.full(400, 0.5e-3)
+    seen = rng.normal(0.0, 1e-3, 400) + rng.normal(0.0, u)
+    found = drift_of_changes(seen, u, np.full(400, np.nan), u)
+    assert found.level == pytest.approx(1e-3, rel=0.15)
+    assert found.turn == ProbeDrift().turn
+    assert "400 verifications" in found.source
