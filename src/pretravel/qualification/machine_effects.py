@@ -1,10 +1,13 @@
-"""What a real machine adds to touches: a step of the latch, drift, hysteresis, uneven scatter.
+"""What a real machine adds to touches.
 
-The functions are in modules of their own, one for each effect; they are arrays in, values out.
+A module for each effect: steps of the latch, drift, hysteresis, uneven scatter and heavy tails. The
+functions take arrays and return values.
 """
 
 from __future__ import annotations
 
+from pretravel.qualification.heavy_tails import tail_kurtosis
+from pretravel.qualification.noise_by_direction import repeatability_by_direction
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
 from pretravel.qualification.reference_drift import (
     drift_columns,
@@ -31,5 +34,7 @@ __all__ = [
     "previous_directions",
     "quantisation_step",
     "repeat_step",
+    "repeatability_by_direction",
+    "tail_kurtosis",
     "touch_times",
 ]

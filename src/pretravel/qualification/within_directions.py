@@ -62,9 +62,10 @@ def centred_within(values: npt.ArrayLike, groups: npt.ArrayLike) -> FloatArray:
     """
     given = np.asarray(values, dtype=np.float64)
     number = np.unique(np.asarray(groups), return_inverse=True)[1]
-    total = np.zeros((int(number.max()) + 1, *given.shape[1:]))
-    np.add.at(total, number, given)
-    count = np.bincount(number).reshape(-1, *(1,) * (given.ndim - 1))
+    count = np.bincount(number)
+    ordered = given[np.argsort(number, kind="stable")]
+    total = np.add.reduceat(ordered, np.cumsum(count) - count, axis=0)
+    count = count.reshape(-1, *(1,) * (given.ndim - 1))
     return np.asarray(given - (total / count)[number])
 
 
