@@ -11,7 +11,11 @@ from pretravel.directions import describe
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.maps.observation import Observation
-from pretravel.maps.plausibility import SMALLEST_PRETRAVEL, largest_plausible
+from pretravel.maps.plausibility import (
+    LARGEST_PRETRAVEL,
+    SMALLEST_PRETRAVEL,
+    largest_plausible,
+)
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
@@ -21,6 +25,7 @@ NORMAL_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a given normal and that of the fitted sphere or ring. [rad]"""
 _SAME_DIRECTION = 1e-3
 _FEWEST = {"sphere": 5, "ring": 4}  # directions
+_FEW_FALSE = 0.1  # share of touches that can be false trips: more of them are another mistake
 _WRONG_RADIUS = 0.1  # mm: two readings of a diameter closer than this are the same
 
 
@@ -56,6 +61,7 @@ def observe(
         _refuse_plane(touches, source)
     in_probe = touches.positions @ rotation
     fit = _least_squares(in_probe, setup, source)
+    _refuse_false_trips(touches, in_probe, fit, setup, source)
     feed = None if touches.feeds is None else float(touches.feeds.max())
     observation = Observation(
         positions=in_probe,
@@ -90,6 +96,25 @@ def _least_squares(in_probe: FloatArray, setup: QualificationSetup, source: str)
         raise PretravelError(f"{source}{error}{hint}") from None
     except PretravelError as error:
         raise PretravelError(f"{source}{error}") from None
+
+
+def _refuse_false_trips(
+    touches: Touches, in_probe: FloatArray, fit: SphereFit, setup: QualificationSetup, source: str
+) -> None:
+    """Refuse single touches that lie further from the others than any pretravel explains."""
+    offset = in_probe[:, : len(fit.center)] - fit.center
+    distance = np.linalg.norm(offset, axis=1)
+    off = distance - float(np.median(distance))
+    wrong = np.flatnonzero(np.abs(off) > LARGEST_PRETRAVEL)
+    if 0 < len(wrong) <= _FEW_FALSE * len(touches):
+        row = int(wrong[np.argmax(np.abs(off[wrong]))])
+        raise PretravelError(
+            f"{source}{touches.where(row)} lies about {abs(off[row]):.2f} mm "
+            f"{'outside' if off[row] > 0.0 else 'inside'} the {setup.reference} of the others: a "
+            "false trip, or the touch of something else. Exclude it, or touch there again"
+            + (f" ({len(wrong)} touches are like that)" if len(wrong) > 1 else ""),
+            inputs=("exclude",),
+        )
 
 
 def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> None:

@@ -1,16 +1,19 @@
-"""Detection of outliers among touches and directions. They are named, not removed."""
+"""Detection of gross errors among touches and directions. They are named and left out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pretravel.directions import describe
-from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Observation
+from pretravel.errors import PretravelError
+from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
+from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
@@ -32,7 +35,7 @@ SUSPICION = 2.5
 
 @dataclass(frozen=True)
 class Outlier:
-    """A touch or direction that does not fit the others. It is named, not removed.
+    """A touch or direction that does not fit the others.
 
     Attributes
     ----------
@@ -43,12 +46,15 @@ class Outlier:
     limit : float
         Largest distance that repeatability explains. [mm]
     message : str
+    left_out : bool
+        Whether the map was made without it.
     """
 
     rows: tuple[int, ...]
     distance: float
     limit: float
     message: str
+    left_out: bool = True
 
 
 def _outlier_factor(count: int) -> float:
@@ -58,8 +64,16 @@ def _outlier_factor(count: int) -> float:
     return 1.2 * float(norm.isf(OUTLIER_LEVEL / (2.0 * count)))
 
 
-def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]:
-    """Touches far from the median of their direction, and pairs that lie far apart."""
+def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.0) -> list[Outlier]:
+    """Touches far from the median of their direction, and pairs that lie far apart.
+
+    Parameters
+    ----------
+    touches : Touches
+    observation : Observation
+    step : float
+        Of the latched positions: readings of one place can be two steps apart. [mm]
+    """
     from scipy.stats import chi2
 
     values, groups = observation.values, observation.groups
@@ -72,7 +86,8 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
     # A few bad touches do not move the median over directions.
     unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
     noise = math.sqrt(float(np.median(variance) / unbias))
-    limit = max(_outlier_factor(len(values)) * noise, 1e-9)
+    noise = math.hypot(noise, step / math.sqrt(12.0))
+    limit = max(_outlier_factor(len(values)) * noise, 2.0 * step, 1e-9)
     found = []
     for group, middle in zip(repeated, median, strict=True):
         rows = np.flatnonzero(groups == group)
@@ -84,8 +99,8 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
                 names = " and ".join(touches.where(int(row)) for row in rows)
                 message = (
                     f"{names} at {place} lie {abs(apart) / MICROMETRE:.1f} µm apart; repeatability "
-                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm. Both were kept: "
-                    "remove the wrong one, or both, and qualify again"
+                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm. Both were left "
+                    "out: touch there again"
                 )
                 pair = (int(rows[0]), int(rows[1]))
                 found.append(Outlier(pair, apart, math.sqrt(2.0) * limit, message))
@@ -96,31 +111,47 @@ def repeat_outliers(touches: Touches, observation: Observation) -> list[Outlier]
                 message = (
                     f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
                     f"from the median of the {len(rows)} touches of its direction; "
-                    f"repeatability explains {limit / MICROMETRE:.1f} µm. It was kept: remove the "
-                    "line and qualify again if it is wrong"
+                    f"repeatability explains {limit / MICROMETRE:.1f} µm. It was left out"
                 )
                 found.append(Outlier((int(row),), distance, limit, message))
     return found
 
 
 def direction_outliers(
-    touches: Touches, observation: Observation, fit: HarmonicMapFit, named: Sequence[int] = ()
+    touches: Touches,
+    observation: Observation,
+    named: Sequence[int],
+    effects: MachineEffects,
+    confirm: KindOfMap | None,
 ) -> list[Outlier]:
     """Directions far from the prediction of the others: a chip, dirt, a wrong normal.
 
     A conspicuous direction is left out, amplitudes are estimated again, and its touches are
     compared with the prediction of the rest: otherwise a wrong direction would be fitted as a map
     with large variation. With hundreds of directions the neighbours suffice for the prediction.
+
+    Parameters
+    ----------
+    touches : Touches
+    observation : Observation
+    named : sequence of int
+        Touches that were named already: they must not conceal others.
+    effects : MachineEffects
+        Their scatter is in the limits.
+    confirm : KindOfMap, optional
+        Its prediction must contradict the direction too.
+
+    Returns
+    -------
+    list of Outlier
     """
-    found: list[Outlier] = []
     kept = np.ones(len(observation.groups), dtype=bool)
-    current, part = fit, observation
-    if len(named):  # touches that were named already must not conceal others
-        kept[list(named)] = False
-        part = observation.take(kept)
-        current = fit_harmonic(part)
+    kept[list(named)] = False
+    part = observation if kept.all() else observation.take(kept)
+    current = fit_harmonic(part)
+    found: list[Outlier] = []
     for _ in range(MOST_WRONG_DIRECTIONS):
-        suspect = _most_suspect(part, current)
+        suspect = _most_suspect(part, current, effects.fixed_scatter)
         if suspect is None:
             break
         out = kept & (observation.groups == np.unique(observation.groups[kept])[suspect])
@@ -128,16 +159,16 @@ def direction_outliers(
             break
         kept = kept & ~out
         part = observation.take(kept)
-        current = fit_harmonic(part)
-        design = current.basis.design(observation.directions[out])
-        # The posterior before the centre is separated: about the same centre as the others.
-        expected = design @ current.posterior.coefficients
-        variance = float(np.mean(design @ current.posterior.covariance @ design.T))
-        variance += current.noise**2 / float(out.sum())
-        distance = float(np.mean(observation.values[out] - expected))
-        limit = KINKS * _outlier_factor(len(np.unique(observation.groups))) * math.sqrt(variance)
+        current = fit_harmonic(part, near=current.posterior.amplitudes)
+        wrong = observation.take(out)
+        distance, u = _left_out_distance(HarmonicKind(), current, wrong, effects)
+        limit = KINKS * _outlier_factor(len(np.unique(observation.groups))) * u
         if abs(distance) <= limit:
             break
+        if confirm is not None and not confirm.fits_harmonics:
+            other = _confirmed(confirm, part, wrong, effects)
+            if other is not None and abs(other) <= 1.0:
+                break
         rows = tuple(int(row) for row in np.flatnonzero(out))
         names = touches.where(rows[0]) + (f" to {touches.where(rows[-1])}" if rows[1:] else "")
         found.append(
@@ -148,19 +179,51 @@ def direction_outliers(
                 f"{names} at {describe(observation.directions[rows[0]])} "
                 f"lie{'' if rows[1:] else 's'} {distance / MICROMETRE:+.1f} µm from the prediction "
                 f"of the other directions; noise and kinks explain {limit / MICROMETRE:.1f} µm. "
-                f"Kept: remove the line{'s' if rows[1:] else ''} and qualify again if wrong",
+                "Left out: touch there again",
             )
         )
     return found
 
 
-def _most_suspect(observation: Observation, fit: HarmonicMapFit) -> int | None:
+def _left_out_distance(
+    kind: KindOfMap, fit: MapFit, wrong: Observation, effects: MachineEffects
+) -> tuple[float, float]:
+    """Mean distance of the touches of a direction from the prediction of others, and its u. [mm]
+
+    About the centre of the others, as the uncertainty of the map is.
+    """
+    centered = kind.centered(fit, None)
+    about = replace(wrong, center=centered.center)
+    level = 0.0 if fit.tip_radius is None else fit.tip_radius - fit.observation.tip_radius
+    design = fit.basis.design(about.directions)
+    distance = float(np.mean(about.values + level - design @ centered.coefficients))
+    variance = float(np.mean(centered.covariance.variance_of(design)))
+    variance += fit.fixed_scatter**2 + effects.fixed_scatter**2 + effects.step**2 / 12.0
+    return distance, math.sqrt(variance + fit.noise**2 / len(wrong.groups))
+
+
+def _confirmed(
+    kind: KindOfMap, others: Observation, wrong: Observation, effects: MachineEffects
+) -> float | None:
+    """Distance over its limit by another kind of map; None where this kind cannot be fitted."""
+    try:
+        fit = kind.fit(others, scatter_of_repeats(others))
+    except PretravelError:
+        return None
+    if not fit.basis.follows_probe:
+        return None
+    distance, u = _left_out_distance(kind, fit, wrong, effects)
+    return distance / (KINKS * _outlier_factor(others.direction_count + 1) * u)
+
+
+def _most_suspect(observation: Observation, fit: HarmonicMapFit, scatter: float) -> int | None:
     """The direction with the largest left-out error, if it is large enough for a test."""
     groups = np.unique(observation.groups, return_inverse=True)[1]
     count = np.bincount(groups)
     mean = np.bincount(groups, fit.residuals) / count
     free = np.clip(1.0 - np.bincount(groups, fit.leverage), 1e-9, 1.0)
-    score = np.abs(mean) / np.sqrt(fit.noise**2 / count * free)
+    own = fit.noise**2 / count + fit.fixed_scatter**2 + scatter**2
+    score = np.abs(mean) / np.sqrt(own * free)
     if score.max() >= SUSPICION:
         return int(np.argmax(score))
     # A gross error increases the estimated variation of the map, and so reduces its own score.

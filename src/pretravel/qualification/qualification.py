@@ -7,25 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray, frozen
+from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.observation import Scatter, scatter_of_repeats
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.delay import (
-    COSTLY,
-    SignalDelay,
-    several_feeds,
-    signal_delay,
-    travel_per_second,
-)
+from pretravel.qualification.delay import SignalDelay, travel_per_second
+from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.qualification.map_warnings import map_warnings, repeat_warnings
-from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
+from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
 
 
@@ -49,7 +44,7 @@ class Qualification:
     u_effective_radius : float
         [mm]
     residuals : (n,) float
-        Observed pretravel less the map's, at each touch. [mm]
+        Observed pretravel less the map's, at each touch, also of those that were left out. [mm]
     degrees_of_freedom : float
         Touches less (effective) parameters.
     repeatability : float
@@ -62,7 +57,13 @@ class Qualification:
         Machine frame.
     groups : (n,) int
         Which touches repeat each other's direction.
+    used : (n,) bool
+        False for touches that were left out as gross errors.
     outliers : tuple of Outlier
+    effect_of_outliers : float
+        Largest change of the map if the touches that were left out were kept. [mm]
+    effects : MachineEffects
+        What the machine adds to the touches.
     delay : SignalDelay or None
         Where several feeds separated it; `observed` and the map are then those at rest.
     fit : MapFit
@@ -85,7 +86,10 @@ class Qualification:
     observed: FloatArray
     contact_normals: FloatArray
     groups: IntArray
+    used: BoolArray
     outliers: tuple[Outlier, ...]
+    effect_of_outliers: float
+    effects: MachineEffects
     delay: SignalDelay | None
     fit: MapFit
     warnings: tuple[str, ...]
@@ -138,20 +142,39 @@ def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qua
     >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
     ([100.0, 0.0, 0.0], 2.99)
     """
-    rotation = probe_rotation(setup.axis)
-    rest = _at_rest(touches, setup, rotation)
-    repeats = scatter_of_repeats(rest.observation)
-    fit = _fitted(kind, rest.observation, repeats, setup)
-    detail = _detail(fit, setup)
-    outliers = _outliers(rest, fit, detail)
-    repeatability = _repeatability(fit, detail, repeats)
+    return qualified(prepare(touches, setup, kind), kind)
+
+
+def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = None) -> Qualification:
+    """As `qualify`, with touches that are prepared.
+
+    Parameters
+    ----------
+    ready : PreparedTouches
+    kind : KindOfMap
+    near : MapFit, optional
+        Of this kind, to similar touches: the fit begins there.
+
+    Returns
+    -------
+    Qualification
+
+    Raises
+    ------
+    PretravelError
+        Touches that do not determine this kind of map.
+    """
+    setup, rotation = ready.setup, probe_rotation(ready.setup.axis)
+    fit = _fitted(kind, ready, near)
+    repeatability = _repeatability(fit, ready)
     centered = kind.centered(fit, setup.axial_pretravel)
     level = _level(fit, centered)
-    effect = _effect_of_delay(rest, kind, fit, centered, setup)
-    pretravel_map = _map(rest, kind, setup, repeatability, level, effect)
-    observation = fit.observation
-    moved = (centered.center - observation.center)[: observation.axes]
-    axes = rotation[:, : observation.axes]
+    effect = _effect_of_delay(ready, kind, fit, centered)
+    pretravel_map = _map(ready, kind, repeatability, level, effect)
+    axes = rotation[:, : ready.observation.axes]
+    about = replace(ready.whole, center=centered.center)
+    observed = about.values + level.observed_offset
+    design = pretravel_map.basis.value(about.directions, pretravel_map.coefficients)
     return Qualification(
         pretravel_map=pretravel_map,
         setup=setup,
@@ -161,112 +184,69 @@ def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qua
             axes @ centered.center_covariance @ axes.T
             + np.outer(rotation @ effect.center, rotation @ effect.center)
         ),
-        effective_radius=observation.tip_radius - fit.mean,
+        effective_radius=fit.observation.tip_radius - fit.mean,
         u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_diameter, effect.mean),
-        residuals=frozen(fit.residuals),
+        residuals=frozen(observed - design),
         degrees_of_freedom=fit.dof,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
-        observed=frozen(
-            observation.values + observation.free_design[:, 1:] @ moved + level.observed_offset
-        ),
-        contact_normals=frozen(observation.directions @ rotation.T),
-        groups=observation.groups,
-        outliers=outliers,
-        delay=rest.delay,
+        observed=frozen(observed),
+        contact_normals=frozen(about.directions @ rotation.T),
+        groups=ready.whole.groups,
+        used=ready.used,
+        outliers=ready.outliers,
+        effect_of_outliers=_effect_of_outliers(ready, kind, fit, centered),
+        effects=ready.effects,
+        delay=ready.delay,
         fit=fit,
         warnings=(
-            *rest.warnings,
-            *repeat_warnings(repeatability, repeated=repeats.dof > 0.0),
+            *ready.warnings,
+            *repeat_warnings(repeatability, repeated=ready.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
-            *map_warnings(pretravel_map, observation),
+            *map_warnings(pretravel_map, ready.observation),
         ),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _AtRest:
-    """Touches without delay travel, where several feeds separated it."""
-
-    touches: Touches
-    observation: Observation
-    delay: SignalDelay | None = None
-    warnings: tuple[str, ...] = ()
-
-
-def _at_rest(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -> _AtRest:
-    observation = observe(touches, setup, rotation)
-    if not several_feeds(touches):
-        return _AtRest(touches, observation)
-    delay = _separated_delay(touches, observation, rotation)
-    cost = delay.u_delay * float(np.mean(travel_per_second(touches)))
-    if cost > COSTLY:
-        warning = (
-            f"the touches were made at {delay.slowest:g} to {delay.fastest:g} mm/min, which does "
-            "not determine the signal delay well enough (the feeds differ little, or change with "
-            "the directions): delay travel is spread over the map. Touch the same directions at "
-            "two quite different feeds, or all at one"
-        )
-        return _AtRest(touches, observation, warnings=(warning,))
-    if delay.delay < -3.0 * delay.u_delay:
-        raise PretravelError(
-            f"the touches give a signal delay of {delay.delay * 1e3:.3f} ms (u = "
-            f"{delay.u_delay * 1e3:.3f}): a signal cannot come before its trigger. Are the "
-            "feeds those of the touches, and does something else change with them?"
-        )
-    resting = at_rest(touches, delay.delay)
-    return _AtRest(resting, observe(resting, setup, rotation), delay)
-
-
-def _separated_delay(
-    touches: Touches, observation: Observation, rotation: FloatArray
-) -> SignalDelay:
-    """The signal delay by iteration: each step removes the delay found so far and fits the rest."""
-    total = 0.0
-    resting, current = touches, observation
-    for _ in range(6):
-        found = signal_delay(resting, fit_harmonic(current), scatter_of_repeats(current))
-        total += found.delay
-        if math.isinf(found.u_delay) or abs(found.delay) < 0.01 * found.u_delay:
-            break
-        resting = at_rest(touches, total)
-        current = replace(observation, positions=resting.positions @ rotation)
-    return replace(found, delay=total)
-
-
-def _fitted(
-    kind: KindOfMap, observation: Observation, repeats: Scatter, setup: QualificationSetup
-) -> MapFit:
-    first = kind.fit(observation, repeats)
+def _fitted(kind: KindOfMap, ready: PreparedTouches, near: MapFit | None) -> MapFit:
+    observation, repeats = ready.observation, ready.repeats
+    if near is None:
+        first = kind.fit(observation, repeats)
+    else:
+        first = kind.fit_near(near, observation, repeats)
     if not kind.fits_harmonics:
         return first
     # Once more with the contact normals about the centre that was found.
-    center = kind.centered(first, setup.axial_pretravel).center
+    center = kind.centered(first, ready.setup.axial_pretravel).center
     return kind.refit(first, replace(observation, center=center)) or first
 
 
-def _detail(fit: MapFit, setup: QualificationSetup) -> HarmonicMapFit | None:
-    """A harmonic fit for outliers and noise, which a coarse kind hides in its residuals."""
-    if isinstance(fit, HarmonicMapFit):
-        return fit
-    return fit_harmonic(fit.observation) if setup.search_outliers else None
+def _effect_of_outliers(
+    ready: PreparedTouches, kind: KindOfMap, fit: MapFit, centered: CenteredFit
+) -> float:
+    """Largest change of the map if nothing was left out. [mm]"""
+    if ready.used.all():
+        return 0.0
+    try:
+        other = kind.fit_near(fit, ready.whole, scatter_of_repeats(ready.whole))
+    except PretravelError:
+        return math.inf
+    directions = fit.observation.group_directions
+    moved = kind.centered(other, ready.setup.axial_pretravel)
+    change = other.basis.value(directions, moved.coefficients)
+    change = change - fit.basis.value(directions, centered.coefficients)
+    shift = (moved.center - centered.center)[: fit.observation.axes]
+    return float(np.abs(change - directions[:, : len(shift)] @ shift).max())
 
 
-def _outliers(rest: _AtRest, fit: MapFit, detail: HarmonicMapFit | None) -> tuple[Outlier, ...]:
-    found = repeat_outliers(rest.touches, rest.observation)
-    if detail is not None:
-        named = [row for outlier in found for row in outlier.rows]
-        found = found + direction_outliers(rest.touches, fit.observation, detail, named)
-    return tuple(found)
-
-
-def _repeatability(fit: MapFit, detail: MapFit | None, repeats: Scatter) -> Scatter:
+def _repeatability(fit: MapFit, ready: PreparedTouches) -> Scatter:
     if fit.noise_is_repeatability:
         return Scatter(fit.noise, fit.dof)
-    if repeats.dof > 0.0:
-        return repeats
-    source = fit if detail is None else detail
-    return Scatter(source.noise, max(source.dof, 1.0))
+    if ready.repeats.dof > 0.0:
+        return ready.repeats
+    # A coarse kind contains the part that it does not represent in its residuals.
+    fine = fit if isinstance(fit, HarmonicMapFit) else fit_harmonic(fit.observation)
+    return Scatter(fine.noise, max(fine.dof, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,23 +292,19 @@ class _EffectOfDelay:
 
 
 def _effect_of_delay(
-    rest: _AtRest,
-    kind: KindOfMap,
-    fit: MapFit,
-    centered: CenteredFit,
-    setup: QualificationSetup,
+    ready: PreparedTouches, kind: KindOfMap, fit: MapFit, centered: CenteredFit
 ) -> _EffectOfDelay:
-    if rest.delay is None:
+    if ready.delay is None:
         return _EffectOfDelay(None, np.zeros(3), 0.0)
-    u_delay = rest.delay.u_delay
-    later = at_rest(rest.touches, u_delay).positions @ probe_rotation(setup.axis)
+    u_delay, touches = ready.delay.u_delay, ready.touches.take(ready.used)
+    later = at_rest(touches, u_delay).positions @ probe_rotation(ready.setup.axis)
     again = kind.refit(fit, replace(fit.observation, positions=later))
     if again is None:
-        mean = -u_delay * float(np.mean(travel_per_second(rest.touches)))
+        mean = -u_delay * float(np.mean(travel_per_second(touches)))
         constant = fit.basis.constant
         assert constant is not None  # fitted maps contain one
         return _EffectOfDelay(mean * constant, np.zeros(3), mean)
-    shifted = kind.centered(again, setup.axial_pretravel)
+    shifted = kind.centered(again, ready.setup.axial_pretravel)
     return _EffectOfDelay(
         shifted.coefficients - centered.coefficients,
         shifted.center - centered.center,
@@ -337,14 +313,13 @@ def _effect_of_delay(
 
 
 def _map(
-    rest: _AtRest,
+    ready: PreparedTouches,
     kind: KindOfMap,
-    setup: QualificationSetup,
     repeatability: Scatter,
     level: _Level,
     effect: _EffectOfDelay,
 ) -> PretravelMap:
-    touches, delay, fit = rest.touches, rest.delay, level.fit
+    touches, delay, fit, setup = ready.touches, ready.delay, level.fit, ready.setup
     feed = None if touches.feeds is None else float(np.mean(touches.feeds))
     count = fit.observation.direction_count
     return PretravelMap(
@@ -356,7 +331,7 @@ def _map(
         u_tip_radius=0.5 * setup.u_diameter,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
-        fixed_scatter=fit.fixed_scatter,
+        fixed_scatter=math.hypot(fit.fixed_scatter, ready.effects.fixed_scatter),
         rotation=probe_rotation(setup.axis),
         feed=feed if delay is None else 0.0,
         delay=None if delay is None else delay.delay,
@@ -365,7 +340,7 @@ def _map(
         provenance=Provenance(
             Origin.QUALIFIED,
             f"qualified on a {setup.reference} of {setup.diameter:.9g} mm",
-            touches=f"{len(touches)} touches in {count} directions"
+            touches=f"{int(ready.used.sum())} touches in {count} directions"
             + (f", from {touches.source}" if touches.source else ""),
             touches_file=touches.source or "",
             gauge=f"pretravel is relative to {level.gauge}",

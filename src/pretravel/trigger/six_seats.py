@@ -106,12 +106,12 @@ class SixSeats(NamedTuple):
     def seat_coefficient(self) -> float:
         """Indentation of a seat per force^(2/3). [mm]"""
         at_rest = 1.0 / (6.0 * math.sin(self.named["support_angle"]))
-        return self.named["seat_indentation"] / at_rest ** (2.0 / 3.0)
+        return float(self.named["seat_indentation"] / at_rest ** (2.0 / 3.0))
 
     @property
     def tip_coefficient(self) -> float:
         """Approach of the tip and a flat part per force^(2/3). [mm]"""
-        return self.named["tip_approach"] * self.named["lever_ratio"] ** (2.0 / 3.0)
+        return float(self.named["tip_approach"] * self.named["lever_ratio"] ** (2.0 / 3.0))
 
 
 def six_seats(values: FloatArray) -> SixSeats:
@@ -148,7 +148,7 @@ def six_seats(values: FloatArray) -> SixSeats:
     at_tip[3, 1], at_tip[4, 0] = lever, -lever  # the tip is below the tripod by the lever
     # One factorisation serves the reactions to the spring and to forces on the tip and, transposed,
     # the rigid motion that follows from the seats' indentations.
-    inverse = np.linalg.inv(seat_wrenches(azimuths, radii, angles))
+    inverse = np.asarray(np.linalg.inv(seat_wrenches(azimuths, radii, angles)), dtype=np.float64)
     rest = -inverse @ spring
     if not rest.min() > 0.0:
         raise PretravelError("these seats do not hold the tripod: one reaction would be a tension")

@@ -1,0 +1,163 @@
+"""The part of touches that the machine causes: what is subtracted, and what scatter it leaves.
+
+The step of the latch, a drift of the reference and a memory of the push before are estimated from
+the touches themselves. Drift and memory are subtracted; their doubt, and what cannot be subtracted
+on a part, is scatter that repeats do not reduce.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.qualification.machine_effects import (
+    between_predecessors,
+    drift_columns,
+    drift_is_separable,
+    estimated_drift,
+    estimated_hysteresis,
+    hysteresis_columns,
+    predecessors,
+    previous_directions,
+    quantisation_step,
+    repeat_step,
+)
+from pretravel.units import MICROMETRE
+
+DRIFT_LEVEL = 0.01
+"""Probability that a drift is subtracted although there is none."""
+_HYSTERESIS_LEVEL = 0.01
+_USUAL_HYSTERESIS = 0.4 * MICROMETRE
+_COMMON = 0.2  # share of machines and probes with a hysteresis that matters
+_SURE = 0.95  # probability of a hysteresis from which people are warned
+_NOISE_FLOOR = 1e-5 * MICROMETRE
+
+
+@dataclass(frozen=True, eq=False)
+class MachineEffects:
+    """What the machine adds to the touches of a reference.
+
+    Attributes
+    ----------
+    step : float
+        Of the latched positions; zero where none is seen. [mm]
+    drift : (3,) float
+        Movement of the reference over the run that was subtracted, probe frame. [mm]
+    hysteresis : (2,) float
+        Expected movement of the tip's rest position by the push before, lateral and axial. [mm]
+    fixed_scatter : float
+        Standard deviation of a single touch that repeats do not show, by step and hysteresis. [mm]
+    change : (n,) float
+        What was subtracted from the pretravel of each touch. [mm]
+    warnings : tuple of str
+    """
+
+    step: float
+    drift: FloatArray
+    hysteresis: FloatArray
+    fixed_scatter: float
+    change: FloatArray
+    warnings: tuple[str, ...]
+
+
+def machine_effects(observation: Observation, machine_positions: FloatArray) -> MachineEffects:
+    """Estimate what the machine adds to touches.
+
+    Parameters
+    ----------
+    observation : Observation
+        In the order in which the touches were made.
+    machine_positions : (n, 3) float
+        As they were latched, machine frame. [mm]
+
+    Returns
+    -------
+    MachineEffects
+
+    >>> from pretravel.directions import sphere_pattern_25
+    >>> n = np.repeat(sphere_pattern_25(), 2, axis=0)
+    >>> positions = n * (15.49 + np.random.default_rng(1).normal(0.0, 1e-4, 50))[:, None]
+    >>> seen = Observation(positions, np.repeat(np.arange(25), 2), np.zeros(3), 12.5, 3.0, False)
+    >>> machine_effects(seen, positions).step
+    0.0
+    """
+    groups, count = observation.groups, len(observation.groups)
+    order = np.arange(count, dtype=np.float64)
+    step = max(quantisation_step(machine_positions), repeat_step(observation.values, groups))
+    noise = scatter_of_repeats(observation).deviation
+    variance = step**2 / 12.0 * math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
+    drift, change = np.zeros(3), np.zeros(count)
+    warnings = []
+    if drift_is_separable(groups, order):
+        found = estimated_drift(observation.values, observation.directions, groups, order)
+        if found.p_value < DRIFT_LEVEL:
+            drift = np.asarray(-found.value)
+            change = drift_columns(observation.directions, order) @ found.value
+            size = float(np.linalg.norm(drift)) / MICROMETRE
+            warnings.append(
+                f"the reference drifted by {size:.1f} µm against the machine during the touches; a "
+                "steady drift was subtracted. Let the machine warm up"
+            )
+    hysteresis, moments, probability = _memory(observation, change, order)
+    before = previous_directions(observation.directions, predecessors(order))
+    change = change + hysteresis_columns(observation.directions, before)[:, :2] @ hysteresis
+    between = between_predecessors(observation.values - change, groups, order)
+    remaining = between.variance if between.p_value < _HYSTERESIS_LEVEL else 0.0
+    variance += remaining
+    if probability:
+        variance += _scatter_by_memory(observation.group_directions, moments)
+    if probability > _SURE:
+        size = float(np.abs(hysteresis).max()) / MICROMETRE
+        warnings.append(
+            f"hysteresis of about {size:.1f} µm: touches depend on the direction of the touch "
+            "before. It is subtracted here, and adds to u of every point on a part"
+        )
+    return MachineEffects(step, drift, hysteresis, math.sqrt(variance), change, tuple(warnings))
+
+
+def _memory(
+    observation: Observation, change: FloatArray, order: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Expected memory of the push before, (2,), its second moments, (2, 2), and its probability.
+
+    A memory of zero is likely in advance; the estimate is taken as far as it speaks against that.
+    """
+    nothing = np.zeros(2), np.zeros((2, 2)), 0.0
+    if len(observation.groups) - observation.direction_count < 6:
+        return nothing
+    found = estimated_hysteresis(
+        observation.values - change, observation.directions, observation.groups, order
+    )
+    if not np.all(found.determined):
+        return nothing
+    own = found.covariance + _NOISE_FLOOR**2 * np.eye(2)
+    prior = _USUAL_HYSTERESIS**2 * np.eye(2)
+    gain = prior @ np.linalg.inv(own + prior)
+    mean, covariance = gain @ found.value, prior - gain @ prior
+    odds = (
+        _COMMON
+        / (1.0 - _COMMON)
+        * math.exp(
+            min(_log_density(found.value, own + prior) - _log_density(found.value, own), 50.0)
+        )
+    )
+    share = odds / (1.0 + odds)
+    return share * mean, share * (np.outer(mean, mean) + covariance), share
+
+
+def _log_density(value: FloatArray, covariance: FloatArray) -> float:
+    """Of a normal distribution about zero, without its constant."""
+    whitened = np.linalg.solve(np.linalg.cholesky(covariance), value)
+    return -0.5 * float(whitened @ whitened + np.linalg.slogdet(covariance)[1])
+
+
+def _scatter_by_memory(directions: FloatArray, moments: FloatArray) -> float:
+    """Variance of a touch after one in any other direction, mean over the directions. [mm²]"""
+    count = len(directions)
+    now, before = np.repeat(directions, count, axis=0), np.tile(directions, (count, 1))
+    columns = hysteresis_columns(now, before)[:, :2]
+    return float(np.mean(np.sum((columns @ moments) * columns, axis=1)))

@@ -1,0 +1,190 @@
+"""Touches are made ready for a fit: at rest, without the machine's part, without gross errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.arrays import BoolArray, FloatArray
+from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.maps.kind import KindOfMap
+from pretravel.maps.kinds.harmonic import fit_harmonic
+from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.delay import (
+    COSTLY,
+    SignalDelay,
+    several_feeds,
+    signal_delay,
+    travel_per_second,
+)
+from pretravel.qualification.machine_in_touches import MachineEffects, machine_effects
+from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
+from pretravel.touches import Touches, at_rest
+
+_FEWEST_LEFT = 0.8
+"""Share of the touches that must remain; else it is not single touches that are wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedTouches:
+    """Touches on a reference that a map can be fitted to.
+
+    Attributes
+    ----------
+    touches : Touches
+        All, at rest and without the machine's part.
+    setup : QualificationSetup
+    whole : Observation
+        Of all touches.
+    observation : Observation
+        Of the touches that are used, about the same centre.
+    used : (n,) bool
+        False for touches that are left out as gross errors.
+    repeats : Scatter
+        Of the used touches.
+    outliers : tuple of Outlier
+    effects : MachineEffects
+    delay : SignalDelay or None
+    warnings : tuple of str
+    """
+
+    touches: Touches
+    setup: QualificationSetup
+    whole: Observation
+    observation: Observation
+    used: BoolArray
+    repeats: Scatter
+    outliers: tuple[Outlier, ...]
+    effects: MachineEffects
+    delay: SignalDelay | None
+    warnings: tuple[str, ...]
+
+
+def prepare(
+    touches: Touches, setup: QualificationSetup, confirm: KindOfMap | None = None
+) -> PreparedTouches:
+    """Observe touches about the centre of the reference, and name those that are wrong.
+
+    Parameters
+    ----------
+    touches : Touches
+        In the order in which they were made.
+    setup : QualificationSetup
+    confirm : KindOfMap, optional
+        Kind of map that must contradict a direction too before it is left out; a harmonic map
+        alone can take a kink of the probe for an error.
+
+    Returns
+    -------
+    PreparedTouches
+
+    Raises
+    ------
+    PretravelError
+        As `pretravel.qualification.observe.observe`; an impossible signal delay.
+
+    >>> from pretravel.directions import sphere_pattern_25
+    >>> n = sphere_pattern_25()
+    >>> ready = prepare(Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0))
+    >>> bool(ready.used.all()), ready.delay is None
+    (True, True)
+    """
+    rotation = probe_rotation(setup.axis)
+    rest = _at_rest(touches, setup, rotation)
+    effects = machine_effects(rest.observation, touches.positions)
+    moved = rest.observation.directions * effects.change[:, None]
+    corrected = replace(rest.touches, positions=rest.touches.positions + moved @ rotation.T)
+    whole = observe(corrected, setup, rotation) if effects.change.any() else rest.observation
+    outliers: tuple[Outlier, ...] = ()
+    used = np.ones(len(touches), dtype=bool)
+    if setup.search_outliers:
+        outliers = _outliers(corrected, whole, effects, confirm)
+        used[[row for outlier in outliers for row in outlier.rows]] = False
+        if used.mean() < _FEWEST_LEFT:  # another surface, or a kind of probe that is not known
+            used[:] = True
+            outliers = tuple(replace(outlier, left_out=False) for outlier in outliers)
+    if used.all():
+        observation = whole
+    else:
+        again = observe(corrected.take(used), setup, rotation)
+        whole = replace(whole, center=again.center, tip_radius=again.tip_radius)
+        observation = whole.take(used)
+    return PreparedTouches(
+        touches=corrected,
+        setup=setup,
+        whole=whole,
+        observation=observation,
+        used=used,
+        repeats=scatter_of_repeats(observation),
+        outliers=outliers,
+        effects=effects,
+        delay=rest.delay,
+        warnings=(*rest.warnings, *effects.warnings),
+    )
+
+
+def _outliers(
+    touches: Touches,
+    observation: Observation,
+    effects: MachineEffects,
+    confirm: KindOfMap | None,
+) -> tuple[Outlier, ...]:
+    found = repeat_outliers(touches, observation, effects.step)
+    named = [row for outlier in found for row in outlier.rows]
+    found = found + direction_outliers(touches, observation, named, effects, confirm)
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _AtRest:
+    """Touches without delay travel, where several feeds separated it."""
+
+    touches: Touches
+    observation: Observation
+    delay: SignalDelay | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def _at_rest(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -> _AtRest:
+    observation = observe(touches, setup, rotation)
+    if not several_feeds(touches):
+        return _AtRest(touches, observation)
+    delay = _separated_delay(touches, observation, rotation)
+    cost = delay.u_delay * float(np.mean(travel_per_second(touches)))
+    if cost > COSTLY:
+        warning = (
+            f"the touches were made at {delay.slowest:g} to {delay.fastest:g} mm/min, which does "
+            "not determine the signal delay well enough (the feeds differ little, or change with "
+            "the directions): delay travel is spread over the map. Touch the same directions at "
+            "two quite different feeds, or all at one"
+        )
+        return _AtRest(touches, observation, warnings=(warning,))
+    if delay.delay < -3.0 * delay.u_delay:
+        raise PretravelError(
+            f"the touches give a signal delay of {delay.delay * 1e3:.3f} ms (u = "
+            f"{delay.u_delay * 1e3:.3f}): a signal cannot come before its trigger. Are the "
+            "feeds those of the touches, and does something else change with them?"
+        )
+    resting = at_rest(touches, delay.delay)
+    return _AtRest(resting, observe(resting, setup, rotation), delay)
+
+
+def _separated_delay(
+    touches: Touches, observation: Observation, rotation: FloatArray
+) -> SignalDelay:
+    """The signal delay by iteration: each step removes the delay found so far and fits the rest."""
+    total = 0.0
+    resting, current = touches, observation
+    for _ in range(6):
+        found = signal_delay(resting, fit_harmonic(current), scatter_of_repeats(current))
+        total += found.delay
+        if math.isinf(found.u_delay) or abs(found.delay) < 0.01 * found.u_delay:
+            break
+        resting = at_rest(touches, total)
+        current = replace(observation, positions=resting.positions @ rotation)
+    return replace(found, delay=total)
