@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 def _kinds() -> list[str]:
-    from pretravel.identification.kind_registry import AUTO, KINDS
+    from pretravel.identification.average import AUTO
+    from pretravel.identification.kind_registry import KINDS
 
     return [*KINDS, AUTO]
 

@@ -1,26 +1,31 @@
-"""Comparison of kinds of map: each kind predicts touches that it was not fitted to."""
+"""Comparison of kinds of map: each kind predicts directions that it was not fitted to."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.arrays import BoolArray, FloatArray
 from pretravel.compensation.compensation import apply
 from pretravel.errors import PretravelError
-from pretravel.maps.kind import KindOfMap
-from pretravel.maps.kinds.mean import MeanKind
-from pretravel.maps.provenance import QualificationSetup
+from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.observation import Observation, scatter_of_repeats
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.qualification import Qualification, qualify
+from pretravel.qualification.prepare import PreparedTouches
+from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
 FOLDS = 5
+FEW_DIRECTIONS = 15
+"""With fewer directions each is left out by itself."""
 _SHUFFLE = 12  # seed: the same touches are always left out together
+LEAST_WEIGHT = 0.05
+"""Kinds with a smaller weight are left out of the average."""
+_SMALLEST_DENSITY = -50.0  # logarithm, per direction: a gross error counts no more than this
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +36,16 @@ class KindScore:
     ----------
     kind : str
     rms : float
-        Root mean square of the distances of left-out touches from the reference. [mm]
+        Root mean square of the distances of left-out directions from the reference. [mm]
     u_rms : float
         Standard error of that, from the scatter over directions. [mm]
     reduced_chi_square : float
         Mean of (distance / stated uncertainty)², near one where u is right.
     logarithmic_score : float
-        Mean of ln(u / µm) + (distance / u)² / 2, by which the kinds are compared: it rewards
-        a small distance and a correct uncertainty. Smaller is better.
+        Mean of ln(u / µm) + (distance / u)² / 2 over directions: it rewards a small distance and
+        a correct uncertainty. Smaller is better.
+    weight : float
+        Share of this kind in the average.
     problem : str
         Why this kind cannot be fitted; empty where it can.
     """
@@ -48,96 +55,144 @@ class KindScore:
     u_rms: float
     reduced_chi_square: float
     logarithmic_score: float
+    weight: float = 0.0
     problem: str = field(default="")
 
 
 def compare_kinds(
-    touches: Touches, setup: QualificationSetup, kinds: Mapping[str, KindOfMap]
+    ready: PreparedTouches,
+    fits: Mapping[str, tuple[KindOfMap, MapFit | PretravelError]],
+    progress: Callable[[str], None] | None = None,
 ) -> list[KindScore]:
-    """Cross-validation over directions: fit four fifths, predict the rest.
+    """Cross-validation over directions, and the weights of an average of the kinds.
 
     Parameters
     ----------
-    touches : Touches
-    setup : QualificationSetup
-    kinds : mapping of name to KindOfMap
+    ready : PreparedTouches
+    fits : mapping of name to (KindOfMap, MapFit or PretravelError)
+        Of all touches: fits without some of the directions begin there. The error of a kind that
+        cannot be fitted.
+    progress : callable, optional
+        Called with the name of each kind before it is compared.
 
     Returns
     -------
     list of KindScore
-        The best first, those that cannot be fitted last.
+        The largest weight first, those that cannot be fitted last.
 
     Notes
     -----
-    A left-out touch is compensated with the map of the others; its distance from their sphere
-    (or ring) contains repeatability and the error of the map there. Directions at the edge of the
-    pattern, which the others do not surround, are not used: maps refuse to extrapolate. Kinds are
-    compared by the logarithmic score, which is proper: a kind cannot gain by stating another
-    uncertainty than its own.
+    Directions that are left out are compared with the map of the others, about their centre. Of
+    many directions, those at the edge of the pattern, which the others do not surround, are not
+    used: maps refuse to extrapolate. The weights are those whose mixture gives the left-out
+    directions the largest probability (stacking: Yao, Vehtari, Simpson & Gelman 2018), with
+    `KindOfMap.prior_weight` touches in favour of each kind.
     """
-    setup = replace(setup, search_outliers=False)
-    whole = qualify(touches, setup, MeanKind())
-    left_out = _left_out(whole)
-    scores = [
-        _score(name, kind, touches, setup, whole.groups, left_out) for name, kind in kinds.items()
-    ]
-    return sorted(scores, key=lambda score: score.logarithmic_score)
-
-
-@dataclass(frozen=True, eq=False)
-class _Fold:
-    """Touches that are left out together, and those of them that the others surround."""
-
-    out: BoolArray
-    surrounded: BoolArray
-
-
-def _left_out(whole: Qualification) -> list[_Fold]:
-    groups = whole.groups
-    directions = whole.contact_normals @ whole.pretravel_map.rotation
-    count = int(groups.max()) + 1
-    fold = np.random.default_rng(_SHUFFLE).permutation(count) % min(FOLDS, count)
-    folds = []
-    for number in range(int(fold.max()) + 1):
-        out = fold[groups] == number
-        surrounded = out.copy()
-        surrounded[out] = DirectionSupport(directions[~out]).supports(directions[out])
-        folds.append(_Fold(out, surrounded))
-    return folds
-
-
-def _score(
-    name: str,
-    kind: KindOfMap,
-    touches: Touches,
-    setup: QualificationSetup,
-    groups: IntArray,
-    folds: list[_Fold],
-) -> KindScore:
-    distance, u = np.full(len(touches), np.nan), np.full(len(touches), np.nan)
-    for fold in folds:
+    folds = _folds(ready.observation)
+    scores, densities = [], []
+    for name, (kind, fit) in fits.items():
+        if progress is not None:
+            progress(name)
         try:
-            fitted = qualify(touches.take(~fold.out), setup, kind)
-            if fold.surrounded.any():
-                distance[fold.surrounded], u[fold.surrounded] = distances_from_reference(
-                    fitted, touches.take(fold.surrounded)
-                )
+            if isinstance(fit, PretravelError):
+                raise fit
+            left_out = _left_out(ready, kind, fit, folds)
         except PretravelError as error:
-            problem = f"with a fifth of the directions left out: {error}"
-            return KindScore(name, math.inf, math.nan, math.nan, math.inf, problem)
-    return _score_of(name, distance, u, groups)
+            nothing = (math.inf, math.nan, math.nan, math.inf)
+            scores.append(KindScore(name, *nothing, problem=str(error)))
+            densities.append(np.full(sum(int(fold.any()) for fold in folds), -np.inf))
+            continue
+        distance, variance = left_out
+        scores.append(_score_of(name, distance, variance))
+        logarithm = -0.5 * (np.log(variance / MICROMETRE**2) + distance**2 / variance)
+        densities.append(np.maximum(logarithm, _SMALLEST_DENSITY))
+    fitted = [row for row, score in enumerate(scores) if not score.problem]
+    if fitted:
+        prior = np.array([fits[scores[row].kind][0].prior_weight for row in fitted])
+        for row, weight in zip(
+            fitted,
+            stacking_weights(np.array([densities[row] for row in fitted]), prior),
+            strict=True,
+        ):
+            scores[row] = replace(scores[row], weight=float(weight))
+    return sorted(scores, key=lambda score: (-score.weight, score.logarithmic_score))
 
 
-def _score_of(name: str, distance: FloatArray, u: FloatArray, groups: IntArray) -> KindScore:
-    used = np.isfinite(distance)
-    count = int(groups.max()) + 1
-    touched = np.bincount(groups, used)
-    squares_of = np.bincount(groups[used], distance[used] ** 2, count)[touched > 0]
-    square = np.asarray(squares_of / touched[touched > 0], dtype=np.float64)
-    rms = math.sqrt(float(square.mean()))
-    u_mean = float(square.std(ddof=1)) / math.sqrt(len(square))
-    squares = (distance[used] / u[used]) ** 2
-    score = float(np.mean(np.log(u[used] / MICROMETRE) + 0.5 * squares))
+def stacking_weights(log_densities: FloatArray, prior: FloatArray) -> FloatArray:
+    """Weights whose mixture gives left-out values the largest probability.
+
+    Parameters
+    ----------
+    log_densities : (k, n) float
+        Of each value under each model.
+    prior : (k,) float
+        Number of values that speak for each model in advance.
+
+    Returns
+    -------
+    (k,) float
+        They add up to one; those below `LEAST_WEIGHT` are zero.
+
+    >>> stacking_weights(np.log([[0.9, 0.9], [0.1, 0.1]]), np.array([1.0, 1.0])).round(2).tolist()
+    [0.7, 0.3]
+    """
+    density = np.exp(log_densities - log_densities.max(axis=0))
+    weights = prior / prior.sum()
+    for _ in range(2000):
+        shares = weights[:, None] * density
+        shares /= shares.sum(axis=0)
+        following = (shares.sum(axis=1) + prior) / (density.shape[1] + prior.sum())
+        settled = float(np.abs(following - weights).max()) < 1e-9
+        weights = following
+        if settled:
+            break
+    weights = np.where(weights < LEAST_WEIGHT, 0.0, weights)
+    return np.asarray(weights / weights.sum())
+
+
+def _folds(observation: Observation) -> list[BoolArray]:
+    """Directions that are left out together, (g,) each; of those, only directions to compare."""
+    count = observation.direction_count
+    folds = count if count < FEW_DIRECTIONS else FOLDS
+    fold = np.random.default_rng(_SHUFFLE).permutation(count) % folds
+    return [fold == number for number in range(folds)]
+
+
+def _left_out(
+    ready: PreparedTouches, kind: KindOfMap, whole: MapFit, folds: Sequence[BoolArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Distances of left-out directions from the prediction (m,), and variances. [mm], [mm²]"""
+    observation, effects = ready.observation, ready.effects
+    few = observation.direction_count < FEW_DIRECTIONS
+    distances, variances = [], []
+    for fold in folds:
+        out = fold[observation.groups]
+        others, hidden = observation.take(~out), observation.take(out)
+        repeats = scatter_of_repeats(others)
+        fit = kind.refit(whole, others) or kind.fit_near(whole, others, repeats)
+        centered = kind.centered(fit, ready.setup.axial_pretravel)
+        level = 0.0 if fit.tip_radius is None else fit.tip_radius - observation.tip_radius
+        about = replace(hidden, center=centered.center)
+        count = np.bincount(about.groups)
+        values = np.bincount(about.groups, about.values) / count + level
+        directions = about.group_directions
+        design = fit.basis.design(directions)
+        noise = repeats.deviation if repeats.dof > 0.0 else fit.noise
+        variance = centered.covariance.variance_of(design) + noise**2 / count
+        variance += fit.fixed_scatter**2 + effects.fixed_scatter**2
+        used = np.ones(len(values), dtype=bool)
+        if not few:
+            used = DirectionSupport(others.group_directions).supports(directions)
+        distances.append((values - design @ centered.coefficients)[used])
+        variances.append(variance[used])
+    return np.concatenate(distances), np.concatenate(variances)
+
+
+def _score_of(name: str, distance: FloatArray, variance: FloatArray) -> KindScore:
+    rms = math.sqrt(float(np.mean(distance**2)))
+    u_mean = float(np.std(distance**2, ddof=1)) / math.sqrt(len(distance))
+    squares = distance**2 / variance
+    score = float(np.mean(0.5 * np.log(variance / MICROMETRE**2) + 0.5 * squares))
     return KindScore(name, rms, 0.5 * u_mean / rms, float(np.mean(squares)), score)
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Unpack
 
 from pretravel.errors import PretravelError
-from pretravel.identification.kind_choice import KindScore, compare_kinds
+from pretravel.identification.average import AUTO, Choice, qualify_on_average
 from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap
+from pretravel.maps.kinds.averaged import AveragedBasis, stored_parts
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
@@ -40,8 +41,6 @@ BASES: tuple[type[MapBasis], ...] = (
     ResponseBasis,
 )
 """Bases of maps in files."""
-
-AUTO = "auto"
 
 
 def kind_named(name: str, **settings: Any) -> KindOfMap:
@@ -78,6 +77,8 @@ def restored_basis(kind: str, stored: StoredBasis) -> MapBasis:
     PretravelError
         A kind that this version does not contain.
     """
+    if kind == AveragedBasis.kind:
+        return AveragedBasis(tuple(restored_basis(*part) for part in stored_parts(stored)))
     for basis in BASES:
         found = basis.restored(stored) if basis.kind == kind else None
         if found is not None:
@@ -85,28 +86,11 @@ def restored_basis(kind: str, stored: StoredBasis) -> MapBasis:
     raise PretravelError(f"maps of kind '{kind}' are not known to this version")
 
 
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """A qualification, with the comparison of kinds that led to it.
-
-    Attributes
-    ----------
-    qualification : Qualification
-    kind : str
-    scores : tuple of KindScore
-        The best first; empty where the kind was given.
-    """
-
-    qualification: Qualification
-    kind: str
-    scores: tuple[KindScore, ...]
-
-
 def qualify(
     touches: Touches,
     diameter: float,
     *,
-    kind: str | KindOfMap = "harmonic",
+    kind: str | KindOfMap = AUTO,
     **options: Unpack[SetupOptions],
 ) -> Qualification:
     """Qualify a probe on a reference sphere or ring, with any kind of map.
@@ -114,11 +98,12 @@ def qualify(
     Parameters
     ----------
     touches : Touches
+        In the order in which they were made.
     diameter : float
         Calibrated diameter of the sphere or ring. [mm]
     kind : str or KindOfMap
-        mean, sectors, wozniak, harmonic, physical; or auto, the one of these that predicts
-        touches left out of its fit best.
+        auto: the average of the kinds that predict directions left out of their fits; or one kind:
+        mean, sectors, wozniak, harmonic, physical.
     **options
         ring, tip_diameter, u_diameter, axial_pretravel, axis, search_outliers: see
         `QualificationSetup`.
@@ -152,8 +137,9 @@ def choose(
     kind: str | KindOfMap = AUTO,
     *,
     candidates: Sequence[KindOfMap] = (),
+    progress: Callable[[str], None] | None = None,
 ) -> Choice:
-    """As `qualify`, with the comparison that led to the kind.
+    """As `qualify`, with the comparison of kinds that led to the map.
 
     Parameters
     ----------
@@ -163,6 +149,8 @@ def choose(
     candidates : sequence of KindOfMap
         Kinds with settings of their own, in place of those of the same name that ``auto``
         compares.
+    progress : callable, optional
+        Called with a word for each step of ``auto``.
 
     Returns
     -------
@@ -173,19 +161,12 @@ def choose(
     PretravelError
         As `qualify`.
     """
-    scores: tuple[KindScore, ...] = ()
     if kind == AUTO:
         kinds = {name: made() for name, made in KINDS.items()}
         kinds |= {candidate.name: candidate for candidate in candidates}
-        scores = tuple(compare_kinds(touches, setup, kinds))
-        best = scores[0]
-        if best.problem:
-            raise PretravelError(f"no kind of map fits these touches: {best.problem}")
-        kind = kinds[best.kind]
-    elif isinstance(kind, str):
-        kind = kind_named(kind)
-    result = qualification.qualify(touches, setup, kind)
-    return Choice(result, kind.name, scores)
+        return qualify_on_average(touches, setup, kinds, progress)
+    chosen = kind_named(kind) if isinstance(kind, str) else kind
+    return Choice(qualification.qualify(touches, setup, chosen), chosen.name, ())
 
 
 def qualify_like(
@@ -230,5 +211,8 @@ def qualify_like(
         u_diameter=2.0 * earlier.u_tip_radius,
         axis=tuple(earlier.rotation[:, 2]),
     )
+    setup = replace(setup, diameter=diameter, ring=ring)
+    if earlier.kind == AveragedBasis.kind:
+        return choose(touches, setup).qualification
     kind = kind_named(earlier.kind, **made.kind_settings)
-    return qualification.qualify(touches, replace(setup, diameter=diameter, ring=ring), kind)
+    return qualification.qualify(touches, setup, kind)

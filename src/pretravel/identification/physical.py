@@ -63,7 +63,8 @@ class PhysicalMapFit(MapFit):
     gauge_uncertainty : (axes,) float
         Of the shift that touches cannot separate from the map. [mm]
     misfit : float
-        Probability of residuals this large for a six-seat probe; nan without repeats.
+        Probability of residuals this large for a six-seat probe; nan without repeats, and where
+        the fit began at an earlier one.
     """
 
     basis: SixSeatBasis
@@ -81,6 +82,7 @@ class PhysicalKind(KindOfMap):
 
     name: ClassVar[str] = "physical"
     title: ClassVar[str] = "six-seat probe"
+    prior_weight: ClassVar[float] = 2.0
 
     def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
         return fit_physical(observation, repeats)
@@ -155,10 +157,14 @@ def fit_physical(
         )
     problem = SixSeatProblem(observation)
     scales = usual_scales(repeats)
-    starts = oriented_starts(problem, scales) if start is None else [start]
+    if start is not None:
+        x, weighted = _settled(problem, start, scales, repeats)
+        return _concluded(problem, x, weighted, math.nan, repeats)
+    starts = oriented_starts(problem, scales)
     settled = [_settled(problem, x, scales, repeats) for x in starts]
     x, weighted = max(settled, key=lambda found: found[1].evidence)
-    return _concluded(problem, x, weighted, repeats)
+    misfit = _misfit(problem, x, weighted, repeats)
+    return _concluded(problem, x, weighted, misfit, repeats)
 
 
 def _settled(
@@ -175,7 +181,11 @@ def _settled(
 
 
 def _concluded(
-    problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales, repeats: Scatter
+    problem: SixSeatProblem,
+    x: FloatArray,
+    weighted: WeightedScales,
+    misfit: float,
+    repeats: Scatter,
 ) -> PhysicalMapFit:
     """The average over the scales as a map with covariance."""
     observation, axes, extra = problem.observation, problem.axes, problem.extra
@@ -217,7 +227,7 @@ def _concluded(
         / problem.spread(weighted.mean("asymmetry")) ** 2,
         scales=weighted,
         gauge_uncertainty=np.sqrt(np.diag(gauge)),
-        misfit=_misfit(problem, x, weighted, repeats),
+        misfit=misfit,
     )
 
 

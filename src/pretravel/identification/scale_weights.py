@@ -35,7 +35,7 @@ WELL_KNOWN_NOISE = 10.0
 LEAST_NOISE = 1e-3 * MICROMETRE
 _USUAL_DOF = 4.0  # weight of the usual noise beside few repeats
 _FREE = 1.0  # mm or rad: standard deviation of unknowns without a prior, far above what touches say
-_NEGLIGIBLE = 1e-3  # share of the largest weight
+_ENOUGH = 0.98  # share of the probability that is averaged over
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,8 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     largest = float(posterior.max())
     weights = np.exp(posterior - largest)
     order = np.argsort(-weights)
-    order = order[weights[order] > _NEGLIGIBLE]
+    share = np.cumsum(weights[order]) / weights.sum()
+    order = order[: int(np.searchsorted(share, _ENOUGH)) + 1]
     kept = weights[order]
     return WeightedScales(
         scales=tuple(grid[i] for i in order),

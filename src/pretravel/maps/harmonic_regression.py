@@ -51,7 +51,7 @@ logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
-_PAIRS = 16  # of points that the posterior is averaged over
+_PAIRS = 8  # of points that the posterior is averaged over
 _MOST_CORRECTED = 2.0  # logarithm of the largest weight over the median one
 
 
