@@ -49,5 +49,7 @@ class Departure:
     """True less calibrated diameter."""
     gross_errors: tuple[float, ...] = ()
     """Of single touches on the reference, at random places, outwards."""
+    check: int | None = None
+    """Number of touches that bring the map of the probe before it aged up to date."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of `qualify` that this user gives."""

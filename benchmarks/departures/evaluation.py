@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pretravel import PretravelError, PretravelMap, Touches, apply, verify
 from pretravel import qualify as qualify_probe
 from pretravel.compensation.compensation import compensation_warnings
+from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.touch_plan import plan_touches
 
 from .departure import Departure
 from .machine import (
@@ -23,7 +25,7 @@ from .machine import (
     with_gross_errors,
 )
 from .patterns import reachable, scattered
-from .probes import MICROMETRE
+from .probes import MICROMETRE, aged
 from .rows import ROWS
 from .tripod import TIP_RADIUS, SimulatedProbe
 
@@ -84,6 +86,7 @@ class Scene:
 
     departure: Departure
     probe: SimulatedProbe
+    """That touches the part: the one that was qualified, or what has become of it."""
     reference: Reference
     reference_touches: Touches
     gross: np.ndarray
@@ -95,12 +98,14 @@ class Scene:
 def scene_of(job: Job) -> Scene:
     """The simulated set; probe, part and noise do not depend on the departure."""
     departure = ROWS[job.row]
-    streams = np.random.SeedSequence([job.seed, job.number]).spawn(6)
-    for_probe, for_reference, for_part, noise, gross, later = map(np.random.default_rng, streams)
+    streams = np.random.SeedSequence([job.seed, job.number]).spawn(7)
+    generators = [np.random.default_rng(stream) for stream in streams]
+    for_probe, for_reference, for_part, noise, gross, later, ageing = generators
     probe = departure.make_probe(for_probe)
     reference = reference_run(departure, probe, for_reference)
     found = latched(reference.run, probe, departure, noise)
     found, rows = with_gross_errors(found, reference.run, departure.gross_errors, gross)
+    today = probe if departure.check is None else aged(probe, ageing)
     normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
     normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
     run, surface = part_run(departure, normals, for_part)
@@ -108,10 +113,10 @@ def scene_of(job: Job) -> Scene:
     of_reference, of_part = departure.feed_stated
     at = latched(again.run, probe, departure, later)
     later_touches = _touches(at, again.nominal_normals, again.run.feeds, stated=of_reference)
-    at = latched(run, probe, departure, noise)
+    at = latched(run, today, departure, noise)
     return Scene(
         departure,
-        probe,
+        today,
         reference,
         _touches(found, reference.nominal_normals, reference.run.feeds, stated=of_reference),
         rows,
@@ -125,41 +130,73 @@ def _touches(at: np.ndarray, normals: np.ndarray, feeds: np.ndarray, *, stated: 
     return Touches(at, normals, feeds=feeds if stated else None)
 
 
+@dataclass(frozen=True, eq=False)
+class Qualified:
+    """What a user has before the part is measured, and how far the centre is from the true one."""
+
+    pretravel_map: PretravelMap
+    shift: np.ndarray
+    warnings: tuple[str, ...]
+    named: frozenset[int] = frozenset()
+
+
+def qualified(scene: Scene, job: Job) -> Qualified:
+    """Qualify as a user does; where the departure says so, a few touches of today follow."""
+    departure = scene.departure
+    result = qualify_probe(
+        scene.reference_touches,
+        RING_DIAMETER if departure.ring else DIAMETER,
+        tip_diameter=2.0 * TIP_RADIUS,
+        ring=departure.ring,
+        kind=job.kind,
+        **departure.options,
+    )
+    if departure.check is not None:
+        return _checked(scene, job, result.pretravel_map, departure.check)
+    return Qualified(
+        result.pretravel_map,
+        result.center - scene.reference.center,
+        tuple(result.warnings),
+        frozenset(row for outlier in result.outliers for row in outlier.rows),
+    )
+
+
+def _checked(scene: Scene, job: Job, old_map: PretravelMap, count: int) -> Qualified:
+    planned = plan_touches(old_map, count).normals
+    generator = np.random.default_rng([job.seed, job.number, count])
+    departure = replace(scene.departure, directions=planned, repeats=1)
+    today = reference_run(departure, scene.probe, generator)
+    at = latched(today.run, scene.probe, departure, generator)
+    stated = departure.feed_stated[0]
+    touches = _touches(at, today.nominal_normals, today.run.feeds, stated=stated)
+    result = update_map(touches, old_map, DIAMETER)
+    return Qualified(result.pretravel_map, result.center - today.center, tuple(result.warnings))
+
+
 def evaluated(job: Job) -> Outcome:
     """Qualify and compensate one set."""
     scene = scene_of(job)
-    departure = scene.departure
     started = time.perf_counter()
     try:
-        result = qualify_probe(
-            scene.reference_touches,
-            RING_DIAMETER if departure.ring else DIAMETER,
-            tip_diameter=2.0 * TIP_RADIUS,
-            ring=departure.ring,
-            kind=job.kind,
-            **departure.options,
-        )
+        found = qualified(scene, job)
         seconds = time.perf_counter() - started
-        points = apply(scene.part_touches, result.pretravel_map)
+        points = apply(scene.part_touches, found.pretravel_map)
     except PretravelError as error:
         return Outcome(job.row, job.number, time.perf_counter() - started, refused=str(error))
-    said = (
-        *result.warnings,
-        *compensation_warnings(scene.part_touches, points, result.pretravel_map),
-    )
-    named = {row for outlier in result.outliers for row in outlier.rows}
-    shift = result.center - scene.reference.center
+    said = compensation_warnings(scene.part_touches, points, found.pretravel_map)
+    gross = set(scene.gross.tolist())
+    errors = points.positions - scene.surface - found.shift
     return Outcome(
         job.row,
         job.number,
         seconds,
-        false=len(named - set(scene.gross.tolist())),
-        found=len(named & set(scene.gross.tolist())),
-        gross=len(scene.gross),
-        warnings=said,
-        center_off=float(np.linalg.norm(shift)) / MICROMETRE,
-        alarm=_alarm(scene, result.pretravel_map),
-        **_scores(scene, points.positions - scene.surface - shift, points.standard_uncertainty),
+        false=len(found.named - gross),
+        found=len(found.named & gross),
+        gross=len(gross),
+        warnings=(*found.warnings, *said),
+        center_off=float(np.linalg.norm(found.shift)) / MICROMETRE,
+        alarm=_alarm(scene, found.pretravel_map),
+        **_scores(scene, errors, points.standard_uncertainty),
     )
 
 
@@ -190,6 +227,8 @@ def _mean(values: np.ndarray) -> float:
 
 def _alarm(scene: Scene, pretravel_map: PretravelMap) -> bool | None:
     """Whether `verify` says of the same probe that it has changed; None where it refuses."""
+    if scene.departure.check is not None:
+        return None
     ring = scene.departure.ring
     try:
         found = verify(

@@ -83,6 +83,27 @@ def long_stylus(generator: np.random.Generator) -> Tripod:
     return replace(probe, tip=np.array([0.0, 0.0, -200.0]))
 
 
+def aged(probe: SimulatedProbe, generator: np.random.Generator) -> SimulatedProbe:
+    """The probe after days: its spring 1 % weaker or stronger, its seat in the spindle 0.3° off.
+
+    Each seat also turns by 0.1°, and the spring moves by 0.2 % of the radius of the seats. All are
+    standard deviations.
+    """
+    if not isinstance(probe, Tripod):
+        return probe
+    turn = generator.normal(0.0, np.radians(0.3))
+    about_z = np.array(
+        [[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+    )
+    return replace(
+        probe,
+        preload=probe.preload * generator.normal(1.0, 0.01),
+        support_angles=probe.support_angles + generator.normal(0.0, np.radians(0.1), 6),
+        spring=probe.spring + generator.normal(0.0, 0.002 * probe.seat_radius, 2),
+        rotation=probe.rotation @ about_z,
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class SmoothLobes:
     """p = a + b sin²θ + c sin³θ cos 3φ [mm]: lobes without edges, which no six seats make."""

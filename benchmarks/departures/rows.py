@@ -16,6 +16,9 @@ ROWS: Mapping[str, Departure] = {
     "five": Departure("five directions", directions=patterns.FIVE),
     "six": Departure("six directions", directions=patterns.SIX),
     "nine": Departure("nine directions", directions=patterns.NINE),
+    "prior_5": Departure("map of an aged probe, 5 planned touches", check=5),
+    "prior_9": Departure("map of an aged probe, 9 planned touches", check=9),
+    "prior_15": Departure("map of an aged probe, 15 planned touches", check=15),
     "quantised": Departure(
         "latch quantised to 1 µm, noise 0.1 µm", quantum=MICROMETRE, noise=0.1 * MICROMETRE
     ),

@@ -52,6 +52,8 @@ def test_the_physics_is_apart_from_that_of_the_package() -> None:
     assert used == {
         ("evaluation.py", "pretravel"),
         ("evaluation.py", "pretravel.compensation.compensation"),
+        ("evaluation.py", "pretravel.qualification.prior_update"),
+        ("evaluation.py", "pretravel.qualification.touch_plan"),
     }
 
 
@@ -215,9 +217,14 @@ def test_the_memory_moves_the_tip_along_the_push_before() -> None:
     exact, reference, probe = _latched(EXACT)
     found, _, _ = _latched(replace(EXACT, hysteresis=MICROMETRE))
     change = np.sum((found - exact) * reference.run.approaches, axis=1)
-    across = 1.0 - (reference.run.normals @ probe.axis) ** 2
+    normals = reference.run.normals
+    across = 1.0 - (normals @ probe.axis) ** 2
     repeated = np.arange(len(change)) % 3 > 0
     np.testing.assert_allclose(change[repeated], MICROMETRE * across[repeated], atol=1e-8)
+    # A new direction: the push before, less its part along the axis.
+    along = normals @ probe.axis
+    expected = np.sum(normals[:-1] * normals[1:], axis=1) - along[:-1] * along[1:]
+    np.testing.assert_allclose(change[1:], MICROMETRE * expected, atol=1e-8)
     assert change[0] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -321,6 +328,22 @@ def test_a_set_is_evaluated_against_the_truth() -> None:
     spread = float(np.std(scene.probe.pretravel(scene.part_touches.normals))) / MICROMETRE
     assert 0.2 * spread < outcome.error < 1.2 * spread
     assert outcome.error <= outcome.error_here
+
+
+def test_errors_count_from_the_centre_that_was_found() -> None:
+    """2.5 µm along the axis, where 1 µm is assumed, moves centre and part alike by 1.5 µm."""
+    outcome = evaluated(Job("axial_2.5", 0, "harmonic"))
+    assert outcome.center_off > 1.2
+    assert outcome.error_here < 1.2 * outcome.error
+
+
+def test_an_aged_probe_differs_a_little() -> None:
+    """1 % of the spring changes pretravel by 1 %, 0.3° less than that of lobes of 10 µm."""
+    generator = np.random.default_rng(2)
+    probe = probes.six_seats(generator)
+    around = _ring(np.arange(0.0, 360.0, 5.0))
+    change = probes.aged(probe, generator).pretravel(around) - probe.pretravel(around)
+    assert 0.01 * MICROMETRE < np.abs(change).max() < 1.0 * MICROMETRE
 
 
 def test_refusals_are_counted_and_not_averaged() -> None:
