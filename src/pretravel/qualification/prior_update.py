@@ -236,6 +236,10 @@ def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Post
     turned = np.zeros((len(change), axes))
     turned[: old.basis.size] = prior.shift
     keep = np.eye(len(change)) - turned @ functional
+    stated = keep @ covariance @ keep.T
+    if prior.from_center:
+        mixed = with_shift @ turned.T
+        stated = covariance - mixed - mixed.T + turned @ of_shift @ turned.T
     mixed = functional @ with_shift
     return _Posterior(
         innovations=innovations,
@@ -243,7 +247,7 @@ def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Post
         design=design,
         weight=weight,
         change=keep @ change,
-        covariance=_symmetric(keep @ covariance @ keep.T),
+        covariance=_symmetric(stated),
         shift=shift - functional @ change,
         shift_covariance=_symmetric(
             of_shift - mixed - mixed.T + functional @ covariance @ functional.T

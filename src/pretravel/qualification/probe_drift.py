@@ -131,8 +131,10 @@ class DriftedMap:
     shift : (k, axes) float
         Coefficients of the components of the direction, where the basis contains them; else zero.
     shift_of : (axes, k) float
-        The shift that a map contains, in the convention of the old map: zero for it, and one for
-        `shift`.
+        The shift that a map contains, in the convention of the old map: one for `shift`.
+    from_center : bool
+        What the covariance of the old map is of: of the map as seen from the centre of the
+        reference that was found, errors of this centre included; else of the map without a shift.
     """
 
     pretravel_map: PretravelMap
@@ -142,15 +144,26 @@ class DriftedMap:
     covariance: FloatArray
     shift: FloatArray
     shift_of: FloatArray
+    from_center: bool
 
     @cached_property
-    def without_shift(self) -> FloatArray:
-        """Removes from coefficients the shift that they contain, (k, k)."""
-        return np.asarray(np.eye(len(self.shift)) - self.shift @ self.shift_of)
+    def to_stated(self) -> FloatArray:
+        """From coefficients and centre to the coefficients whose covariance a map states,
+        (k, k + axes).
+        """
+        size = len(self.shift)
+        if self.from_center:  # what touches observe: n·s is subtracted from the map
+            return np.hstack([np.eye(size), -self.shift])
+        without_shift = np.eye(size) - self.shift @ self.shift_of
+        return np.hstack([without_shift, np.zeros_like(self.shift)])
 
     def variance(self, directions: FloatArray, covariance: FloatArray) -> FloatArray:
-        """Variance of the map without a shift, at (n, 3) directions of the probe frame: (n,)."""
-        design = self.pretravel_map.basis.design(directions) @ self.without_shift
+        """Variance of the map at (n, 3) directions of the probe frame, (n,).
+
+        The covariance is of the coefficients, (k, k), or of these and the centre, (k + axes, ...).
+        """
+        size = len(covariance)
+        design = self.pretravel_map.basis.design(directions) @ self.to_stated[:, :size]
         return np.asarray(np.maximum(np.sum((design @ covariance) * design, axis=1), 0.0))
 
 
@@ -190,7 +203,9 @@ def drifted_map(
     constant = basis.constant
     level = np.zeros(basis.size) if constant is None else constant
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
-    shift, shift_of = _gauge(pretravel_map, places[:, :axes], design, to_coefficients, scaling)
+    shift, shift_of, from_center = _gauge(
+        pretravel_map, places[:, :axes], design, to_coefficients, scaling
+    )
     spread = np.array([drift.scale, drift.level, drift.turn])
     spread[2] = math.hypot(spread[2], _azimuth_of_lobes(pretravel_map, axes))
     by_ways = (ways.T * spread**2) @ ways
@@ -198,7 +213,7 @@ def drifted_map(
     covariance = pretravel_map.covariance.matrix + by_ways + form
     return DriftedMap(
         pretravel_map, drift, axes, frozen(ways), frozen(covariance), frozen(shift),
-        frozen(shift_of),
+        frozen(shift_of), from_center,
     )  # fmt: skip
 
 
@@ -250,8 +265,9 @@ def _gauge(
     design: FloatArray,
     to_coefficients: FloatArray,
     scaling: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Coefficients of a shift, (k, axes); and the shift that coefficients contain, (axes, k).
+) -> tuple[FloatArray, FloatArray, bool]:
+    """Coefficients of a shift, (k, axes); the shift that coefficients contain, (axes, k); whether
+    the covariance of the map contains a shift.
 
     Where the covariance of the map leaves a shift out, the second is the functional that it
     leaves out: that is the convention of the map. Of several the one next to least squares.
@@ -259,7 +275,7 @@ def _gauge(
     shift = to_coefficients @ components
     missed = np.abs(design @ shift - components).max()
     if missed > 1e-6:  # the basis contains no shift: nothing to separate
-        return np.zeros_like(shift), np.zeros_like(shift.T)
+        return np.zeros_like(shift), np.zeros_like(shift.T), False
     free = np.column_stack([np.ones(len(components)), components])
     least_squares = (np.linalg.pinv(free) @ design)[1:]
     # In units in which all functions are of one size, so that small and zero can be told apart.
@@ -269,13 +285,13 @@ def _gauge(
     scaled_shift, scaled_functional = shift / scaling[:, None], least_squares * scaling
     outside = scaled_shift - held @ (held.T @ scaled_shift)
     if np.linalg.svd(outside, compute_uv=False)[-1] < 1e-3 * np.linalg.norm(scaled_shift):
-        return shift, least_squares  # the map's covariance contains a shift
+        return shift, least_squares, True
     conditions = np.column_stack([held, scaled_shift])
     wanted = np.column_stack(
         [np.zeros((len(least_squares), held.shape[1])), np.eye(shift.shape[1])]
     )
     change = (wanted - scaled_functional @ conditions) @ np.linalg.pinv(conditions)
-    return shift, (scaled_functional + change) / scaling
+    return shift, (scaled_functional + change) / scaling, False
 
 
 def _form_covariance(

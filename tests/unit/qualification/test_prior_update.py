@@ -99,8 +99,9 @@ def test_the_convention_of_the_old_map_is_kept(kind: str) -> None:
     old = example_map(kind)
     prior = drifted_map(old)
     np.testing.assert_allclose(prior.shift_of @ prior.shift, np.eye(3), atol=1e-7)
-    scale = np.sqrt(np.diag(prior.covariance))
-    assert np.abs(prior.shift_of @ old.covariance.matrix / scale).max() < 1e-9
+    if not prior.from_center:
+        scale = np.sqrt(np.diag(prior.covariance))
+        assert np.abs(prior.shift_of @ old.covariance.matrix / scale).max() < 1e-9
     rng = np.random.default_rng(3)
     touches = sphere_touches(old.pretravel(FEW) + rng.normal(0.0, 0.3e-3, 9), FEW)
     new = update_map(touches, old, 25.0).pretravel_map
@@ -143,6 +144,29 @@ def test_the_update_equals_a_regression_of_old_and_new_touches_together() -> Non
         found.pretravel_map.covariance.matrix, covariance[:4, :4], rtol=1e-6, atol=1e-16
     )
     np.testing.assert_allclose(found.center_covariance, covariance[4:, 4:], rtol=1e-6, atol=1e-14)
+
+
+def test_u_from_the_centre_contains_the_centre() -> None:
+    """A map whose covariance contains a shift states u of what is observed from the centre that
+    was found: a least-squares fit of everything, of which n·s is a part. Closed form of a flat map
+    with a prior so wide that the touches alone decide: the variance of a fitted 1, x, y, z."""
+    terms = np.array([[0, 0], [1, 1], [1, -1], [1, 0]])
+    old = PretravelMap(
+        HarmonicBasis(terms),
+        np.array([10e-3, 0.0, 0.0, 0.0]),
+        Covariance.independent(np.full(4, 1e-3**2)),
+        DirectionSupport(sphere_pattern_25()),
+        tip_radius=3.0,
+        repeatability=0.3e-3,
+    )
+    assert drifted_map(old).from_center
+    wide = ProbeDrift(0.0, 1.0, 0.0, 0.0)
+    new = update_map(sphere_touches(np.full(9, 10e-3), FEW), old, 25.0, drift=wide).pretravel_map
+    free = np.column_stack([np.ones(9), FEW])
+    places = sphere_pattern_25()
+    at = np.column_stack([np.ones(25), places])
+    expected = 0.3e-3 * np.sqrt(np.sum((at @ np.linalg.inv(free.T @ free)) * at, axis=1))
+    np.testing.assert_allclose(new.standard_uncertainty(places), expected, rtol=1e-3)
 
 
 def test_a_changed_probe_is_refused() -> None:

@@ -1,0 +1,34 @@
+"""Nine touches and an old map are as good as 75 fresh touches.
+
+Probes and their drift are those of the simulator in `benchmarks`, which does not use the package.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.few_touches import Judged, one_set, point_error
+
+
+@pytest.fixture(scope="module")
+def few() -> list[dict[str, Judged]]:
+    return [one_set(number, "physical", (9,)) for number in range(3)]
+
+
+def test_nine_touches_with_prior(few: list[dict[str, Judged]]) -> None:
+    """At most 1.15 times the error of a point after 75 touches; 40 sets give 1.00."""
+    assert point_error(few, "9 with prior") < 1.15 * point_error(few, "75 without")
+    assert point_error(few, "9 with prior") < point_error(few, "9 without")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["physical", "harmonic"])
+def test_few_touches_with_prior(kind: str) -> None:
+    """Of the probes that `docs/qualification.md` tabulates, 15. χ² of one set scatters by 0.3,
+    of 15 by 0.08."""
+    sets = [one_set(number, kind, (5, 9)) for number in range(15)]
+    fresh = point_error(sets, "75 without")
+    assert point_error(sets, "9 with prior") < 1.15 * fresh
+    assert point_error(sets, "5 with prior") < 1.25 * fresh
+    assert np.mean([one["9 with prior"].chi_squared for one in sets]) < 1.4
+    assert np.mean([one["9 with prior"].chi_squared for one in sets]) > 0.6
