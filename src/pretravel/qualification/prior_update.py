@@ -289,9 +289,7 @@ def _found(state: _State, posterior: _Posterior) -> tuple[FoundDrift, FoundDrift
     """Scale, level and turn, each with the others unknown within the prior."""
     prior = state.prior
     found = []
-    for way, spread in zip(
-        prior.ways, (prior.drift.scale, prior.drift.level, prior.drift.turn), strict=True
-    ):
+    for way, spread in zip(prior.ways, prior.spread.tolist(), strict=True):
         column = posterior.design[:, : len(way)] @ way
         seen = posterior.weight @ column
         value = spread**2 * float(seen @ posterior.innovations)

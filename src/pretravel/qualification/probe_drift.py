@@ -125,9 +125,11 @@ class DriftedMap:
     ways : (3, k) float
         Change of the coefficients for a drift of scale, level and turn by one unit: [mm],
         [1], [mm/rad].
+    spread : (3,) float
+        Standard deviation of each; that of the turn contains the azimuth of the lobes, which the
+        covariance of a harmonic map leaves out.
     covariance : (k, k) float
-        Of the coefficients now: that of the map, the drift, and of a harmonic map the azimuth of
-        its lobes. [mm²]
+        Of the coefficients now: that of the map, and the drift. [mm²]
     shift : (k, axes) float
         Coefficients of the components of the direction, where the basis contains them; else zero.
     shift_of : (axes, k) float
@@ -141,6 +143,7 @@ class DriftedMap:
     drift: ProbeDrift
     axes: int
     ways: FloatArray
+    spread: FloatArray
     covariance: FloatArray
     shift: FloatArray
     shift_of: FloatArray
@@ -212,8 +215,8 @@ def drifted_map(
     form = _form_covariance(pretravel_map, drift.form, design, shift, shift_of)
     covariance = pretravel_map.covariance.matrix + by_ways + form
     return DriftedMap(
-        pretravel_map, drift, axes, frozen(ways), frozen(covariance), frozen(shift),
-        frozen(shift_of), from_center,
+        pretravel_map, drift, axes, frozen(ways), frozen(spread), frozen(covariance),
+        frozen(shift), frozen(shift_of), from_center,
     )  # fmt: skip
 
 
