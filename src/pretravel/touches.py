@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -195,6 +195,45 @@ class Touches:
             source=self.source,
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
         )
+
+
+def without(touches: Touches, names: Sequence[str]) -> Touches:
+    """Touches without those of the given labels or lines.
+
+    Parameters
+    ----------
+    touches : Touches
+    names : sequence of str
+        Each the label of a touch, or the number of a line of the file. A label comes first.
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    PretravelError
+        A name that no touch has.
+
+    >>> three = Touches([[0, 0, 1]] * 3, [[0, 0, 1]] * 3, labels=("a", "b", "c"), lines=(2, 3, 4))
+    >>> without(three, ["b", "4"]).labels
+    ('a',)
+    """
+    kept = np.ones(len(touches), dtype=bool)
+    labels = touches.labels or ("",) * len(touches)
+    lines = tuple(range(1, len(touches) + 1)) if touches.lines is None else touches.lines
+    for name in names:
+        rows = [row for row, label in enumerate(labels) if label == name]
+        if not rows and name.isdecimal():
+            rows = [row for row, line in enumerate(lines) if line == int(name)]
+        if not rows:
+            raise PretravelError(
+                f"there is no touch with the label or on the line '{name}'", inputs=("exclude",)
+            )
+        kept[rows] = False
+    if not kept.any():
+        raise PretravelError("all touches are excluded", inputs=("exclude",))
+    return touches.take(kept)
 
 
 def at_rest(touches: Touches, delay: float) -> Touches:

@@ -41,18 +41,38 @@ def qualify(
         typer.Option(
             parser=one_of(_kinds),
             metavar="KIND",
-            help="Kind of map: harmonic (a smooth series, for most probes); physical (a fitted "
-            "six-seat probe); wozniak (one constant); mean (one radius); sectors (a table); auto: "
-            "the kind that predicts left-out touches best.",
+            help="Kind of map: auto (the average of the kinds that predict left-out directions); "
+            "or one of them: physical (a fitted six-seat probe), harmonic (a smooth series), "
+            "wozniak (one constant), mean (one radius), sectors (a table).",
         ),
-    ] = "harmonic",
+    ] = "auto",
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
     u_diameter: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=1000.0,
+            help="Standard uncertainty of the diameter, in µm; 0.25 is assumed when not given.",
+        ),
+    ] = None,
+    u_temperature: Annotated[
         float,
         typer.Option(
-            "--u-diameter", min=0.0, max=1000.0, help="Standard uncertainty of the diameter, in µm."
+            min=0.0, max=50.0, help="Standard uncertainty of the reference's temperature, in K."
         ),
-    ] = 0.0,
+    ] = 0.5,
+    sphere_form: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=100.0,
+            help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
+        ),
+    ] = 0.13,
+    exclude: Annotated[
+        list[str] | None,
+        typer.Option(help="Label or line of a touch to leave out; may be repeated."),
+    ] = None,
     axial_pretravel: Annotated[
         Length,
         typer.Option(
@@ -101,6 +121,7 @@ def qualify(
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
+    from pretravel.touches import without
     from pretravel.units import MICROMETRE
 
     if prior is not None:
@@ -117,13 +138,15 @@ def qualify(
     check_files([(output, MAPS), (plot, PICTURES)], [touches])
     wozniak = _wozniak(kind, lobe_azimuth, transducer)
     readings = read_readings(touches).in_machine_axes()
-    measured = readings.touches
+    measured = without(readings.touches, exclude or [])
     with working(f"qualifying on {len(measured)} touches"):
         setup = QualificationSetup(
             diameter,
             tip_diameter=tip_diameter,
             ring=ring,
-            u_diameter=u_diameter * MICROMETRE,
+            u_diameter=None if u_diameter is None else u_diameter * MICROMETRE,
+            u_temperature=u_temperature,
+            sphere_form=sphere_form * MICROMETRE,
             axial_pretravel=axial_pretravel.millimetres,
             axis=axis,
         )
@@ -135,6 +158,8 @@ def qualify(
         touches_name=touches.name,
         scores=choice.scores,
         warnings=readings.notes(),
+        excluded=exclude or (),
+        saved=output is not None and output.suffix.lower() != ".html",
     )
     if output is not None and output.suffix.lower() == ".html":
         write_page(output, report)

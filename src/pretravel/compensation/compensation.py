@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.compensation.point_errors import errors_of_points
+from pretravel.compensation.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.compensation.points import Points
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -175,6 +176,12 @@ def compensation_warnings(
                 f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
                 "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
             )
+    if (
+        pretravel_map.delay is None
+        and pretravel_map.provenance.origin is Origin.QUALIFIED
+        and (made_at is None or touches.feeds is None)
+    ):
+        warnings.append(_unknown_feeds(made_at, touches))
     if touches.feeds is not None and not pretravel_map.states_uncertainty:
         warnings.append(
             f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map "
@@ -197,6 +204,23 @@ def compensation_warnings(
                 "mm, do the normals point out of the part, is the nominal where the part is?"
             )
     return warnings
+
+
+def _unknown_feeds(made_at: float | None, touches: Touches) -> str:
+    """What is not known about the feeds of a map and of touches."""
+    if made_at is None and touches.feeds is None:
+        return (
+            "neither the map nor the touches state a feed (column feed_mm_min): both must have the "
+            "same one. 100 mm/min of difference are 3.3 µm for a signal delay of 2 ms, which u "
+            "does not contain"
+        )
+    known, unknown = ("map", "touches") if touches.feeds is None else ("touches", "map")
+    return (
+        f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "
+        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
+        "points are wrong by the difference × signal delay; u contains the feed that is known × "
+        f"{USUAL_DELAY * 1e3:g} ms"
+    )
 
 
 def embed(

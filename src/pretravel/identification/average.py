@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from pretravel.qualification.qualification import Qualification, qualified
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
+_LOG = logging.getLogger(__name__)
 AUTO = "auto"
 """The word for an average of kinds, instead of one of them."""
 _BEYOND = 3.0  # standard uncertainties from which kinds disagree
@@ -51,7 +53,6 @@ def qualify_on_average(
     touches: Touches,
     setup: QualificationSetup,
     kinds: Mapping[str, KindOfMap],
-    progress: Callable[[str], None] | None = None,
 ) -> Choice:
     """Qualify with every kind of map, and average those that predict left-out directions.
 
@@ -60,8 +61,6 @@ def qualify_on_average(
     touches : Touches
     setup : QualificationSetup
     kinds : mapping of name to KindOfMap
-    progress : callable, optional
-        Called with a word for each step.
 
     Returns
     -------
@@ -77,14 +76,13 @@ def qualify_on_average(
     made: dict[str, Qualification] = {}
     fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {}
     for name, kind in kinds.items():
-        if progress is not None:
-            progress(name)
+        _LOG.info("%s map", name)
         try:
             made[name] = qualified(ready, kind)
             fits[name] = (kind, made[name].fit)
         except PretravelError as error:
             fits[name] = (kind, error)
-    scores = tuple(compare_kinds(ready, fits, progress))
+    scores = tuple(compare_kinds(ready, fits))
     parts = [score for score in scores if score.weight > 0.0]
     if not parts:
         raise PretravelError(f"no kind of map fits these touches: {scores[0].problem}")

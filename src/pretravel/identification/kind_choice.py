@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
+_LOG = logging.getLogger(__name__)
 FOLDS = 5
 FEW_DIRECTIONS = 15
 """With fewer directions each is left out by itself."""
@@ -62,7 +64,6 @@ class KindScore:
 def compare_kinds(
     ready: PreparedTouches,
     fits: Mapping[str, tuple[KindOfMap, MapFit | PretravelError]],
-    progress: Callable[[str], None] | None = None,
 ) -> list[KindScore]:
     """Cross-validation over directions, and the weights of an average of the kinds.
 
@@ -72,8 +73,6 @@ def compare_kinds(
     fits : mapping of name to (KindOfMap, MapFit or PretravelError)
         Of all touches: fits without some of the directions begin there. The error of a kind that
         cannot be fitted.
-    progress : callable, optional
-        Called with the name of each kind before it is compared.
 
     Returns
     -------
@@ -91,8 +90,7 @@ def compare_kinds(
     folds = _folds(ready.observation)
     scores, densities = [], []
     for name, (kind, fit) in fits.items():
-        if progress is not None:
-            progress(name)
+        _LOG.info("%s map, directions left out", name)
         try:
             if isinstance(fit, PretravelError):
                 raise fit

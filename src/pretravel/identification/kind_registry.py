@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Unpack
 
@@ -137,7 +137,6 @@ def choose(
     kind: str | KindOfMap = AUTO,
     *,
     candidates: Sequence[KindOfMap] = (),
-    progress: Callable[[str], None] | None = None,
 ) -> Choice:
     """As `qualify`, with the comparison of kinds that led to the map.
 
@@ -149,8 +148,6 @@ def choose(
     candidates : sequence of KindOfMap
         Kinds with settings of their own, in place of those of the same name that ``auto``
         compares.
-    progress : callable, optional
-        Called with a word for each step of ``auto``.
 
     Returns
     -------
@@ -164,7 +161,7 @@ def choose(
     if kind == AUTO:
         kinds = {name: made() for name, made in KINDS.items()}
         kinds |= {candidate.name: candidate for candidate in candidates}
-        return qualify_on_average(touches, setup, kinds, progress)
+        return qualify_on_average(touches, setup, kinds)
     chosen = kind_named(kind) if isinstance(kind, str) else kind
     return Choice(qualification.qualify(touches, setup, chosen), chosen.name, ())
 

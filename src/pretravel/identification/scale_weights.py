@@ -29,7 +29,7 @@ _TYPICAL_ASYMMETRY, _ASYMMETRY_SPREAD = math.log(0.3), 1.2
 _TYPICAL_CORRECTION = 0.15 * MICROMETRE
 _TYPICAL_FIXED_SCATTER = 0.05 * MICROMETRE
 _TYPICAL_NOISE, _NOISE_SPREAD = 0.3 * MICROMETRE, 1.0
-_UNKNOWN_NOISES = tuple(_TYPICAL_NOISE * 1.5**step for step in range(-8, 9))
+_UNKNOWN_NOISES = tuple(_TYPICAL_NOISE * 1.6**step for step in range(-6, 7))
 WELL_KNOWN_NOISE = 10.0
 """Degrees of freedom among repeats from which these alone determine the noise."""
 LEAST_NOISE = 1e-3 * MICROMETRE
@@ -212,6 +212,12 @@ def _correction(problem: SixSeatProblem, size: float) -> FloatArray:
 
 def _log_likelihood(shared: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
     """Of values with each shared covariance (c, g, g) and own variances (o, g): (c o,)."""
+    if np.ptp(own, axis=1).max() == 0.0:  # equal repeats: own variances move all eigenvalues alike
+        eigenvalues, vectors = np.linalg.eigh(shared)
+        turned = np.einsum("cij,i->cj", vectors, values)
+        total = np.maximum(eigenvalues, 0.0)[:, None, :] + own[None, :, :1]
+        terms = np.log(total) + turned[:, None, :] ** 2 / total
+        return np.asarray(-0.5 * terms.sum(axis=-1).ravel())
     total = np.repeat(shared[:, None], len(own), axis=1)
     diagonal = np.arange(len(values))
     total[..., diagonal, diagonal] += own

@@ -21,6 +21,20 @@ Along its axis a probe is stiff: the seats, the stylus and the tip contact of an
 1.2 um."""
 
 
+USUAL_U_DIAMETER = 0.25 * MICROMETRE
+"""Standard uncertainty of a calibrated diameter where none is given: U = 0.5 µm, k = 2. [mm]"""
+USUAL_U_TEMPERATURE = 0.5
+"""Standard uncertainty of a reference's temperature near 20 °C, in a usual workshop. [K]"""
+USUAL_SPHERE_FORM = 0.13 * MICROMETRE
+"""Deviation from spherical form of a grade 5 ball (ISO 3290-1). [mm]"""
+STEEL_EXPANSION = 11.5e-6
+"""Coefficient of thermal expansion of steel. [1/K]"""
+
+
+U_AXIAL_PRETRAVEL = 0.7 * MICROMETRE
+"""Standard uncertainty of that assumption: probes have 0.3 to 2.5 µm along the axis. [mm]"""
+
+
 class Origin(Enum):
     """Where a map comes from."""
 
@@ -39,7 +53,9 @@ class SetupOptions(TypedDict, total=False):
 
     tip_diameter: float | None
     ring: bool
-    u_diameter: float
+    u_diameter: float | None
+    u_temperature: float
+    sphere_form: float
     axial_pretravel: float | None
     axis: npt.ArrayLike
     search_outliers: bool
@@ -60,8 +76,13 @@ class QualificationSetup:
         sphere. [mm]
     ring : bool
         The reference is a ring gauge, touched inside; its axis is that of the probe.
-    u_diameter : float
-        Standard uncertainty of the diameter. [mm]
+    u_diameter : float, optional
+        Standard uncertainty of the calibrated diameter; `USUAL_U_DIAMETER` when not given. [mm]
+    u_temperature : float
+        Standard uncertainty of the difference between the reference's temperature and the one that
+        the diameter holds at; the reference expands as steel. [K]
+    sphere_form : float
+        Deviation of the reference from its form, between highest and lowest point. [mm]
     axial_pretravel : float or None
         Of harmonic maps at the pole, where the sphere was touched there and the tip diameter is
         given. None: the centre along the axis is that of the least-squares sphere. [mm]
@@ -83,7 +104,9 @@ class QualificationSetup:
     diameter: float
     tip_diameter: float | None = None
     ring: bool = False
-    u_diameter: float = 0.0
+    u_diameter: float | None = None
+    u_temperature: float = USUAL_U_TEMPERATURE
+    sphere_form: float = USUAL_SPHERE_FORM
     axial_pretravel: float | None = AXIAL_PRETRAVEL
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     search_outliers: bool = True
@@ -98,6 +121,12 @@ class QualificationSetup:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise PretravelError(f"{what} is {value:g} mm; it must be positive", inputs=(name,))
+
+    @property
+    def u_reference_diameter(self) -> float:
+        """Standard uncertainty of the diameter as it is touched: calibration, temperature. [mm]"""
+        calibrated = USUAL_U_DIAMETER if self.u_diameter is None else self.u_diameter
+        return math.hypot(calibrated, STEEL_EXPANSION * self.diameter * self.u_temperature)
 
     @property
     def reference(self) -> str:
@@ -173,8 +202,12 @@ class Provenance:
         setup = given.pop("setup", None)
         return cls(
             **{**given, "origin": Origin(given["origin"])},
-            setup=None if setup is None else QualificationSetup(**setup),
+            setup=None if setup is None else QualificationSetup(**_BEFORE | setup),
         )
+
+
+_BEFORE = {"u_temperature": 0.0, "sphere_form": 0.0}
+"""Of maps of earlier versions, which did not contain them."""
 
 
 def _from_words(words: Mapping[str, str]) -> Provenance:

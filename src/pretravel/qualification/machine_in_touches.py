@@ -64,7 +64,9 @@ class MachineEffects:
     warnings: tuple[str, ...]
 
 
-def machine_effects(observation: Observation, machine_positions: FloatArray) -> MachineEffects:
+def machine_effects(
+    observation: Observation, machine_positions: FloatArray, sphere_form: float = 0.0
+) -> MachineEffects:
     """Estimate what the machine adds to touches.
 
     Parameters
@@ -73,6 +75,8 @@ def machine_effects(observation: Observation, machine_positions: FloatArray) -> 
         In the order in which the touches were made.
     machine_positions : (n, 3) float
         As they were latched, machine frame. [mm]
+    sphere_form : float
+        Deviation of the reference from its form, between highest and lowest point. [mm]
 
     Returns
     -------
@@ -90,6 +94,7 @@ def machine_effects(observation: Observation, machine_positions: FloatArray) -> 
     step = max(quantisation_step(machine_positions), repeat_step(observation.values, groups))
     noise = scatter_of_repeats(observation).deviation
     variance = step**2 / 12.0 * math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
+    variance += sphere_form**2 / 12.0  # uniform between lowest and highest
     drift, change = np.zeros(3), np.zeros(count)
     warnings = []
     if drift_is_separable(groups, order):

@@ -9,6 +9,7 @@ from pretravel.directions import describe, fibonacci_cap, from_angles, polar_ang
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import USUAL_U_DIAMETER, QualificationSetup
 from pretravel.units import DEGREE, MICROMETRE
 
 LOWEST_POLAR = 60.0 * DEGREE
@@ -55,6 +56,24 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
             "no direction was repeated, and so few directions hardly determine the repeatability: "
             f"{repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not a measured one. "
             "Touch each direction several times"
+        )
+    ]
+
+
+def setup_warnings(setup: QualificationSetup) -> list[str]:
+    """What was assumed about the reference.
+
+    Parameters
+    ----------
+    setup : QualificationSetup
+    """
+    if setup.u_diameter is not None:
+        return []
+    return [
+        (
+            f"the uncertainty of the {setup.reference}'s diameter was not given: a usual one, u = "
+            f"{USUAL_U_DIAMETER / MICROMETRE:g} µm, is assumed; it moves all points alike. Give "
+            "that of the certificate"
         )
     ]
 

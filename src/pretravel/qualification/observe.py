@@ -71,7 +71,7 @@ def observe(
         tip_radius=_tip_radius(fit.radius, setup, source, largest_plausible(feed)),
         ring=setup.ring,
         tip_known=setup.tip_diameter is not None,
-        u_reference_radius=0.5 * setup.u_diameter,
+        u_reference_radius=0.5 * setup.u_reference_diameter,
     )
     _check_normals(touches, observation.directions @ rotation.T, setup.reference, source)
     return observation

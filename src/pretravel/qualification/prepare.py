@@ -21,6 +21,7 @@ from pretravel.qualification.delay import (
     signal_delay,
     travel_per_second,
 )
+from pretravel.qualification.machine_effects import quantisation_step
 from pretravel.qualification.machine_in_touches import MachineEffects, machine_effects
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
@@ -96,7 +97,7 @@ def prepare(
     """
     rotation = probe_rotation(setup.axis)
     rest = _at_rest(touches, setup, rotation)
-    effects = machine_effects(rest.observation, touches.positions)
+    effects = _effects(rest, touches.positions, setup)
     moved = rest.observation.directions * effects.change[:, None]
     corrected = replace(rest.touches, positions=rest.touches.positions + moved @ rotation.T)
     whole = observe(corrected, setup, rotation) if effects.change.any() else rest.observation
@@ -126,6 +127,24 @@ def prepare(
         delay=rest.delay,
         warnings=(*rest.warnings, *effects.warnings),
     )
+
+
+def _effects(
+    rest: _AtRest, machine_positions: FloatArray, setup: QualificationSetup
+) -> MachineEffects:
+    """What the machine adds, from touches without gross errors."""
+    kept = np.ones(len(rest.touches), dtype=bool)
+    if setup.search_outliers:
+        step = quantisation_step(machine_positions)
+        wrong = repeat_outliers(rest.touches, rest.observation, step)
+        kept[[row for outlier in wrong for row in outlier.rows]] = False
+    if kept.all() or kept.mean() < _FEWEST_LEFT:
+        return machine_effects(rest.observation, machine_positions, setup.sphere_form)
+    part = rest.observation.take(kept)
+    found = machine_effects(part, machine_positions[kept], setup.sphere_form)
+    change = np.zeros(len(kept))
+    change[kept] = found.change
+    return replace(found, change=change)
 
 
 def _outliers(

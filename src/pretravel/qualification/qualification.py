@@ -18,7 +18,7 @@ from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.delay import SignalDelay, travel_per_second
 from pretravel.qualification.machine_in_touches import MachineEffects
-from pretravel.qualification.map_warnings import map_warnings, repeat_warnings
+from pretravel.qualification.map_warnings import map_warnings, repeat_warnings, setup_warnings
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
@@ -185,7 +185,7 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
             + np.outer(rotation @ effect.center, rotation @ effect.center)
         ),
         effective_radius=fit.observation.tip_radius - fit.mean,
-        u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_diameter, effect.mean),
+        u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_reference_diameter, effect.mean),
         residuals=frozen(observed - design),
         degrees_of_freedom=fit.dof,
         repeatability=repeatability.deviation,
@@ -201,6 +201,7 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
         fit=fit,
         warnings=(
             *ready.warnings,
+            *setup_warnings(setup),
             *repeat_warnings(repeatability, repeated=ready.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
@@ -328,7 +329,7 @@ def _map(
         covariance=level.centered.covariance,
         support=DirectionSupport(fit.observation.group_directions),
         tip_radius=level.tip_radius,
-        u_tip_radius=0.5 * setup.u_diameter,
+        u_tip_radius=0.5 * setup.u_reference_diameter,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
         fixed_scatter=math.hypot(fit.fixed_scatter, ready.effects.fixed_scatter),

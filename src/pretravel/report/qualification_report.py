@@ -15,7 +15,6 @@ from pretravel.identification.physical import PhysicalMapFit
 from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification
 from pretravel.report.document import (
     Column,
@@ -27,6 +26,7 @@ from pretravel.report.document import (
     Table,
 )
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.report.qualification_summary import summary_figures, verdict
 from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes
 from pretravel.trigger.six_seats import IDEAL, PARAMETERS
 from pretravel.units import DEGREE, MICROMETRE
@@ -43,6 +43,8 @@ def qualification_document(
     touches_name: str = "",
     scores: Sequence[KindScore] = (),
     warnings: Sequence[str] = (),
+    excluded: Sequence[str] = (),
+    saved: bool = True,
 ) -> Document:
     """The report of a qualification.
 
@@ -55,6 +57,10 @@ def qualification_document(
         Where the kind of map was chosen among several.
     warnings : sequence of str
         Beside those of the result.
+    excluded : sequence of str
+        Touches that the user left out.
+    saved : bool
+        Whether the map was written.
 
     Returns
     -------
@@ -65,59 +71,73 @@ def qualification_document(
     title += f"map kind {pretravel_map.kind}"
     return Document(
         title=title,
-        verdict=f"{pretravel_map.provenance.source}, {pretravel_map.provenance.touches}",
+        verdict=verdict(result),
         figures=(
-            *_reference_figures(result),
-            *_map_figures(result),
+            *summary_figures(result, scores, saved),
             *(() if result.delay is None else (_delay_figure(result.delay),)),
-            *(KeyFigure("OUTLIER", outlier.message) for outlier in result.outliers),
+            *_outlier_figures(result),
+            *_map_figures(result),
             KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
         ),
         tables=(_scores_table(scores),) if scores else (),
-        sections=(_six_seat_section(result.fit),) if isinstance(result.fit, PhysicalMapFit) else (),
+        sections=_sections(result, scores),
         pictures=(
             Picture("Map, touches and residuals", lambda: plot_qualification(result, title)),
         ),
-        notes=tuple(f"kind {score.kind}: {score.problem}" for score in scores if score.problem),
+        notes=(*(f"left out as requested: {name}" for name in excluded),),
         warnings=(*warnings, *result.warnings),
     )
 
 
-def _reference_figures(result: Qualification) -> tuple[KeyFigure, ...]:
-    u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
+def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Section, ...]:
+    problems = tuple(f"{score.kind}: {score.problem}" for score in scores if score.problem)
+    six_seats = isinstance(result.fit, PhysicalMapFit)
     return (
-        KeyFigure("map kind", result.pretravel_map.kind),
+        *((_six_seat_section(result.fit),) if six_seats else ()),
+        *((Section("Kinds that cannot be fitted", problems, detail=True),) if problems else ()),
+    )
+
+
+def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    """Each outlier, and the map with and without them."""
+    figures = tuple(KeyFigure("OUTLIER", outlier.message) for outlier in result.outliers)
+    if result.used.all():
+        return figures
+    effect = result.effect_of_outliers / MICROMETRE
+    return (
+        *figures,
         KeyFigure(
-            "centre", tuple(result.center.tolist()), "mm", decimals(5),
-            tuple(u_center.tolist()), "µm", decimals(2),
-        ),
-        KeyFigure(
-            "effective radius", result.effective_radius, "mm", decimals(6),
-            result.u_effective_radius / MICROMETRE, "µm", decimals(2),
+            "with outliers", f"the map would differ by up to {value_text(effect, 'µm')}"
+            if math.isfinite(effect)
+            else "no map could be fitted",
         ),
     )  # fmt: skip
 
 
 def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
-    pretravel_map, normals = result.pretravel_map, result.contact_normals
+    pretravel_map = result.pretravel_map
+    normals = result.contact_normals[result.used]
     value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
     u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
-    between = float(over_support(pretravel_map)[2].max()) / MICROMETRE
     dof = result.repeatability_dof
+    made = pretravel_map.provenance
     return (
-        KeyFigure("pretravel", Span.of(value), "µm", remark="at the touches"),
-        KeyFigure(
-            "u of the map", Span.of(u), "µm",
-            remark=f"at the touches; up to {value_text(between, 'µm')} between them",
-        ),
+        KeyFigure("qualified", f"{made.source}, {made.touches}", detail=True),
+        KeyFigure("at the touches", Span.of(value), "µm", remark="pretravel", detail=True),
+        KeyFigure("u at the touches", Span.of(u), "µm", remark="of the map", detail=True),
         KeyFigure(
             "repeatability", result.repeatability / MICROMETRE, "µm",
             remark=f"{number_text(dof, decimals(0))} degrees of freedom"
             if math.isfinite(dof)
             else "as given",
+            detail=True,
         ),
         KeyFigure(
-            "residuals", float(np.std(result.residuals)) / MICROMETRE, "µm",
+            "fixed scatter", pretravel_map.fixed_scatter / MICROMETRE, "µm",
+            remark="of a touch, which repeats do not reduce", detail=True,
+        ),
+        KeyFigure(
+            "residuals", float(np.std(result.residuals[result.used])) / MICROMETRE, "µm",
             remark="standard deviation, "
             f"{number_text(result.degrees_of_freedom, decimals(1))} degrees of freedom",
             detail=True,
@@ -143,6 +163,7 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
     return Table(
         (
             Column.of("kind", [score.kind for score in fitted]),
+            Column.of("weight", [score.weight for score in fitted]),
             Column.of("left-out rms", [score.rms / MICROMETRE for score in fitted], "µm"),
             Column.of("±", [score.u_rms / MICROMETRE for score in fitted], "µm"),
             Column.of("(error/u)²", [score.reduced_chi_square for score in fitted]),
@@ -150,10 +171,12 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
                 "score", [score.logarithmic_score for score in fitted], digits=signed_decimals(2)
             ),
         ),
-        title=f"Kind {fitted[0].kind} best predicts directions that were left out of its fit:",
+        title="Directions that were left out of the fit of each kind:",
         explanation="left-out rms: of the touches that were left out, repeatability included, "
         "± its standard error; (error/u)²: mean over the touches, each with its own u, 1 where u "
-        "is right; score: mean of ln(u/µm) + (error/u)²/2, the smallest is chosen.",
+        "is right; score: mean of ln(u/µm) + (error/u)²/2, the smaller the better; weight: share "
+        "in the average, chosen for the largest probability of these directions.",
+        detail=True,
     )
 
 

@@ -20,6 +20,7 @@ from pretravel.maps.harmonic_regression import (
 )
 from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit, shifted_center
 from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
@@ -152,7 +153,8 @@ def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> Cent
     u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
     gauge = (
         f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
-        "(assumed: touches on a sphere do not determine it) and has no first harmonic across"
+        f"(assumed, u {U_AXIAL_PRETRAVEL / MICROMETRE:g} µm: touches on a sphere do not determine "
+        "it; in u of the centre, not of the map) and has no first harmonic across"
     )
     if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
         gauge += (
@@ -164,7 +166,7 @@ def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> Cent
         center_covariance=fit.shift_covariance
         + mixed
         + mixed.T
-        + u_pole**2 * np.outer(along, along),
+        + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(along, along),
         coefficients=coefficients,
         covariance=Covariance.full(move @ covariance @ move.T),
         gauge=gauge,
