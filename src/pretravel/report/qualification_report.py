@@ -91,9 +91,9 @@ def qualification_document(
 
 def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Section, ...]:
     problems = tuple(f"{score.kind}: {score.problem}" for score in scores if score.problem)
-    six_seats = isinstance(result.fit, PhysicalMapFit)
+    fit = result.fit
     return (
-        *((_six_seat_section(result.fit),) if six_seats else ()),
+        *((_six_seat_section(fit),) if isinstance(fit, PhysicalMapFit) else ()),
         *((Section("Kinds that cannot be fitted", problems, detail=True),) if problems else ()),
     )
 
