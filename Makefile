@@ -7,7 +7,7 @@ STAMP := .venv/.installed
 # One more than there are cores: tests on LinuxCNC wait for the machine most of the time. By file:
 # what the tests of a file share is made once.
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
-SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 NGS_NUM_THREADS=1
+SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible format lint types contracts test benchmark lock clean
 

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 from hypothesis import HealthCheck, settings
 
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
-
-# netgen's threads wait for each other busily: with other tests beside them, a mesh takes ten times
-# as long as on one thread. The mesh is the same.
-os.environ.setdefault("NGS_NUM_THREADS", "1")
 
 # Derandomised: a check that passes here passes on every machine.
 settings.register_profile(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pretravel.errors import PretravelError
@@ -59,6 +60,48 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         raise PretravelError(f"cannot write {target}: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def one_process_at_a_time(path: str | Path) -> Iterator[bool]:
+    """Let one process make a file, while others that want to make it wait.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of the file; its folder need not exist. The file ``path.lock`` stays beside it.
+
+    Yields
+    ------
+    bool
+        Whether another process had to be waited for: it has probably made the file. False on
+        Windows and where no file can be written: there nobody waits.
+
+    >>> import tempfile
+    >>> with one_process_at_a_time(Path(tempfile.mkdtemp()) / "model.npz") as waited:
+    ...     waited
+    False
+    """
+    waited = False
+    if sys.platform == "win32":
+        yield waited
+        return
+    import fcntl
+
+    lock = None
+    with suppress(OSError):  # a folder that cannot be written, a file system without locks
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        lock = Path(f"{path}.lock").open("w")  # noqa: SIM115
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            waited = True
+            fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        yield waited
+    finally:
+        if lock is not None:
+            lock.close()
 
 
 def write_text(path: str | Path, text: str, encoding: str = "utf-8") -> None:

@@ -172,3 +172,29 @@ def test_from_the_cache_neither_kernel_nor_solver_is_loaded(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ
     )
     assert run.stdout.strip() == "[]"
+
+
+def test_a_model_that_another_process_makes_is_waited_for(
+    omp40: Probe, folder: Path, forget: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another process holds the lock, writes the model and ends; this one reads it."""
+    reduced_model(omp40, COARSE)
+    path = kept(folder)
+    reduction_cache._remembered.cache_clear()
+    monkeypatch.setattr(reduction_cache, "condense", None)  # would fail if it were called
+    path.rename(folder / "hidden")
+    script = (
+        "import sys, time\n"
+        "from pathlib import Path\n"
+        "from pretravel.whole_file import one_process_at_a_time\n"
+        "path = Path(sys.argv[1])\n"
+        "with one_process_at_a_time(path):\n"
+        "    print('locked', flush=True)\n"
+        "    time.sleep(1.0)\n"
+        "    (path.parent / 'hidden').rename(path)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE) as one:
+        assert one.stdout is not None
+        assert one.stdout.readline() == b"locked\n"
+        assert reduced_model(omp40, COARSE).summary
+    assert one.returncode == 0

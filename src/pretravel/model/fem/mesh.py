@@ -88,7 +88,6 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
     """
     from netgen.meshing import NgException
     from netgen.occ import OCCGeometry
-    from pyngcore import TaskManager
 
     settings = settings or MeshSettings()
     largest, notes = _set_sizes(solids, settings)
@@ -97,8 +96,11 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
         grading = attempt * settings.grading
         log.info("meshing")
         try:
-            with TaskManager():
-                mesh = OCCGeometry(solids.shape).GenerateMesh(maxh=largest, grading=grading)
+            # One thread: netgen's wait busily for each other. Two use three times the processor
+            # time, and ten times as long beside other work, for the same mesh.
+            mesh = OCCGeometry(solids.shape).GenerateMesh(
+                maxh=largest, grading=grading, parallel_meshing=False
+            )
             mesh.SecondOrder()
         except NgException as error:
             raise MeshError(

@@ -31,7 +31,7 @@ from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
-from pretravel.whole_file import whole_file
+from pretravel.whole_file import one_process_at_a_time, whole_file
 
 log = logging.getLogger(__name__)
 
@@ -168,7 +168,11 @@ def _reduced_model(
     kept = _read(path, key, make)
     if kept is not None:
         log.info("reduced model from %s", path)
-    model = kept or make()
+        memory["model"] = kept
+        return kept
+    with one_process_at_a_time(path) as waited:
+        kept = _read(path, key, make) if waited else None
+        model = kept or make()
     memory["model"] = model
     return model
 

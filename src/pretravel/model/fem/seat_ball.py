@@ -50,7 +50,7 @@ def ball_mesh(radius: float, patch: float, element: float) -> FiniteElementMesh:
         if face.name == CONTACT:
             face.maxh = element
             face.edges.maxh = element
-    mesh = OCCGeometry(shape).GenerateMesh(maxh=0.3 * radius, grading=0.5)
+    mesh = OCCGeometry(shape).GenerateMesh(maxh=0.3 * radius, grading=0.5, parallel_meshing=False)
     mesh.SecondOrder()
     return numbered(mesh, [CONTACT])
 
