@@ -150,23 +150,13 @@ class DriftedMap:
     from_center: bool
 
     @cached_property
-    def to_stated(self) -> FloatArray:
-        """From coefficients and centre to the coefficients whose covariance a map states,
-        (k, k + axes).
-        """
-        size = len(self.shift)
-        if self.from_center:  # what touches observe: n·s is subtracted from the map
-            return np.hstack([np.eye(size), -self.shift])
-        without_shift = np.eye(size) - self.shift @ self.shift_of
-        return np.hstack([without_shift, np.zeros_like(self.shift)])
+    def without_shift(self) -> FloatArray:
+        """Removes from coefficients the shift that they contain, (k, k)."""
+        return np.asarray(np.eye(len(self.shift)) - self.shift @ self.shift_of)
 
     def variance(self, directions: FloatArray, covariance: FloatArray) -> FloatArray:
-        """Variance of the map at (n, 3) directions of the probe frame, (n,).
-
-        The covariance is of the coefficients, (k, k), or of these and the centre, (k + axes, ...).
-        """
-        size = len(covariance)
-        design = self.pretravel_map.basis.design(directions) @ self.to_stated[:, :size]
+        """Variance of the map without a shift, at (n, 3) directions of the probe frame: (n,)."""
+        design = self.pretravel_map.basis.design(directions) @ self.without_shift
         return np.asarray(np.maximum(np.sum((design @ covariance) * design, axis=1), 0.0))
 
 
@@ -206,9 +196,7 @@ def drifted_map(
     constant = basis.constant
     level = np.zeros(basis.size) if constant is None else constant
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
-    shift, shift_of, from_center = _gauge(
-        pretravel_map, places[:, :axes], design, to_coefficients, scaling
-    )
+    shift, shift_of, from_center = _gauge(pretravel_map, places[:, :axes], design, to_coefficients)
     spread = np.array([drift.scale, drift.level, drift.turn])
     spread[2] = math.hypot(spread[2], _azimuth_of_lobes(pretravel_map, axes))
     by_ways = (ways.T * spread**2) @ ways
@@ -267,7 +255,6 @@ def _gauge(
     components: FloatArray,
     design: FloatArray,
     to_coefficients: FloatArray,
-    scaling: FloatArray,
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Coefficients of a shift, (k, axes); the shift that coefficients contain, (axes, k); whether
     the covariance of the map contains a shift.
@@ -276,25 +263,28 @@ def _gauge(
     leaves out: that is the convention of the map. Of several the one next to least squares.
     """
     shift = to_coefficients @ components
-    missed = np.abs(design @ shift - components).max()
-    if missed > 1e-6:  # the basis contains no shift: nothing to separate
+    if np.abs(design @ shift - components).max() > 1e-6:  # the basis contains no shift
         return np.zeros_like(shift), np.zeros_like(shift.T), False
     free = np.column_stack([np.ones(len(components)), components])
     least_squares = (np.linalg.pinv(free) @ design)[1:]
     # In units in which all functions are of one size, so that small and zero can be told apart.
-    own = pretravel_map.covariance.matrix / np.outer(scaling, scaling)
-    values, vectors = np.linalg.eigh(0.5 * (own + own.T))
-    held = vectors[:, values > _NULL * values[-1]]
-    scaled_shift, scaled_functional = shift / scaling[:, None], least_squares * scaling
-    outside = scaled_shift - held @ (held.T @ scaled_shift)
-    if np.linalg.svd(outside, compute_uv=False)[-1] < 1e-3 * np.linalg.norm(scaled_shift):
+    size = np.sqrt(np.mean(design**2, axis=0))
+    size[size == 0.0] = 1.0
+    eigenvalues, vectors = np.linalg.eigh(pretravel_map.covariance.matrix * np.outer(size, size))
+    varied = vectors[:, eigenvalues > _NULL * eigenvalues[-1]]
+    # Combinations that are zero in every direction, where functions are redundant: no shift.
+    singular, rows = np.linalg.svd(design / size, full_matrices=True)[1:]
+    empty = rows[np.append(singular, np.zeros(len(rows) - len(singular))) < _NULL * singular[0]].T
+    held = np.linalg.qr(np.column_stack([varied, empty]))[0]
+    scaled = shift * size[:, None]
+    outside = scaled - held @ (held.T @ scaled)
+    if np.linalg.svd(outside, compute_uv=False)[-1] < 1e-3 * np.linalg.norm(scaled):
         return shift, least_squares, True
-    conditions = np.column_stack([held, scaled_shift])
-    wanted = np.column_stack(
-        [np.zeros((len(least_squares), held.shape[1])), np.eye(shift.shape[1])]
-    )
-    change = (wanted - scaled_functional @ conditions) @ np.linalg.pinv(conditions)
-    return shift, (scaled_functional + change) / scaling, False
+    conditions = np.column_stack([held, scaled])
+    wanted = np.zeros((len(least_squares), conditions.shape[1]))
+    wanted[:, held.shape[1] :] = np.eye(len(least_squares))
+    change = (wanted - (least_squares / size) @ conditions) @ np.linalg.pinv(conditions)
+    return shift, least_squares + change * size, False
 
 
 def _form_covariance(

@@ -45,8 +45,8 @@ class TouchPlan:
     places : (m, 3) float
         Directions, probe frame, over which the uncertainty is made small.
     u_before, u_after : (m,) float
-        Expected standard uncertainty of the map there: today without new touches, and with
-        these. [mm]
+        Expected standard uncertainty of the map there, apart from a shift of all points: today
+        without new touches, and with these. [mm]
     u_old : (m,) float
         That of the old map when it was made. [mm]
     """
@@ -132,7 +132,8 @@ def plan_touches(
     chosen = _exchanged(problem, _greedy(problem, count))
     order = _varied_order(candidates[chosen])
     directions = candidates[chosen][order]
-    after = problem.covariance_after(chosen)
+    size = old_map.basis.size
+    after = problem.covariance_after(chosen)[:size, :size]
     return TouchPlan(
         directions=frozen(directions),
         normals=frozen(directions @ old_map.rotation.T),
@@ -195,8 +196,9 @@ class _Problem:
         covariance = np.zeros((size + axes, size + axes))
         covariance[:size, :size] = prior.covariance
         covariance[size:, size:] = _UNKNOWN_CENTRE**2 * np.eye(axes)
-        wanted = old.basis.design(places) @ prior.to_stated
-        aim = wanted.T @ wanted / len(places)
+        wanted = old.basis.design(places) @ prior.without_shift
+        aim = np.zeros_like(covariance)
+        aim[:size, :size] = wanted.T @ wanted / len(places)
         # The centre in the convention of the map: what a shift takes from the map it gives to it.
         centre = np.hstack([-prior.shift_of, np.eye(axes)])
         aim += _CENTRE_WEIGHT * centre.T @ centre

@@ -10,6 +10,7 @@ import pytest
 from pretravel.directions import fibonacci_cap, five_point_pattern, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
+from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -17,11 +18,22 @@ from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.probe_drift import ProbeDrift, drift_of_changes, drifted_map
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.example_maps import example_map
+from tests.support.example_maps import example_map, example_qualification
 from tests.support.reference_touches import sphere_touches
 
 NO_DRIFT = ProbeDrift(0.0, 0.0, 0.0, 0.0)
 FEW = fibonacci_cap(9)
+
+
+def averaged() -> PretravelMap:
+    parts = [example_qualification(kind) for kind in ("physical", "harmonic")]
+    basis, coefficients, covariance = averaged_map(
+        [part.pretravel_map for part in parts], [part.center for part in parts], [0.7, 0.3]
+    )
+    return replace(
+        parts[0].pretravel_map, basis=basis, coefficients=coefficients, covariance=covariance,
+        delay_effect=None,
+    )  # fmt: skip
 
 
 def _constant_map(value: float, u: float, repeatability: float) -> PretravelMap:
@@ -150,6 +162,22 @@ def test_the_update_equals_a_regression_of_old_and_new_touches_together() -> Non
         found.pretravel_map.covariance.matrix, covariance[:4, :4], rtol=1e-6, atol=1e-16
     )
     np.testing.assert_allclose(found.center_covariance, covariance[4:, 4:], rtol=1e-6, atol=1e-14)
+
+
+def test_an_average_of_kinds_is_updated_like_any_linear_map() -> None:
+    """Its functions are redundant: constant and shift stand beside those of its parts."""
+    old = averaged()
+    assert drifted_map(old).from_center
+    assert not drifted_map(example_map("harmonic")).from_center
+    rng = np.random.default_rng(8)
+    now = 1.01 * old.pretravel(FEW) + 0.2e-3 + rng.normal(0.0, 0.1e-3, 9)
+    found = update_map(sphere_touches(now, FEW, center=(1.0, 2.0, 3.0)), old, 25.0)
+    moved = found.pretravel_map.pretravel(FEW) - now
+    moved -= FEW @ np.linalg.lstsq(FEW, moved, rcond=None)[0]
+    assert np.abs(moved).max() < 0.25e-3
+    assert found.p_value > 0.01
+    u = found.pretravel_map.standard_uncertainty(FEW)
+    assert np.all((u > 0.0) & (u < 0.5e-3))
 
 
 def test_u_from_the_centre_contains_the_centre() -> None:

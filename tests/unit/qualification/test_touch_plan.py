@@ -72,7 +72,7 @@ def test_the_plan_promises_what_the_update_keeps() -> None:
         plan = plan_touches(old, 7)
         touches = sphere_touches(old.pretravel(plan.normals), plan.normals)
         new = update_map(touches, old, 25.0).pretravel_map
-        u = new.standard_uncertainty(plan.places @ old.rotation.T)
+        u = np.sqrt(plan.prior.variance(plan.places, new.covariance.matrix))
         # The normals of touches and plan differ by 1e-4 rad; tiny u at the pole are rounding.
         np.testing.assert_allclose(u, plan.u_after, rtol=2e-3, atol=1e-7)
         assert np.all(plan.u_after <= plan.u_before + 1e-9)
