@@ -52,7 +52,7 @@ def qualify(
         typer.Option(
             min=0.0,
             max=1000.0,
-            help="Standard uncertainty of the diameter, in µm; 0.25 is assumed when not given.",
+            help="Standard uncertainty of the diameter, in µm; 0.2 is assumed when not given.",
         ),
     ] = None,
     u_temperature: Annotated[
@@ -60,7 +60,7 @@ def qualify(
         typer.Option(
             min=0.0, max=50.0, help="Standard uncertainty of the reference's temperature, in K."
         ),
-    ] = 0.5,
+    ] = 0.3,
     sphere_form: Annotated[
         float,
         typer.Option(

@@ -25,7 +25,7 @@ FOLDS = 5
 FEW_DIRECTIONS = 15
 """With fewer directions each is left out by itself."""
 _SHUFFLE = 12  # seed: the same touches are always left out together
-LEAST_WEIGHT = 0.05
+LEAST_WEIGHT = 0.1
 """Kinds with a smaller weight are left out of the average."""
 _SMALLEST_DENSITY = -50.0  # logarithm, per direction: a gross error counts no more than this
 
@@ -177,7 +177,7 @@ def _left_out(
         design = fit.basis.design(directions)
         noise = repeats.deviation if repeats.dof > 0.0 else fit.noise
         variance = centered.covariance.variance_of(design) + noise**2 / count
-        variance += fit.fixed_scatter**2 + effects.fixed_scatter**2
+        variance += max(fit.fixed_scatter, effects.step_scatter) ** 2 + effects.fixed_scatter**2
         used = np.ones(len(values), dtype=bool)
         if not few:
             used = DirectionSupport(others.group_directions).supports(directions)

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Unpack
 
+from threadpoolctl import threadpool_limits
+
 from pretravel.errors import PretravelError
 from pretravel.identification.average import AUTO, Choice, qualify_on_average
 from pretravel.identification.physical import PhysicalKind
@@ -158,6 +160,17 @@ def choose(
     PretravelError
         As `qualify`.
     """
+    # For matrices of this size threads gain nothing, and cost much on a busy machine.
+    with threadpool_limits(1, user_api="blas"):
+        return _chosen(touches, setup, kind, candidates)
+
+
+def _chosen(
+    touches: Touches,
+    setup: QualificationSetup,
+    kind: str | KindOfMap,
+    candidates: Sequence[KindOfMap],
+) -> Choice:
     if kind == AUTO:
         kinds = {name: made() for name, made in KINDS.items()}
         kinds |= {candidate.name: candidate for candidate in candidates}

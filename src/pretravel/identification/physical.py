@@ -82,7 +82,7 @@ class PhysicalKind(KindOfMap):
 
     name: ClassVar[str] = "physical"
     title: ClassVar[str] = "six-seat probe"
-    prior_weight: ClassVar[float] = 2.0
+    prior_weight: ClassVar[float] = 3.0
 
     def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
         return fit_physical(observation, repeats)
@@ -158,7 +158,7 @@ def fit_physical(
     problem = SixSeatProblem(observation)
     scales = usual_scales(repeats)
     if start is not None:
-        x, weighted = _settled(problem, start, scales, repeats)
+        x, weighted = _settled(problem, start, scales, repeats, rounds=2)
         return _concluded(problem, x, weighted, math.nan, repeats)
     starts = oriented_starts(problem, scales)
     settled = [_settled(problem, x, scales, repeats) for x in starts]
@@ -168,10 +168,14 @@ def fit_physical(
 
 
 def _settled(
-    problem: SixSeatProblem, x: FloatArray, scales: PriorScales, repeats: Scatter
+    problem: SixSeatProblem,
+    x: FloatArray,
+    scales: PriorScales,
+    repeats: Scatter,
+    rounds: int = _ROUNDS,
 ) -> tuple[FloatArray, WeightedScales]:
     """Mode and scales by turns: each determines the other."""
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         x, _ = most_probable(problem, scales, x)
         weighted = weighted_scales(problem, x, repeats)
         if weighted.scales[0] == scales:

@@ -34,7 +34,7 @@ WELL_KNOWN_NOISE = 10.0
 """Degrees of freedom among repeats from which these alone determine the noise."""
 LEAST_NOISE = 1e-3 * MICROMETRE
 _USUAL_DOF = 4.0  # weight of the usual noise beside few repeats
-_FREE = 1.0  # mm or rad: standard deviation of unknowns without a prior, far above what touches say
+_FREE = 0.05  # mm or rad: standard deviation about x of unknowns without a prior, far above theirs
 _ENOUGH = 0.98  # share of the probability that is averaged over
 
 
@@ -90,7 +90,7 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     the asymmetry is normal, correction and fixed scatter are half Cauchy.
     """
     misses, slopes = problem.misses(x)
-    expected = misses + slopes @ (problem.prior - x)
+    expected = misses + slopes @ _to_prior(problem, x)
     corrections = np.array([_correction(problem, size) for size in CORRECTIONS])
     grid = _grid(repeats)
     own = np.array([t**2 + n**2 / problem.count for t, n in _own_scatters(repeats)])
@@ -135,9 +135,7 @@ def averaged_unknowns(
     """
     misses, slopes = problem.misses(x)
     to_touches = np.hstack([-slopes, problem.harmonics])
-    before = np.concatenate([problem.prior - x, np.zeros(len(problem.terms))])
-    before[: problem.extra] = 0.0
-    before[problem.azimuth] = 0.0
+    before = np.concatenate([_to_prior(problem, x), np.zeros(len(problem.terms))])
     means, covariance = [], np.zeros((len(before), len(before)))
     for scales, weight in zip(weighted.scales, weighted.weights, strict=True):
         prior = np.concatenate(
@@ -145,16 +143,26 @@ def averaged_unknowns(
              problem.correction_variances(scales.correction)]
         )  # fmt: skip
         own = scales.fixed_scatter**2 + scales.noise**2 / problem.count
-        root = np.sqrt(prior)
-        rows = to_touches * root / np.sqrt(own)[:, None]
-        inverse = np.linalg.inv(rows.T @ rows + np.eye(len(prior)))
-        left = (misses - to_touches @ before) / np.sqrt(own)
-        means.append(before + root * (inverse @ (rows.T @ left)))
-        covariance += weight * (root[:, None] * inverse * root)
+        carried = prior[:, None] * to_touches.T
+        total = to_touches @ carried
+        total[np.diag_indices_from(total)] += own
+        root = np.linalg.inv(np.linalg.cholesky(total))
+        whitened = root @ carried.T
+        means.append(before + whitened.T @ (root @ (misses - to_touches @ before)))
+        covariance -= weight * (whitened.T @ whitened)
+        covariance[np.diag_indices_from(covariance)] += weight * prior
     mean = weighted.weights @ np.array(means)
     between = np.array(means) - mean
     covariance += (between.T * weighted.weights) @ between
     return np.asarray(mean), 0.5 * (covariance + covariance.T)
+
+
+def _to_prior(problem: SixSeatProblem, x: FloatArray) -> FloatArray:
+    """From x to the prior means; unknowns without a prior stay where they are, (u,)."""
+    found = problem.prior - x
+    found[: problem.extra] = 0.0
+    found[problem.azimuth] = 0.0
+    return found
 
 
 def _noises(repeats: Scatter) -> tuple[float, ...]:

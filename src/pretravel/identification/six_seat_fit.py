@@ -212,23 +212,25 @@ def most_probable(
     cost : float
         Half the sum of squares of residuals and priors.
     """
-    from scipy.optimize import least_squares
+    from scipy.optimize import leastsq
 
     weighted = _Weighted(problem, scales)
     size = np.concatenate(
         [np.full(problem.extra, 1.0 * MICROMETRE), np.minimum(problem.spread(scales.asymmetry), 1)]
     )
-    found = least_squares(
+    # MINPACK's Levenberg-Marquardt without the checks of `least_squares`, which take half the time.
+    found = leastsq(
         weighted.residuals,
         start,
-        weighted.jacobian,
-        method="lm",
-        x_scale=size,
-        max_nfev=evaluations,
+        Dfun=weighted.jacobian,
+        diag=1.0 / size,
+        maxfev=evaluations,
         ftol=1e-10,
         xtol=1e-10,
+        full_output=True,
     )
-    return np.asarray(found.x), float(found.cost)
+    residuals = found[2]["fvec"]
+    return np.asarray(found[0]), 0.5 * float(residuals @ residuals)
 
 
 def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> list[FloatArray]:

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
@@ -43,12 +42,13 @@ _SMALLEST_NOISE = 1e-5  # um: the last digit of a position in mm with eight deci
 _DECAY, _DECAY_SPREAD = 2.5, 0.7  # kinks on a sphere: power 2.5
 _ASYMMETRY, _ASYMMETRY_SPREAD = -2.0, 1.5  # log of asymmetry over lobes, vague
 _TYPICAL_NOISE, _NOISE_SPREAD = math.log(0.3), 2.0  # log um, vague
-_TYPICAL_AMPLITUDE, _AMPLITUDE_SPREAD = -0.5, 0.7  # log um, of degree 3
+_TYPICAL_AMPLITUDE, _AMPLITUDE_SPREAD = -0.6, 0.6  # log um, of degree 3
 _TYPICAL_FIXED, _FIXED_SPREAD = math.log(0.06), 1.0  # log um
 _AMPLITUDES = 8
 """Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
+_EXACT = 1e-3  # um: scatter from which normal equations are exact enough
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
 _PAIRS = 8  # of points that the posterior is averaged over
@@ -263,6 +263,10 @@ class _Problem:
         )
         return cost + self._minus_log_prior(h), slopes
 
+    def own_variances(self, h: FloatArray) -> FloatArray:
+        """Variances of the weighted mean touches about the map, (g,). [um²]"""
+        return np.asarray(math.exp(2.0 * h[_NOISE]) + self.fixed_variance(h) * self.count)
+
     def turn_slopes(self, turned: FloatArray) -> FloatArray:
         """Derivative of turned columns by the azimuth."""
         found = np.zeros_like(turned)
@@ -349,11 +353,9 @@ def fit_harmonics(
     True
     """
     problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
-    # For matrices of this size threads gain nothing, and cost much on a busy machine.
-    with threadpool_limits(1, user_api="blas"):
-        if amplitudes is None:
-            amplitudes = _averaged_over(problem, _most_probable(problem, near))
-        return _posterior(problem, amplitudes, free, terms)
+    if amplitudes is None:
+        amplitudes = _averaged_over(problem, _most_probable(problem, near))
+    return _posterior(problem, amplitudes, free, terms)
 
 
 def _most_probable(problem: _Problem, near: Amplitudes | None) -> FloatArray:
@@ -432,9 +434,9 @@ def _posterior(
     hat = np.zeros((problem.mean.shape[1],) * 2)
     rows = np.hstack(problem.rows)
     for h, weight in zip(amplitudes.points, amplitudes.weights, strict=True):
-        to_coefficients, root = _given_amplitudes(problem, h)
+        to_coefficients, own = _given_amplitudes(problem, h)
         means.append(to_coefficients @ problem.y)
-        covariance += weight * (root @ root.T)
+        covariance += weight * own
         hat += weight * (rows @ to_coefficients @ (problem.root * problem.mean))
     mean = amplitudes.weights @ np.array(means)
     between = np.array(means) - mean
@@ -454,14 +456,45 @@ def _posterior(
 
 
 def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Coefficients per weighted mean touch, and a root of their covariance."""
+    """Coefficients per weighted mean touch, and their covariance. [um²]"""
+    own = problem.own_variances(h)
+    found = _by_touches(problem, h, own) if own.min() > _EXACT**2 else _by_terms(problem, h)
+    # Back from lobes about their own azimuth to cosine and sine about +x.
+    split = problem.free.shape[1]
+    turn = np.eye(split + problem.design.shape[1])
+    even, odd = split + problem.even, split + problem.odd
+    cosine, sine = np.cos(problem.order * h[_AZIMUTH]), np.sin(problem.order * h[_AZIMUTH])
+    turn[even, even], turn[even, odd] = cosine, -sine
+    turn[odd, even], turn[odd, odd] = sine, cosine
+    return np.asarray(turn @ found[0]), np.asarray(turn @ found[1] @ turn.T)
+
+
+def _by_touches(problem: _Problem, h: FloatArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Generalised least squares: as many equations as directions."""
+    prior, design = problem.prior_variances(h), problem.turned(problem.design, h[_AZIMUTH])
+    total = (design * prior) @ design.T
+    total[np.diag_indices_from(total)] += own
+    inverse = np.linalg.inv(total)
+    of_free = np.linalg.inv(problem.free.T @ inverse @ problem.free)
+    free_of = of_free @ problem.free.T @ inverse
+    projected = inverse - inverse @ problem.free @ free_of
+    carried = prior[:, None] * design.T
+    mixed = -carried @ free_of.T
+    own_terms = np.diag(prior) - carried @ projected @ carried.T
+    return (
+        np.concatenate([free_of, carried @ projected]),
+        np.block([[of_free, mixed.T], [mixed, own_terms]]),
+    )
+
+
+def _by_terms(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least squares on data and prior together: as many equations as terms, exact without noise."""
     variance = math.exp(2.0 * h[_NOISE])
     prior = problem.prior_variances(h)
     ratio = 1.0 + problem.fixed_variance(h) / variance * problem.count
     lighter = 1.0 / np.sqrt(ratio)[:, None]
     design = lighter * problem.turned(problem.design, h[_AZIMUTH])
-    # Least squares on data and prior together, by QR, which stays exact without noise, where
-    # normal equations lose all digits.
+    # By QR, which stays exact without noise, where normal equations lose all digits.
     count, split, size = len(design), problem.free.shape[1], design.shape[1]
     stacked = np.zeros((count + size, split + size))
     stacked[:count, :split] = lighter * problem.free
@@ -472,10 +505,4 @@ def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, Flo
     scale = np.concatenate([np.ones(split), np.sqrt(prior)])
     to_coefficients = scale[:, None] * (inverse @ q[:count].T) * lighter[:, 0]
     root = math.sqrt(variance) * scale[:, None] * inverse
-    # Back from lobes about their own azimuth to cosine and sine about +x.
-    turn = np.eye(split + size)
-    even, odd = split + problem.even, split + problem.odd
-    cosine, sine = np.cos(problem.order * h[_AZIMUTH]), np.sin(problem.order * h[_AZIMUTH])
-    turn[even, even], turn[even, odd] = cosine, -sine
-    turn[odd, even], turn[odd, odd] = sine, cosine
-    return np.asarray(turn @ to_coefficients), np.asarray(turn @ root)
+    return to_coefficients, np.asarray(root @ root.T)

@@ -109,7 +109,7 @@ class KindOfMap(ABC):
     needs_all_directions: ClassVar[bool] = False
     """Whether the kind cannot be fitted with directions left out of its pattern."""
 
-    prior_weight: ClassVar[float] = 0.3
+    prior_weight: ClassVar[float] = 0.2
     """How many left-out directions speak for this kind in advance, in an average of kinds."""
 
     fits_harmonics: ClassVar[bool] = False

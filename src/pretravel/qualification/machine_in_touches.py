@@ -45,18 +45,21 @@ class MachineEffects:
     ----------
     step : float
         Of the latched positions; zero where none is seen. [mm]
+    step_scatter : float
+        Standard deviation by the step that repeats do not reduce: their noise is below it. [mm]
     drift : (3,) float
         Movement of the reference over the run that was subtracted, probe frame. [mm]
     hysteresis : (2,) float
         Expected movement of the tip's rest position by the push before, lateral and axial. [mm]
     fixed_scatter : float
-        Standard deviation of a single touch that repeats do not show, by step and hysteresis. [mm]
+        Standard deviation of a touch that repeats do not show, by hysteresis and form. [mm]
     change : (n,) float
         What was subtracted from the pretravel of each touch. [mm]
     warnings : tuple of str
     """
 
     step: float
+    step_scatter: float
     drift: FloatArray
     hysteresis: FloatArray
     fixed_scatter: float
@@ -93,8 +96,9 @@ def machine_effects(
     order = np.arange(count, dtype=np.float64)
     step = max(quantisation_step(machine_positions), repeat_step(observation.values, groups))
     noise = scatter_of_repeats(observation).deviation
-    variance = step**2 / 12.0 * math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
-    variance += sphere_form**2 / 12.0  # uniform between lowest and highest
+    # Noise far above the step averages it out.
+    share = math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
+    variance = sphere_form**2 / 12.0  # uniform between lowest and highest
     drift, change = np.zeros(3), np.zeros(count)
     warnings = []
     if drift_is_separable(groups, order):
@@ -121,7 +125,15 @@ def machine_effects(
             f"hysteresis of about {size:.1f} µm: touches depend on the direction of the touch "
             "before. It is subtracted here, and adds to u of every point on a part"
         )
-    return MachineEffects(step, drift, hysteresis, math.sqrt(variance), change, tuple(warnings))
+    return MachineEffects(
+        step=step,
+        step_scatter=step * math.sqrt(share / 12.0),
+        drift=drift,
+        hysteresis=hysteresis,
+        fixed_scatter=math.sqrt(variance),
+        change=change,
+        warnings=tuple(warnings),
+    )
 
 
 def _memory(

@@ -32,8 +32,8 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
     """
     nodes = pretravel_map.support.nodes
     polar = polar_angle(nodes)
-    spread = fibonacci_cap(2000, float(polar.max()))
-    around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 720))
+    spread = fibonacci_cap(800, float(polar.max()))
+    around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 360))
     candidates = np.concatenate([spread, around])
     directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
     normals = directions @ pretravel_map.rotation.T

@@ -123,7 +123,7 @@ def direction_outliers(
     named: Sequence[int],
     effects: MachineEffects,
     confirm: KindOfMap | None,
-) -> list[Outlier]:
+) -> tuple[list[Outlier], HarmonicMapFit]:
     """Directions far from the prediction of the others: a chip, dirt, a wrong normal.
 
     A conspicuous direction is left out, amplitudes are estimated again, and its touches are
@@ -144,11 +144,13 @@ def direction_outliers(
     Returns
     -------
     list of Outlier
+    HarmonicMapFit
+        Of the touches that are not named.
     """
     kept = np.ones(len(observation.groups), dtype=bool)
     kept[list(named)] = False
     part = observation if kept.all() else observation.take(kept)
-    current = fit_harmonic(part)
+    current = good = fit_harmonic(part)
     found: list[Outlier] = []
     for _ in range(MOST_WRONG_DIRECTIONS):
         suspect = _most_suspect(part, current, effects.fixed_scatter)
@@ -182,7 +184,8 @@ def direction_outliers(
                 "Left out: touch there again",
             )
         )
-    return found
+        good = current
+    return found, good
 
 
 def _left_out_distance(

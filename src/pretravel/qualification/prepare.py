@@ -11,7 +11,7 @@ from pretravel.arrays import BoolArray, FloatArray
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.maps.kind import KindOfMap
-from pretravel.maps.kinds.harmonic import fit_harmonic
+from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.delay import (
@@ -49,6 +49,8 @@ class PreparedTouches:
     repeats : Scatter
         Of the used touches.
     outliers : tuple of Outlier
+    detail : HarmonicMapFit or None
+        From the search of outliers: harmonic fits begin there.
     effects : MachineEffects
     delay : SignalDelay or None
     warnings : tuple of str
@@ -61,6 +63,7 @@ class PreparedTouches:
     used: BoolArray
     repeats: Scatter
     outliers: tuple[Outlier, ...]
+    detail: HarmonicMapFit | None
     effects: MachineEffects
     delay: SignalDelay | None
     warnings: tuple[str, ...]
@@ -102,9 +105,10 @@ def prepare(
     corrected = replace(rest.touches, positions=rest.touches.positions + moved @ rotation.T)
     whole = observe(corrected, setup, rotation) if effects.change.any() else rest.observation
     outliers: tuple[Outlier, ...] = ()
+    detail: HarmonicMapFit | None = None
     used = np.ones(len(touches), dtype=bool)
     if setup.search_outliers:
-        outliers = _outliers(corrected, whole, effects, confirm)
+        outliers, detail = _outliers(corrected, whole, effects, confirm)
         used[[row for outlier in outliers for row in outlier.rows]] = False
         if used.mean() < _FEWEST_LEFT:  # another surface, or a kind of probe that is not known
             used[:] = True
@@ -123,6 +127,7 @@ def prepare(
         used=used,
         repeats=scatter_of_repeats(observation),
         outliers=outliers,
+        detail=detail,
         effects=effects,
         delay=rest.delay,
         warnings=(*rest.warnings, *effects.warnings),
@@ -152,11 +157,11 @@ def _outliers(
     observation: Observation,
     effects: MachineEffects,
     confirm: KindOfMap | None,
-) -> tuple[Outlier, ...]:
+) -> tuple[tuple[Outlier, ...], HarmonicMapFit]:
     found = repeat_outliers(touches, observation, effects.step)
     named = [row for outlier in found for row in outlier.rows]
-    found = found + direction_outliers(touches, observation, named, effects, confirm)
-    return tuple(found)
+    directions, detail = direction_outliers(touches, observation, named, effects, confirm)
+    return (*found, *directions), detail
 
 
 @dataclass(frozen=True, eq=False)

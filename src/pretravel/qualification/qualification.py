@@ -211,6 +211,8 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
 
 def _fitted(kind: KindOfMap, ready: PreparedTouches, near: MapFit | None) -> MapFit:
     observation, repeats = ready.observation, ready.repeats
+    if near is None and kind.fits_harmonics and ready.detail is not None:
+        near = ready.detail
     if near is None:
         first = kind.fit(observation, repeats)
     else:
@@ -246,7 +248,8 @@ def _repeatability(fit: MapFit, ready: PreparedTouches) -> Scatter:
     if ready.repeats.dof > 0.0:
         return ready.repeats
     # A coarse kind contains the part that it does not represent in its residuals.
-    fine = fit if isinstance(fit, HarmonicMapFit) else fit_harmonic(fit.observation)
+    fine = fit if isinstance(fit, HarmonicMapFit) else ready.detail
+    fine = fine or fit_harmonic(fit.observation)
     return Scatter(fine.noise, max(fine.dof, 1.0))
 
 
@@ -332,7 +335,9 @@ def _map(
         u_tip_radius=0.5 * setup.u_reference_diameter,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
-        fixed_scatter=math.hypot(fit.fixed_scatter, ready.effects.fixed_scatter),
+        fixed_scatter=math.hypot(
+            max(fit.fixed_scatter, ready.effects.step_scatter), ready.effects.fixed_scatter
+        ),
         rotation=probe_rotation(setup.axis),
         feed=feed if delay is None else 0.0,
         delay=None if delay is None else delay.delay,

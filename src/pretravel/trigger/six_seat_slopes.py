@@ -172,39 +172,34 @@ def _reaction_slopes(seats: SixSeats) -> tuple[FloatArray, FloatArray]:
     lever = seats.named["lever_ratio"]
     per_force[0, :, _COLUMN["lever_ratio"]] = lever * seats.inverse[:, 4]
     per_force[1, :, _COLUMN["lever_ratio"]] = -lever * seats.inverse[:, 3]
-    for columns, by_parameter in zip(_column_slopes(seats), _GEOMETRY, strict=True):
-        turned = seats.inverse @ columns
-        moved -= (turned * seats.at_rest) @ by_parameter
-        for axis in range(3):
-            per_force[axis] -= (turned * seats.per_force[:, axis]) @ by_parameter
-    return moved, per_force
+    turned = seats.inverse @ _column_slopes(seats)
+    loads = np.concatenate([seats.at_rest[None], seats.per_force.T])
+    carried = ((turned[:, None] * loads[:, None, :]) @ _GEOMETRY[:, None]).sum(axis=0)
+    return moved - carried[0], per_force - carried[1:]
 
 
-def _column_slopes(seats: SixSeats) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (6, 6) each."""
+def _column_slopes(seats: SixSeats) -> FloatArray:
+    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (3, 6, 6)."""
     azimuth, radius = np.repeat(seats.azimuths, 2), np.repeat(seats.radii, 2)
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
-    radial = np.stack([cosine, sine, np.zeros(6)])
-    tangential = np.stack([-sine, cosine, np.zeros(6)])
-    up = np.array([[0.0], [0.0], [1.0]])
-    side = SEAT_SIDES
-    flat, steep = side * np.cos(seats.angles), np.sin(seats.angles)
+    side, nothing = SEAT_SIDES, np.zeros(6)
+    upright, steep = np.cos(seats.angles), np.sin(seats.angles)
+    flat, level = side * upright, side * steep
     # Normal: flat t + steep z; moment: radius (flat z - steep t), as in `seat_wrenches`.
-    return (
-        np.concatenate([-flat * radial, radius * steep * radial]),
-        np.concatenate([np.zeros((3, 6)), flat * up - steep * tangential]),
-        np.concatenate(
-            [
-                -side * steep * tangential + np.cos(seats.angles) * up,
-                radius * (-side * steep * up - np.cos(seats.angles) * tangential),
-            ]
-        ),
+    lift, push = radius * steep, radius * upright
+    return np.array(
+        [
+            [-flat * cosine, -flat * sine, nothing, lift * cosine, lift * sine, nothing],
+            [nothing, nothing, nothing, steep * sine, -steep * cosine, flat],
+            [level * sine, -level * cosine, upright, push * sine, -push * cosine, -radius * level],
+        ]
     )
 
 
-def _geometry_slopes() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Derivatives of each seat's azimuth, radius and angle by the parameters, (6, 18) each."""
-    azimuth, radius, angle = np.zeros((3, 6, len(PARAMETERS)))
+def _geometry_slopes() -> FloatArray:
+    """Derivatives of each seat's azimuth, radius and angle by the parameters, (3, 6, 18)."""
+    found = np.zeros((3, 6, len(PARAMETERS)))
+    azimuth, radius, angle = found
     azimuth[:, _COLUMN["rod_azimuth"]] = 1.0
     angle[:, _COLUMN["support_angle"]] = 1.0
     rods = np.repeat(OF_RODS.T, 2, axis=0)
@@ -213,7 +208,7 @@ def _geometry_slopes() -> tuple[FloatArray, FloatArray, FloatArray]:
         radius[:, _COLUMN[f"rod_radius_{contrast}"]] = rods[:, contrast - 1]
     for contrast in range(1, 6):
         angle[:, _COLUMN[f"support_angle_{contrast}"]] = OF_SEATS[contrast - 1]
-    return azimuth, radius, angle
+    return found
 
 
 _GEOMETRY = _geometry_slopes()

@@ -108,7 +108,7 @@ class HarmonicKind(KindOfMap):
 
     name: ClassVar[str] = "harmonic"
     title: ClassVar[str] = "harmonic map"
-    prior_weight: ClassVar[float] = 1.0
+    prior_weight: ClassVar[float] = 0.7
     fits_harmonics: ClassVar[bool] = True
 
     def fit(self, observation: Observation, repeats: Scatter) -> HarmonicMapFit:
