@@ -11,7 +11,7 @@ import pytest
 
 from pretravel.compensation.comparison import compare_corrections
 from pretravel.compensation.compensation import apply
-from pretravel.directions import grid
+from pretravel.directions import fibonacci_cap, grid
 from pretravel.formats.rig_csv import read_rig_trace
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.touches_csv import read_touches
@@ -25,11 +25,14 @@ from pretravel.laboratory.separation_plan import plan_separation
 from pretravel.laboratory.standard_check import CalibratedSphere
 from pretravel.laboratory.standards import CHECKS
 from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.touch_plan import plan_touches
 from pretravel.report.as_json import document_values
 from pretravel.report.certificate_report import TEMPLATE, certificate_document
 from pretravel.report.comparison_report import comparison_document
 from pretravel.report.document import Document
 from pretravel.report.formatting import figure_text
+from pretravel.report.map_update_report import map_update_document
 from pretravel.report.page import page_text
 from pretravel.report.points_report import points_document
 from pretravel.report.prediction_report import prediction_document
@@ -39,8 +42,11 @@ from pretravel.report.rig_report import rig_document
 from pretravel.report.separation_report import separation_document, separation_plan_document
 from pretravel.report.standards_report import standards_document
 from pretravel.report.terminal import terminal_text
+from pretravel.report.touch_plan_report import touch_plan_document
 from pretravel.trigger.predict import predict
+from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
+from tests.support.reference_touches import sphere_touches
 
 SPHERE = EXAMPLES / "sphere_touches.csv"
 
@@ -95,6 +101,17 @@ def _standard() -> Document:
     return standards_document(check, touches_name=SPHERE.name)
 
 
+def _map_update() -> Document:
+    old = example_map()
+    normals = fibonacci_cap(9)
+    touches = sphere_touches(1.01 * old.pretravel(normals), normals)
+    return map_update_document(update_map(touches, old, 25.0), prior_name="old.nc")
+
+
+def _touch_plan() -> Document:
+    return touch_plan_document(plan_touches(example_map(), 6), map_name="old.nc")
+
+
 def _catalogue() -> Document:
     return catalogue_document({"omp40-2": load_probe("omp40-2")})
 
@@ -112,6 +129,8 @@ def _catalogue() -> Document:
         _separation_plan,
         _standard,
         _catalogue,
+        _map_update,
+        _touch_plan,
     ],
 )
 def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
