@@ -107,3 +107,18 @@ def test_a_step_along_the_approach_is_found_in_repeats(noise: float, digits: flo
             assert quantisation_step(positions) == 0.0
     assert false == 0
     assert found >= (17 if digits < 1e-6 or noise > 0.0002 else 0)
+
+
+def test_twice_the_step_is_no_step() -> None:
+    """Behind the last digit 0.1 µm, 1 µm is the largest step; with 2 µm the phases fill an arc."""
+    rng = np.random.default_rng(6)
+    directions = unit(rng.standard_normal((150, 3)))
+    positions = _rounded(_touches(rng, directions, 1, 0.0003)[0], 1e-3) + 0.000341
+    assert quantisation_step(_rounded(positions, 1e-4)) == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_an_unusual_step_is_not_taken_for_a_usual_one_near_it() -> None:
+    """All multiples of 1.15 µm up to two lie within 0.16 of a multiple of 1.25 µm."""
+    rng = np.random.default_rng(7)
+    _, values, groups = _touches(rng, sphere_pattern_25(), 3, 0.0005)
+    assert repeat_step(_rounded(values, 0.00115), groups) == pytest.approx(0.00115, rel=1e-6)
