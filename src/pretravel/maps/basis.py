@@ -210,6 +210,22 @@ class MapBasis(ABC):
     def restored(cls, stored: StoredBasis) -> Self | None:
         """The basis from a file; None where the content is that of another basis of this kind."""
 
+    def sensitivities(self, directions: FloatArray) -> Mapping[str, FloatArray]:
+        """Change of pretravel for a relative change of the probe, where the map knows it.
+
+        Parameters
+        ----------
+        directions : (n, 3) float
+            Probe frame.
+
+        Returns
+        -------
+        mapping of str to (n,) float
+            By "preload" and "stylus_length"; empty where the map has no physical form. [mm]
+        """
+        del directions
+        return {}
+
     def turn_variance(self, design: FloatArray, noise: FloatArray) -> float:
         """Variance of the map's azimuth that the covariance of the coefficients leaves out.
 

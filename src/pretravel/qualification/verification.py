@@ -7,40 +7,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.arrays import BoolArray, FloatArray
 from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
-from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.change_causes import LikelyCause, likely_causes
+from pretravel.qualification.change_tests import (
+    Change,
+    ChangeTests,
+    TouchesAndMap,
+    changes_of,
+    touches_and_map,
+)
+from pretravel.qualification.gross_touches import gross_touch
 from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.quantisation import quantisation_step, repeat_step
 from pretravel.touches import Touches, at_rest
-from pretravel.units import DEGREE
 
-_RESOLUTION = 2e-5
-"""A repeatability below this is that of the last digit of a reading. [mm]"""
-_TURN = 0.5 * DEGREE
-_TESTS = 3
-_POWER = 0.95
-_DISTINCT = 1e-4
-"""Changes that are more alike than this are not separated."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """One way in which a probe can have changed, with its estimate.
-
-    Attributes
-    ----------
-    value, u : float
-        Estimate and standard uncertainty.
-    detectable : float
-        Size that the test detects with 95 % probability.
-    """
-
-    value: float
-    u: float
-    detectable: float
+_MOST_GROSS = 0.1
+"""Share of the touches that can be left out as gross errors; more of them are a change."""
+_FINE_STEP = 0.3
+"""A step below this share of the map's repeatability does not matter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +38,7 @@ class Verification:
     Attributes
     ----------
     changed : bool
-        Whether any of the three tests finds a change.
+        Whether any of the three tests finds a change, without the touches in `gross`.
     false_alarm_rate : float
         Probability that an unchanged probe is reported as changed, all tests together.
     p_form, p_map, p_repeatability : float
@@ -59,9 +47,18 @@ class Verification:
     size, amplitude, turn : Change
         Pretravel in all directions alike [mm]; of the map's variation, as a share; about the
         probe's axis [rad].
+    causes : tuple of LikelyCause
+        Of a change, the most probable first; none without a change.
+    gross : tuple of Outlier
+        Touches that were left out.
+    changed_with_gross : bool
+        The verdict if they are not left out.
     repeatability : float
         Of the new touches; nan without repeats. [mm]
     repeatability_dof : float
+        Heavy tails and differences between the directions reduce it.
+    step : float
+        In which the positions come, if it matters; zero else. [mm]
     largest : float
         Largest difference of a direction's mean from the map, centre fitted. [mm]
     directions : (g, 3) float
@@ -80,8 +77,12 @@ class Verification:
     size: Change
     amplitude: Change
     turn: Change
+    causes: tuple[LikelyCause, ...]
+    gross: tuple[Outlier, ...]
+    changed_with_gross: bool
     repeatability: float
     repeatability_dof: float
+    step: float
     largest: float
     directions: FloatArray
     differences: FloatArray
@@ -119,18 +120,19 @@ def verify(
     Raises
     ------
     PretravelError
-        A map that states no uncertainty; a rate outside its range; fewer than 5 directions (4 on
-        a ring); touches that cannot be of this reference; another feed than the map's.
-    ExtrapolationError
-        Directions outside the map.
+        A map without an uncertainty of its own, of a kind that does not follow the probe, of
+        another feed; touches that are too few, or in directions outside the map.
 
     Notes
     -----
-    The centre is fitted. Differences of direction means from the map have the covariance of
-    the map plus that of the repeatability. A probe is reported as changed if one of three tests,
-    each at a third of the rate, rejects: size, amplitude and turn against F with 3, all
-    directions against F with their number less the centre's, the variance of repeats
-    (two-sided); with the degrees of freedom of the map's repeatability in the denominator.
+    The centre of the reference is fitted, so that a shift of it does not count. Three tests each
+    take a third of the false-alarm rate: generalised least squares of the mean touches of each
+    direction on size, amplitude and turn; their whole difference from the map; the variance of
+    repeats (two-sided). The noise is that of the touches: by direction where the directions
+    differ, with the degrees of freedom that heavy tails leave, and with q²/12 of a step q that
+    repeats do not reduce.
+
+    Touches far outside their noise are left out one at a time, and named.
     """
     _refuse_unusable(pretravel_map, false_alarm_rate)
     warnings = _feed_warnings(touches, pretravel_map)
@@ -142,31 +144,101 @@ def verify(
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
-    comparison = _compared(observe(touches, setup, pretravel_map.rotation), pretravel_map)
-    rate = false_alarm_rate / _TESTS
-    p_map, shift = _test_of_all_directions(comparison)
-    p_form, changes = _test_of_form(comparison, rate)
-    repeats, p_repeatability = _test_of_repeatability(comparison)
-    tests = [p for p in (p_form, p_map, p_repeatability) if not math.isnan(p)]
-    differences = comparison.differences - comparison.center @ shift
+    new = _NewTouches(touches, pretravel_map, setup)
+    everything = new.compared(np.ones(len(touches), dtype=bool))
+    compared, gross = new.without_gross(everything)
+    tests = changes_of(compared, false_alarm_rate)
+    with_gross = changes_of(everything, false_alarm_rate).changed if gross else tests.changed
+    return _result(
+        compared,
+        tests,
+        causes=likely_causes(compared, pretravel_map) if tests.changed else (),
+        gross=gross,
+        changed_with_gross=with_gross,
+        touches=len(touches),
+        warnings=(*warnings, *_gross_warnings(gross, tests.changed, with_gross)),
+    )
+
+
+def _result(
+    compared: TouchesAndMap,
+    tests: ChangeTests,
+    *,
+    causes: tuple[LikelyCause, ...],
+    gross: tuple[Outlier, ...],
+    changed_with_gross: bool,
+    touches: int,
+    warnings: tuple[str, ...],
+) -> Verification:
+    repeats = compared.scatter_of_touches
     return Verification(
-        changed=min(tests) < rate,
-        false_alarm_rate=false_alarm_rate,
-        p_form=p_form,
-        p_map=p_map,
-        p_repeatability=p_repeatability,
-        size=changes[0],
-        amplitude=changes[1],
-        turn=changes[2],
+        changed=tests.changed,
+        false_alarm_rate=tests.false_alarm_rate,
+        p_form=tests.p_form,
+        p_map=tests.p_map,
+        p_repeatability=tests.p_repeatability,
+        size=tests.size,
+        amplitude=tests.amplitude,
+        turn=tests.turn,
+        causes=causes,
+        gross=gross,
+        changed_with_gross=changed_with_gross,
         repeatability=repeats.deviation if repeats.dof > 0.0 else math.nan,
         repeatability_dof=repeats.dof,
-        largest=float(np.max(np.abs(differences))),
-        directions=comparison.observation.group_directions,
-        differences=differences,
-        u_differences=np.sqrt(np.diagonal(comparison.covariance)),
-        touches=len(touches),
-        warnings=tuple(warnings),
+        step=compared.step,
+        largest=tests.largest,
+        directions=compared.observation.group_directions,
+        differences=tests.differences,
+        u_differences=np.sqrt(np.diagonal(compared.covariance)),
+        touches=touches,
+        warnings=warnings,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _NewTouches:
+    """New touches, at rest, and the map that they are compared with."""
+
+    touches: Touches
+    pretravel_map: PretravelMap
+    setup: QualificationSetup
+
+    def compared(self, kept: BoolArray) -> TouchesAndMap:
+        """Those of a mask beside the map."""
+        part = self.touches.take(np.flatnonzero(kept))
+        observation = observe(part, self.setup, self.pretravel_map.rotation)
+        step = max(
+            quantisation_step(part.positions),
+            repeat_step(observation.values, observation.groups),
+        )
+        if step < _FINE_STEP * self.pretravel_map.repeatability:
+            step = 0.0
+        return touches_and_map(observation, self.pretravel_map, step)
+
+    def without_gross(self, compared: TouchesAndMap) -> tuple[TouchesAndMap, tuple[Outlier, ...]]:
+        """Touches and map without gross errors, and the gross errors; too many are kept."""
+        current, found = compared, list[Outlier]()
+        kept = np.ones(len(self.touches), dtype=bool)
+        while (worst := gross_touch(self.touches, current, np.flatnonzero(kept))) is not None:
+            found.append(worst)
+            kept[list(worst.rows)] = False
+            if len(found) > max(_MOST_GROSS * len(kept), 1.0):
+                return compared, ()
+            current = self.compared(kept)
+        return current, tuple(found)
+
+
+def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool) -> list[str]:
+    if not gross:
+        return []
+    word = {True: "changed", False: "no change"}
+    verdict = (
+        f"the verdict is the same with {'it' if len(gross) == 1 else 'them'}"
+        if changed == with_gross
+        else f"without {'it' if len(gross) == 1 else 'them'} the verdict is: {word[changed]}; "
+        f"with: {word[with_gross]}. Touch there again"
+    )
+    return [*(f"{outlier.message}. It was left out" for outlier in gross), verdict]
 
 
 def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> None:
@@ -189,110 +261,6 @@ def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> No
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Compared:
-    """Mean touches of each direction beside the map, and the ways in which they can differ."""
-
-    observation: Observation
-    differences: FloatArray
-    """Mean less map, (g,). [mm]"""
-    mean: FloatArray
-    center: FloatArray
-    """Columns of a shift of the centre, (g, axes)."""
-    covariance: FloatArray
-    """Of the differences, (g, g). [mm²]"""
-    whitened_design: FloatArray
-    """Columns of centre, size, amplitude and turn."""
-    whitened_differences: FloatArray
-    sigma: float
-    """Repeatability of the map. [mm]"""
-    dof: float
-
-
-def _compared(observation: Observation, pretravel_map: PretravelMap) -> _Compared:
-    count = np.bincount(observation.groups)
-    axes = observation.axes
-    if len(count) < axes + 2:
-        raise PretravelError(
-            f"{len(count)} directions: the centre takes {axes}, and at least {axes + 2} are needed "
-            "to detect a change"
-        )
-    directions = observation.group_directions
-    machine = directions @ pretravel_map.rotation.T
-    value = pretravel_map.pretravel(machine)
-    # Directions within a group differ by 0.1° at most: the map's slope within it is left out.
-    mean = np.bincount(observation.groups, observation.values) / count
-    sigma = max(pretravel_map.repeatability, _RESOLUTION)
-    noise = sigma**2 / count
-    variation = value - float(np.mean(value))
-    turned = directions @ probe_rotation(rotation=_TURN).T @ pretravel_map.rotation.T
-    slope = (pretravel_map.pretravel(turned, extrapolate=True) - value) / _TURN
-    center = directions[:, :axes]
-    # A probe turned by +a has the map that it had a before.
-    design = np.column_stack([center, np.ones(len(value)), variation, -slope])
-    covariance = pretravel_map.value_covariance(machine) + np.diag(noise)
-    turn_variance = pretravel_map.basis.turn_variance(design, noise)
-    if turn_variance:
-        covariance = covariance + turn_variance * np.outer(slope, slope)
-    root = np.linalg.cholesky(covariance)
-    return _Compared(
-        observation=observation,
-        differences=mean - value,
-        mean=mean,
-        center=center,
-        covariance=covariance,
-        whitened_design=np.linalg.solve(root, design),
-        whitened_differences=np.linalg.solve(root, mean - value),
-        sigma=sigma,
-        dof=pretravel_map.repeatability_dof,
-    )
-
-
-def _test_of_all_directions(compared: _Compared) -> tuple[float, FloatArray]:
-    """P of all differences together, the centre fitted; and the shift of the centre. [mm]"""
-    only_center = compared.whitened_design[:, : compared.center.shape[1]]
-    y = compared.whitened_differences
-    shift = np.linalg.lstsq(only_center, y, rcond=None)[0]
-    left = y - only_center @ shift
-    freedom = len(y) - compared.center.shape[1]
-    p_value = _p_value(float(left @ left), freedom, compared.dof)
-    return p_value, np.asarray(shift, dtype=np.float64)
-
-
-def _test_of_form(compared: _Compared, rate: float) -> tuple[float, list[Change]]:
-    """P of size, amplitude and turn together, and each of them."""
-    axes, x = compared.center.shape[1], compared.whitened_design
-    usable = _separable(x, axes)
-    estimate, own_covariance = _least_squares(
-        x[:, [*range(axes), *usable]], compared.whitened_differences
-    )
-    b, c = estimate[axes:], own_covariance[axes:, axes:]
-    p_form = _p_value(float(b @ np.linalg.solve(c, b)), len(b), compared.dof)
-    detectable = _noncentrality(len(b), rate)
-    changes = [Change(0.0, math.inf, math.inf)] * 3
-    for i, column in enumerate(usable):
-        changes[column - axes] = Change(
-            float(b[i]), math.sqrt(c[i, i]), math.sqrt(detectable * c[i, i])
-        )
-    return p_form, changes
-
-
-def _test_of_repeatability(compared: _Compared) -> tuple[Scatter, float]:
-    """Scatter of the new repeats, and its two-sided p; nan without repeats."""
-    from scipy import stats
-
-    groups, dof = compared.observation.groups, compared.dof
-    free = int(np.sum(np.bincount(groups) - 1))
-    if free == 0:
-        return Scatter(0.0, 0.0), math.nan
-    scatter = compared.observation.values - compared.mean[groups]
-    deviation = math.sqrt(float(scatter @ scatter) / free)
-    ratio = (max(deviation, _RESOLUTION) / compared.sigma) ** 2
-    law = stats.f(free, dof) if math.isfinite(dof) else stats.chi2(free, scale=1.0 / free)
-    p_value = float(2.0 * min(law.sf(ratio), law.cdf(ratio), 0.5))
-    return Scatter(deviation, float(free)), p_value
-
-
 def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
     if pretravel_map.delay is not None or pretravel_map.feed is None:
         return []
@@ -310,41 +278,3 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
             "like a change. Touch at the map's feed, or qualify at two feeds"
         )
     return []
-
-
-def _separable(x: FloatArray, axes: int) -> list[int]:
-    """Columns beside the centre's that the directions separate: size, then amplitude, then turn.
-
-    A flat map has no amplitude and no turn; few directions do not determine them.
-    """
-    chosen = list(range(axes))
-    scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)
-    weak = np.linalg.norm(x, axis=0) < 1e-6 * np.linalg.norm(x[:, axes])
-    for column in range(axes, axes + 3):
-        trial = [*chosen, column]
-        values = np.linalg.svd(scaled[:, trial], compute_uv=False)
-        if not weak[column] and len(values) == len(trial) and values[-1] > _DISTINCT * values[0]:
-            chosen = trial
-    return chosen[axes:]
-
-
-def _least_squares(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    information = np.linalg.pinv(x.T @ x, hermitian=True)
-    return np.asarray(information @ x.T @ y), np.asarray(information)
-
-
-def _p_value(statistic: float, freedom: int, dof: float) -> float:
-    from scipy import stats
-
-    if math.isfinite(dof):
-        return float(stats.f.sf(statistic / freedom, freedom, dof))
-    return float(stats.chi2.sf(statistic, freedom))
-
-
-def _noncentrality(freedom: int, rate: float) -> float:
-    """Of the chi-square that is above its limit with 95 % probability."""
-    from scipy import stats
-    from scipy.optimize import brentq
-
-    limit = stats.chi2.isf(rate, freedom)
-    return float(brentq(lambda x: stats.ncx2.sf(limit, freedom, x) - _POWER, 1e-3, 1e4))

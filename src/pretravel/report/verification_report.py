@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.formats.probe_history import Entry
-from pretravel.qualification.verification import Change, Verification
+from pretravel.qualification.change_tests import Change
+from pretravel.qualification.verification import Verification
 from pretravel.report.document import Document, KeyFigure, Picture
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.report.history_report import draw_chart

@@ -23,6 +23,24 @@ _OWN = 5 + len(PARAMETERS)
 
 
 _DEGREE_ORDER = ("degree", "order")
+_POWERS = {
+    "preload": {
+        "lateral_deflection": 1.0,
+        "seat_indentation": 2.0 / 3.0,
+        "tip_approach": 2.0 / 3.0,
+    },
+    "stylus_length": {
+        "lever_ratio": 0.85,
+        "lateral_deflection": 2.4,
+        "axial_ratio": -2.4,
+        "tip_approach": -0.55,
+    },
+}
+"""With which power of preload and stylus length the parameters, which are logarithms, change.
+
+Preload: bending is linear, Hertz's contacts have the power 2/3. The probes of the catalogue have
+levers of 0.8 to 0.9 of which a stylus is; their bending grows with the power 3.0 to 3.4 of its
+length, the trigger force decreases with that of the lever, and the stem's compression is linear."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +110,13 @@ class SixSeatBasis(MapBasis):
     def slopes(self, directions: FloatArray) -> FloatArray:
         """Derivatives of pretravel by each parameter, (n, 18). [mm]"""
         return six_seat_slopes(self.values, directions)
+
+    def sensitivities(self, directions: FloatArray) -> Mapping[str, FloatArray]:
+        slopes = dict(zip((p.name for p in PARAMETERS), self.slopes(directions).T, strict=True))
+        return {
+            change: np.asarray(sum(power * slopes[name] for name, power in powers.items()))
+            for change, powers in _POWERS.items()
+        }
 
     def displacement(
         self, directions: FloatArray, curvatures: FloatArray | None = None

@@ -1,0 +1,294 @@
+"""Likely causes of a change of a probe, with their probabilities.
+
+Every cause is a pattern over the directions, or a change of the scatter, with a prior for its
+size. The probability of the touches under each is an integral over the size (Bayes); the centre of
+the reference is unknown throughout. A bent stylus and a moved tip shift the centre only, and
+touches on a sphere do not show them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.qualification.change_tests import TouchesAndMap, turned_value
+from pretravel.units import DEGREE, MICROMETRE
+
+PRELOAD, STYLUS_LENGTH, TURN = "spring preload", "stylus length", "turn about the axis"
+TIP_SIZE, LOOSE, SOFT_SIDE = "tip size", "loose stylus or tip", "softer to one side"
+ONE_DIRECTION, STEADIER = "one direction", "steadier touches"
+UNKNOWN_CAUSE, CHANCE = "unknown", "chance"
+
+CAUSES = {
+    PRELOAD: 0.15,
+    STYLUS_LENGTH: 0.15,
+    TURN: 0.20,
+    TIP_SIZE: 0.15,
+    LOOSE: 0.15,
+    SOFT_SIDE: 0.05,
+    ONE_DIRECTION: 0.05,
+    STEADIER: 0.02,
+    UNKNOWN_CAUSE: 0.08,
+}
+"""Causes of a change and their prior probabilities. `CHANCE`, no change, is as probable as all."""
+
+_LOWER_PRELOAD = 0.8
+"""Probability that a changed preload is a lower one: springs relax."""
+_SIZES = {PRELOAD: 0.2, STYLUS_LENGTH: 0.3, TIP_SIZE: 3.0 * MICROMETRE}
+"""Standard deviations of the sizes before the touches: relative, and of the tip's radius."""
+_TURNS = 20.0 * DEGREE
+_SOFT = 2.0 * MICROMETRE
+_ONE_DIRECTION = 10.0 * MICROMETRE
+_SCATTER = 2.0
+"""Of the logarithm of the ratio of variances: a factor of 2.7 in the standard deviation."""
+_UNKNOWN_SIZES = MICROMETRE * np.geomspace(0.1, 30.0, 9)
+_UNKNOWN_ANGLE = 0.6
+"""Directions closer than this change alike, in an unknown smooth change. [rad]"""
+_SCATTER_ALSO = 0.1
+"""Probability that the scatter changes with another cause."""
+_MODEL = {PRELOAD: 0.05, STYLUS_LENGTH: 0.1}
+"""Relative uncertainty of a size from what the patterns leave out."""
+_TYPICAL_LEVEL = 10.0 * MICROMETRE
+"""Mean pretravel of a map whose level is not known."""
+_BENDING_POWER, _BENDING_SHARE = 2.3, 0.9
+"""Pretravel grows with this power of the stylus's length, and changes by this share of a change of
+preload (bending is linear, Hertz's contacts are not); 2.0 to 2.5 and 0.86 to 0.94 in the
+catalogue."""
+_AXIAL_RATIO = 0.03
+
+
+@dataclass(frozen=True)
+class LikelyCause:
+    """A cause of a change, with its probability.
+
+    Attributes
+    ----------
+    name : str
+        One of `CAUSES`, or `CHANCE`: a false alarm.
+    probability : float
+        Among all causes.
+    value, u : float
+        Size of the change and its standard uncertainty if this is the cause: relative (preload,
+        length), angle [rad], radius of the tip [mm], scatter over that of the map, largest
+        difference of a soft side or of one direction [mm]; nan where there is no size.
+    direction : tuple of float
+        Where one direction alone has changed, probe frame; else empty.
+    """
+
+    name: str
+    probability: float
+    value: float = math.nan
+    u: float = math.nan
+    direction: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """Logarithm of the probability of the touches, over that without a change."""
+
+    log: float
+    value: float = math.nan
+    u: float = math.nan
+    direction: tuple[float, ...] = ()
+
+
+def likely_causes(compared: TouchesAndMap, pretravel_map: PretravelMap) -> tuple[LikelyCause, ...]:
+    """Causes that explain a change, the most probable first.
+
+    Parameters
+    ----------
+    compared : TouchesAndMap
+        New touches and map.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    tuple of LikelyCause
+        All of them; their probabilities add up to one.
+
+    Notes
+    -----
+    A pattern g of size b has the prior N(0, s²), for the preload with 0.8 of its probability below
+    zero. With weights W (the inverse covariance, free of the centre), the touches y have the
+    evidence exp(½ (gᵀW y)² v) √(v / s²), v = 1 / (gᵀW g + 1 / s²), over that of no change. An
+    unknown change has independent or smooth differences of any size from 0.1 to 30 µm.
+    """
+    patterns = _of_patterns(compared, pretravel_map)
+    same, larger, smaller = _of_scatter(compared)
+    also = np.logaddexp(
+        same + math.log(1.0 - _SCATTER_ALSO),
+        np.logaddexp(larger, smaller) + math.log(0.5 * _SCATTER_ALSO),
+    )
+    found = {
+        name: _Evidence(e.log + also, e.value, e.u, e.direction) for name, e in patterns.items()
+    }
+    factor = math.exp(0.5 * compared.scatter_ratio)
+    u_factor = 0.5 * factor * compared.u_scatter_ratio
+    found[LOOSE] = _Evidence(larger, factor, u_factor)
+    found[STEADIER] = _Evidence(smaller, factor, u_factor)
+    logs = {name: e.log + math.log(CAUSES[name]) for name, e in found.items()}
+    found[CHANCE], logs[CHANCE] = _Evidence(same), same
+    total = np.logaddexp.reduce(list(logs.values()))
+    causes = [
+        LikelyCause(name, math.exp(logs[name] - total), e.value, e.u, e.direction)
+        for name, e in found.items()
+    ]
+    return tuple(sorted(causes, key=lambda cause: -cause.probability))
+
+
+def _of_patterns(compared: TouchesAndMap, pretravel_map: PretravelMap) -> dict[str, _Evidence]:
+    weights = compared.weights
+    preload, length = _patterns_of_forces(compared, pretravel_map)
+    found = {
+        PRELOAD: _of_size(compared, weights, preload, _SIZES[PRELOAD], _LOWER_PRELOAD),
+        STYLUS_LENGTH: _of_size(compared, weights, length, _SIZES[STYLUS_LENGTH]),
+        # A smaller tip touches later, which looks like a larger pretravel.
+        TIP_SIZE: _of_size(compared, weights, -np.ones(len(preload)), _SIZES[TIP_SIZE]),
+        TURN: _of_turn(compared, weights, pretravel_map),
+        SOFT_SIDE: _of_soft_side(compared, weights),
+        ONE_DIRECTION: _of_one_direction(compared, weights),
+        UNKNOWN_CAUSE: _Evidence(_of_unknown(compared)),
+    }
+    for name, relative in _MODEL.items():
+        e = found[name]
+        found[name] = _Evidence(e.log, e.value, math.hypot(e.u, relative * e.value))
+    return found
+
+
+def _patterns_of_forces(
+    compared: TouchesAndMap, pretravel_map: PretravelMap
+) -> tuple[FloatArray, FloatArray]:
+    """Change of pretravel per relative change of preload and of stylus length, (g,) each. [mm]"""
+    directions = compared.observation.group_directions
+    known = pretravel_map.basis.sensitivities(directions)
+    if known:
+        return known["preload"], known["stylus_length"]
+    value = compared.value
+    if not pretravel_map.provenance.level_known:
+        value = value - float(np.mean(value)) + _TYPICAL_LEVEL
+    along = directions[:, 2] ** 2
+    across = 1.0 - along
+    lateral = across / (across + _AXIAL_RATIO * along)
+    return _BENDING_SHARE * value, _BENDING_POWER * lateral * value
+
+
+def _of_size(
+    compared: TouchesAndMap,
+    weights: FloatArray,
+    pattern: FloatArray,
+    spread: float,
+    below: float = 0.5,
+) -> _Evidence:
+    """Of one pattern with a size N(0, spread²); `below` is the probability of a negative size."""
+    from scipy.special import log_ndtr
+
+    slope = float(pattern @ weights @ compared.differences)
+    variance = 1.0 / (float(pattern @ weights @ pattern) + 1.0 / spread**2)
+    mean = variance * slope
+    log = 0.5 * slope * mean + 0.5 * math.log(variance / spread**2)
+    score = mean / math.sqrt(variance)
+    sides = np.logaddexp(
+        math.log(2.0 * below) + log_ndtr(-score), math.log(2.0 - 2.0 * below) + log_ndtr(score)
+    )
+    return _Evidence(log + float(sides), mean, math.sqrt(variance))
+
+
+def _of_turn(
+    compared: TouchesAndMap, weights: FloatArray, pretravel_map: PretravelMap
+) -> _Evidence:
+    """Of a turn: the map turned by the best of many angles, and its slope there (Laplace)."""
+    observation, y = compared.observation, compared.differences
+    step = 2.5 * DEGREE
+    angles = np.arange(-24, 25) * step
+    steps = np.stack(
+        [turned_value(observation, pretravel_map, angle) - compared.value for angle in angles]
+    )
+    apart = y - steps
+    prior = 0.5 * (angles / _TURNS) ** 2
+    best = angles[np.argmin(0.5 * np.einsum("ag,gh,ah->a", apart, weights, apart) + prior)]
+    for _ in range(2):
+        ahead, there, behind = (
+            turned_value(observation, pretravel_map, best + shift * DEGREE) - compared.value
+            for shift in (0.5, 0.0, -0.5)
+        )
+        slope, left = (ahead - behind) / DEGREE, y - there
+        variance = 1.0 / (float(slope @ weights @ slope) + 1.0 / _TURNS**2)
+        push = float(slope @ weights @ left) - best / _TURNS**2
+        log = 0.5 * float(y @ weights @ y - left @ weights @ left) - 0.5 * (best / _TURNS) ** 2
+        log += 0.5 * push**2 * variance + 0.5 * math.log(variance / _TURNS**2)
+        best = best + variance * push
+    return _Evidence(log, best, math.sqrt(variance))
+
+
+def _of_soft_side(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
+    """Of a stylus or seat that yields more across one axis: a second harmonic of the azimuth."""
+    x, y, _ = compared.observation.group_directions.T
+    pattern = np.column_stack([x**2 - y**2, 2.0 * x * y])
+    slope = pattern.T @ weights @ compared.differences
+    precision = pattern.T @ weights @ pattern + np.eye(2) / _SOFT**2
+    covariance = np.linalg.inv(precision)
+    mean = covariance @ slope
+    log = (
+        0.5 * float(slope @ mean)
+        + 0.5 * math.log(np.linalg.det(covariance))
+        - 2.0 * math.log(_SOFT)
+    )
+    size = float(np.linalg.norm(mean))
+    along = mean / size if size else np.array([1.0, 0.0])
+    return _Evidence(log, size, math.sqrt(float(along @ covariance @ along)))
+
+
+def _of_one_direction(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
+    """Of a difference in one direction alone, any of them: dirt or a chip on the reference."""
+    precision = np.diagonal(weights) + 1.0 / _ONE_DIRECTION**2
+    slope = weights @ compared.differences
+    logs = 0.5 * slope**2 / precision - 0.5 * np.log(precision * _ONE_DIRECTION**2)
+    best = int(np.argmax(logs))
+    return _Evidence(
+        float(np.logaddexp.reduce(logs)) - math.log(len(logs)),
+        float(slope[best] / precision[best]),
+        1.0 / math.sqrt(precision[best]),
+        tuple(float(x) for x in compared.observation.group_directions[best]),
+    )
+
+
+def _of_unknown(compared: TouchesAndMap) -> float:
+    """Of differences without a known pattern: independent or smooth ones, of any size."""
+    directions = compared.observation.group_directions
+    angle = np.arccos(np.clip(directions @ directions.T, -1.0, 1.0))
+    smooth = np.exp(-0.5 * (angle / _UNKNOWN_ANGLE) ** 2)
+    none = _log_probability(compared, compared.covariance)
+    logs = [
+        _log_probability(compared, compared.covariance + size**2 * shape) - none
+        for shape in (np.eye(len(angle)), smooth)
+        for size in _UNKNOWN_SIZES
+    ]
+    return float(np.logaddexp.reduce(logs)) - math.log(len(logs))
+
+
+def _log_probability(compared: TouchesAndMap, covariance: FloatArray) -> float:
+    """Of the differences, the centre integrated out (restricted likelihood)."""
+    root = np.linalg.cholesky(covariance)
+    center, y = np.linalg.solve(root, compared.center), np.linalg.solve(root, compared.differences)
+    q, r = np.linalg.qr(center)
+    left = y - q @ (q.T @ y)
+    logs = np.log(np.diagonal(root)).sum() + np.log(np.abs(np.diagonal(r))).sum()
+    return float(-0.5 * left @ left - logs)
+
+
+def _of_scatter(compared: TouchesAndMap) -> tuple[float, float, float]:
+    """Logarithms of the probability of the scatter if it is the same, larger, smaller."""
+    from scipy.special import log_ndtr
+
+    if math.isnan(compared.scatter_ratio):
+        return 0.0, -math.inf, -math.inf
+    ratio, variance = compared.scatter_ratio, compared.u_scatter_ratio**2
+    same = -0.5 * (ratio**2 / variance + math.log(variance))
+    wide = variance + _SCATTER**2
+    changed = -0.5 * (ratio**2 / wide + math.log(wide)) + math.log(2.0)
+    score = ratio * _SCATTER / math.sqrt(variance * wide)
+    return same, changed + float(log_ndtr(score)), changed + float(log_ndtr(-score))

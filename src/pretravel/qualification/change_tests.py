@@ -1,0 +1,370 @@
+"""Tests of new touches against a map: size, amplitude and turn; all directions; scatter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
+from pretravel.units import DEGREE
+
+_RESOLUTION = 2e-5
+"""A repeatability below this is that of the last digit of a reading. [mm]"""
+_TURN = 0.5 * DEGREE
+_TESTS = 3
+_POWER = 0.95
+_DISTINCT = 1e-4
+"""Changes that are more alike than this are not separated."""
+_LARGER = 0.9
+"""Share of false alarms of the test of scatter that say that it is larger.
+
+A smaller scatter is no fault of a probe; a bad touch of the qualification causes it."""
+_SAME_SCATTER = 0.05
+"""With a p-value above this, the scatter of map and new touches is determined from both."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """One way in which a probe can have changed, with its estimate.
+
+    Attributes
+    ----------
+    value, u : float
+        Estimate and standard uncertainty.
+    detectable : float
+        Size that the test detects with 95 % probability.
+    """
+
+    value: float
+    u: float
+    detectable: float
+
+
+@dataclass(frozen=True, eq=False)
+class TouchesAndMap:
+    """Mean touches of each of g directions beside the map.
+
+    Attributes
+    ----------
+    observation : Observation
+    noise : TouchNoise
+        Of the new touches; with that of the map, unless they differ.
+    scatter_of_touches : Scatter
+        Of the new touches alone, among repeats.
+    step : float
+        Of the positions. [mm]
+    value : (g,) float
+        The map. [mm]
+    differences : (g,) float
+        Mean less map. [mm]
+    design : (g, axes + 3) float
+        Columns of centre, size, amplitude and turn.
+    of_map, covariance : (g, g) float
+        Covariance of the map, and of the differences. [mm²]
+    scatter_of_map : Scatter
+        Of a touch, as far as it is known from the map.
+    scatter_ratio, u_scatter_ratio : float
+        Logarithm of the variance among repeats over that of the map, and its standard
+        uncertainty; nan without repeats.
+    p_repeatability : float
+        Two-sided; nan without repeats.
+    """
+
+    observation: Observation
+    noise: TouchNoise
+    scatter_of_touches: Scatter
+    step: float
+    value: FloatArray
+    differences: FloatArray
+    design: FloatArray
+    of_map: FloatArray
+    covariance: FloatArray
+    scatter_of_map: Scatter
+    scatter_ratio: float
+    u_scatter_ratio: float
+    p_repeatability: float
+
+    @property
+    def center(self) -> FloatArray:
+        """Columns of a shift of the centre, (g, axes)."""
+        return self.design[:, : self.observation.axes]
+
+    @property
+    def weights(self) -> FloatArray:
+        """Inverse of the covariance where any centre is allowed, (g, g). [1/mm²]"""
+        inverse = np.linalg.inv(self.covariance)
+        seen = inverse @ self.center
+        return np.asarray(inverse - seen @ np.linalg.pinv(self.center.T @ seen) @ seen.T)
+
+
+@dataclass(frozen=True)
+class ChangeTests:
+    """What the tests find.
+
+    Attributes
+    ----------
+    changed : bool
+        Whether any of them finds a change.
+    false_alarm_rate : float
+        Of all of them together.
+    p_form, p_map, p_repeatability : float
+        Size, amplitude and turn together; all directions together; scatter of repeats.
+    size, amplitude, turn : Change
+    largest : float
+        Largest difference of a direction, centre fitted. [mm]
+    differences : (g,) float
+        Centre fitted. [mm]
+    """
+
+    changed: bool
+    false_alarm_rate: float
+    p_form: float
+    p_map: float
+    p_repeatability: float
+    size: Change
+    amplitude: Change
+    turn: Change
+    largest: float
+    differences: FloatArray
+
+
+def touches_and_map(
+    observation: Observation, pretravel_map: PretravelMap, step: float
+) -> TouchesAndMap:
+    """Compare the mean touches of each direction with a map.
+
+    Parameters
+    ----------
+    observation : Observation
+    pretravel_map : PretravelMap
+    step : float
+        Of the positions; zero where they have none. [mm]
+
+    Returns
+    -------
+    TouchesAndMap
+
+    Raises
+    ------
+    PretravelError
+        Fewer directions than the centre and a change need, or some outside the map.
+    """
+    counts = np.bincount(observation.groups)
+    axes = observation.axes
+    if len(counts) < axes + 2:
+        raise PretravelError(
+            f"{len(counts)} directions: the centre takes {axes}, and at least {axes + 2} are "
+            "needed to detect a change"
+        )
+    of_map = Scatter(max(pretravel_map.repeatability, _RESOLUTION), pretravel_map.repeatability_dof)
+    noise = touch_noise(observation, of_map, step)
+    own = noise.scatter
+    ratio, u_ratio, p_repeatability = _scatter_ratio(noise, of_map, step)
+    if p_repeatability > _SAME_SCATTER:
+        noise = noise.pooled_with(of_map)
+    # Directions within a group differ by 0.1° at most: the map's slope within it is left out.
+    mean = np.bincount(observation.groups, observation.values) / counts
+    directions = observation.group_directions
+    machine = directions @ pretravel_map.rotation.T
+    value = pretravel_map.pretravel(machine)
+    slope = (turned_value(observation, pretravel_map, _TURN) - value) / _TURN
+    center = directions[:, :axes]
+    design = np.column_stack([center, np.ones(len(value)), value - float(np.mean(value)), slope])
+    fixed = max(noise.fixed_variance, pretravel_map.fixed_scatter**2)
+    of_means = noise.variances / noise.counts + fixed
+    uncertain = _covariance_of_map(pretravel_map, machine, noise, of_map, step)
+    turn_variance = pretravel_map.basis.turn_variance(design, of_means)
+    if turn_variance:
+        uncertain = uncertain + turn_variance * np.outer(slope, slope)
+    return TouchesAndMap(
+        observation=observation,
+        noise=noise,
+        scatter_of_touches=own,
+        step=step,
+        value=value,
+        differences=mean - value,
+        design=design,
+        of_map=uncertain,
+        covariance=uncertain + np.diag(of_means),
+        scatter_of_map=of_map,
+        scatter_ratio=ratio,
+        u_scatter_ratio=u_ratio,
+        p_repeatability=p_repeatability,
+    )
+
+
+def turned_value(observation: Observation, pretravel_map: PretravelMap, angle: float) -> FloatArray:
+    """The map of the probe turned about its axis by an angle [rad], at the directions, (g,). [mm]
+
+    A probe turned by +a has the pretravel at an azimuth that it had at the azimuth less a.
+    """
+    turned = observation.group_directions @ probe_rotation(rotation=angle)
+    return pretravel_map.pretravel(turned @ pretravel_map.rotation.T, extrapolate=True)
+
+
+def _covariance_of_map(
+    pretravel_map: PretravelMap,
+    normals: FloatArray,
+    noise: TouchNoise,
+    of_map: Scatter,
+    step: float,
+) -> FloatArray:
+    """Covariance of the map at the directions, with the noise that touches show by direction.
+
+    Touches of the qualification had the same noise by direction, on the same machine.
+    """
+    stated = pretravel_map.value_covariance(normals)
+    larger = np.sqrt(noise.relative)
+    covariance = stated * np.outer(larger, larger)
+    fixed = fixed_part(of_map.deviation, step) - pretravel_map.fixed_scatter**2
+    if fixed <= 0.0:
+        return np.asarray(covariance)
+    # The map was fitted as if its repeats reduced all of the noise. Its covariance over the
+    # variance of its mean touches is how much of the noise the fit follows, at most all of it.
+    repeats = 1.0
+    if math.isfinite(of_map.dof):
+        repeats += of_map.dof / len(pretravel_map.support.nodes)
+    values, vectors = np.linalg.eigh(stated * repeats / of_map.deviation**2)
+    followed = (vectors * np.clip(values, 0.0, 1.0)) @ vectors.T
+    return np.asarray(covariance + fixed * followed)
+
+
+def _scatter_ratio(noise: TouchNoise, of_map: Scatter, step: float) -> tuple[float, float, float]:
+    """Logarithm of the ratio of variances, its standard uncertainty, and the p-value."""
+    if noise.scatter.dof == 0.0:
+        return math.nan, math.nan, math.nan
+    # One touch on the other side of a step, which may or may not have occurred, counts in both.
+    crossing = step**2 / 3.0 / len(noise.counts)
+    new = max(noise.scatter.deviation, _RESOLUTION) ** 2 + crossing
+    trimmed = max(noise.trimmed, _RESOLUTION) ** 2 + crossing
+    old = of_map.deviation**2 + crossing
+    # Heavy tails and different directions reduce the degrees of freedom of the map's as well.
+    dof = noise.scatter.dof
+    dof_of_map = of_map.dof * dof / float(np.sum(noise.counts - 1.0))
+    larger = _p_value(min(new, trimmed) / old, dof, dof_of_map)
+    smaller = 1.0 - _p_value(new / old, dof, dof_of_map)
+    p_value = min(larger / _LARGER, smaller / (1.0 - _LARGER), 1.0)
+    return math.log(new / old), math.sqrt(2.0 / dof + 2.0 / dof_of_map), p_value
+
+
+def changes_of(compared: TouchesAndMap, false_alarm_rate: float) -> ChangeTests:
+    """All tests, each at its share of the false-alarm rate.
+
+    Parameters
+    ----------
+    compared : TouchesAndMap
+    false_alarm_rate : float
+        Of all tests together.
+
+    Returns
+    -------
+    ChangeTests
+    """
+    rate = false_alarm_rate / _TESTS
+    root = np.linalg.cholesky(compared.covariance)
+    design = np.linalg.solve(root, compared.design)
+    y = np.linalg.solve(root, compared.differences)
+    axes = compared.observation.axes
+    shift = np.linalg.lstsq(design[:, :axes], y, rcond=None)[0]
+    left = y - design[:, :axes] @ shift
+    freedom = float(len(y) - axes)
+    statistic = float(left @ left)
+    spread, dof = _spread_of_statistic(compared, freedom)
+    p_map = _p_value(statistic / freedom, 2.0 / spread, dof)
+    p_form, changes = _test_of_form(design, y, axes, rate, dof)
+    differences = compared.differences - compared.center @ shift
+    tests = [p for p in (p_form, p_map, compared.p_repeatability) if not math.isnan(p)]
+    return ChangeTests(
+        changed=min(tests) < rate,
+        false_alarm_rate=false_alarm_rate,
+        p_form=p_form,
+        p_map=p_map,
+        p_repeatability=compared.p_repeatability,
+        size=changes[0],
+        amplitude=changes[1],
+        turn=changes[2],
+        largest=float(np.max(np.abs(differences))),
+        differences=differences,
+    )
+
+
+def _spread_of_statistic(compared: TouchesAndMap, freedom: float) -> tuple[float, float]:
+    """Relative variance of the sum of squares, and degrees of freedom of its scale.
+
+    A direction whose variance is uncertain has heavier tails than a normal distribution: a normal
+    scale mixture of relative variance c has the excess kurtosis 3 c.
+    """
+    noise, weights = compared.noise, compared.weights
+    own = np.diagonal(weights)
+    # The map follows its own touches, with the same noise by direction.
+    both = own * np.diagonal(compared.covariance)
+    spread = 2.0 / freedom + float(np.sum(3.0 * noise.spreads * both**2)) / freedom**2
+    share = float(np.sum(own * noise.variances / noise.counts)) / freedom
+    known = noise.scatter if noise.scatter.dof > 0.0 else compared.scatter_of_map
+    relative = 2.0 * share**2 / known.dof
+    if math.isfinite(compared.scatter_of_map.dof):
+        relative += 2.0 * (1.0 - share) ** 2 / compared.scatter_of_map.dof
+    return spread, 2.0 / relative if relative > 0.0 else math.inf
+
+
+def _test_of_form(
+    x: FloatArray, y: FloatArray, axes: int, rate: float, dof: float
+) -> tuple[float, list[Change]]:
+    """P of size, amplitude and turn together, and each of them."""
+    usable = _separable(x, axes)
+    estimate, own_covariance = _least_squares(x[:, [*range(axes), *usable]], y)
+    b, c = estimate[axes:], own_covariance[axes:, axes:]
+    p_form = _p_value(float(b @ np.linalg.solve(c, b)) / len(b), float(len(b)), dof)
+    detectable = _noncentrality(len(b), rate)
+    changes = [Change(0.0, math.inf, math.inf)] * 3
+    for i, column in enumerate(usable):
+        changes[column - axes] = Change(
+            float(b[i]), math.sqrt(c[i, i]), math.sqrt(detectable * c[i, i])
+        )
+    return p_form, changes
+
+
+def _separable(x: FloatArray, axes: int) -> list[int]:
+    """Columns beside the centre's that the directions separate: size, then amplitude, then turn.
+
+    A flat map has no amplitude and no turn; few directions do not determine them.
+    """
+    chosen = list(range(axes))
+    scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)
+    weak = np.linalg.norm(x, axis=0) < 1e-6 * np.linalg.norm(x[:, axes])
+    for column in range(axes, axes + 3):
+        trial = [*chosen, column]
+        values = np.linalg.svd(scaled[:, trial], compute_uv=False)
+        if not weak[column] and len(values) == len(trial) and values[-1] > _DISTINCT * values[0]:
+            chosen = trial
+    return chosen[axes:]
+
+
+def _least_squares(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    information = np.linalg.pinv(x.T @ x, hermitian=True)
+    return np.asarray(information @ x.T @ y), np.asarray(information)
+
+
+def _p_value(ratio: float, freedom: float, dof: float) -> float:
+    """P of a mean square over its expectation."""
+    from scipy import stats
+
+    if math.isfinite(dof):
+        return float(stats.f.sf(ratio, freedom, dof))
+    return float(stats.chi2.sf(ratio * freedom, freedom))
+
+
+def _noncentrality(freedom: int, rate: float) -> float:
+    """Of the chi-square that is above its limit with 95 % probability."""
+    from scipy import stats
+    from scipy.optimize import brentq
+
+    limit = stats.chi2.isf(rate, freedom)
+    return float(brentq(lambda x: stats.ncx2.sf(limit, freedom, x) - _POWER, 1e-3, 1e4))
