@@ -15,10 +15,15 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.qualification.change_tests import TouchesAndMap, turned_value
+from pretravel.qualification.change_tests import (
+    TouchesAndMap,
+    covariance_if_turned,
+    turned_value,
+    without_center,
+)
 from pretravel.units import DEGREE, MICROMETRE
 
-PRELOAD, STYLUS_LENGTH, TURN = "spring preload", "stylus length", "turn about the axis"
+PRELOAD, STYLUS_LENGTH, TURNED = "spring preload", "stylus length", "turn about the axis"
 TIP_SIZE, LOOSE, SOFT_SIDE = "tip size", "loose stylus or tip", "softer to one side"
 ONE_DIRECTION, STEADIER = "one direction", "steadier touches"
 UNKNOWN_CAUSE, CHANCE = "unknown", "chance"
@@ -26,7 +31,7 @@ UNKNOWN_CAUSE, CHANCE = "unknown", "chance"
 CAUSES = {
     PRELOAD: 0.15,
     STYLUS_LENGTH: 0.15,
-    TURN: 0.20,
+    TURNED: 0.20,
     TIP_SIZE: 0.15,
     LOOSE: 0.15,
     SOFT_SIDE: 0.05,
@@ -148,7 +153,7 @@ def _of_patterns(compared: TouchesAndMap, pretravel_map: PretravelMap) -> dict[s
         STYLUS_LENGTH: _of_size(compared, weights, length, _SIZES[STYLUS_LENGTH]),
         # A smaller tip touches later, which looks like a larger pretravel.
         TIP_SIZE: _of_size(compared, weights, -np.ones(len(preload)), _SIZES[TIP_SIZE]),
-        TURN: _of_turn(compared, weights, pretravel_map),
+        TURNED: _of_turn(compared, weights, pretravel_map),
         SOFT_SIDE: _of_soft_side(compared, weights),
         ONE_DIRECTION: _of_one_direction(compared, weights),
         UNKNOWN_CAUSE: _Evidence(_of_unknown(compared)),
@@ -215,11 +220,16 @@ def _of_turn(
             turned_value(observation, pretravel_map, best + shift * DEGREE) - compared.value
             for shift in (0.5, 0.0, -0.5)
         )
+        covariance = covariance_if_turned(compared, pretravel_map, best)
         slope, left = (ahead - behind) / DEGREE, y - there
+        weights = without_center(covariance, compared.center)
         variance = 1.0 / (float(slope @ weights @ slope) + 1.0 / _TURNS**2)
         push = float(slope @ weights @ left) - best / _TURNS**2
-        log = 0.5 * float(y @ weights @ y - left @ weights @ left) - 0.5 * (best / _TURNS) ** 2
+        log = _log_probability(compared.center, left, covariance) - _log_probability(
+            compared.center, y, compared.covariance
+        )
         log += 0.5 * push**2 * variance + 0.5 * math.log(variance / _TURNS**2)
+        log -= 0.5 * (best / _TURNS) ** 2
         best = best + variance * push
     return _Evidence(log, best, math.sqrt(variance))
 
@@ -260,20 +270,21 @@ def _of_unknown(compared: TouchesAndMap) -> float:
     """Of differences without a known pattern: independent or smooth ones, of any size."""
     directions = compared.observation.group_directions
     angle = np.arccos(np.clip(directions @ directions.T, -1.0, 1.0))
+    center, y = compared.center, compared.differences
     smooth = np.exp(-0.5 * (angle / _UNKNOWN_ANGLE) ** 2)
-    none = _log_probability(compared, compared.covariance)
+    none = _log_probability(center, y, compared.covariance)
     logs = [
-        _log_probability(compared, compared.covariance + size**2 * shape) - none
+        _log_probability(center, y, compared.covariance + size**2 * shape) - none
         for shape in (np.eye(len(angle)), smooth)
         for size in _UNKNOWN_SIZES
     ]
     return float(np.logaddexp.reduce(logs)) - math.log(len(logs))
 
 
-def _log_probability(compared: TouchesAndMap, covariance: FloatArray) -> float:
+def _log_probability(center: FloatArray, y: FloatArray, covariance: FloatArray) -> float:
     """Of the differences, the centre integrated out (restricted likelihood)."""
     root = np.linalg.cholesky(covariance)
-    center, y = np.linalg.solve(root, compared.center), np.linalg.solve(root, compared.differences)
+    center, y = np.linalg.solve(root, center), np.linalg.solve(root, y)
     q, r = np.linalg.qr(center)
     left = y - q @ (q.T @ y)
     logs = np.log(np.diagonal(root)).sum() + np.log(np.abs(np.diagonal(r))).sum()

@@ -97,11 +97,33 @@ class TouchesAndMap:
         return self.design[:, : self.observation.axes]
 
     @property
+    def raw_covariance(self) -> FloatArray:
+        """Covariance of the differences with the variances as each direction shows them, (g, g).
+
+        It is uncertain, but unbiased also where directions that scatter most are those that a
+        pattern depends on. [mm²]
+        """
+        noise = self.noise
+        factor = np.sqrt(noise.raw_variances / float(np.mean(noise.raw_variances)) / noise.relative)
+        of_means = np.diagonal(self.covariance) - np.diagonal(self.of_map)
+        own = of_means + (noise.raw_variances - noise.variances) / noise.counts
+        return np.asarray(self.of_map * np.outer(factor, factor) + np.diag(own))
+
+    @property
     def weights(self) -> FloatArray:
         """Inverse of the covariance where any centre is allowed, (g, g). [1/mm²]"""
-        inverse = np.linalg.inv(self.covariance)
-        seen = inverse @ self.center
-        return np.asarray(inverse - seen @ np.linalg.pinv(self.center.T @ seen) @ seen.T)
+        return without_center(self.covariance, self.center)
+
+
+def without_center(covariance: FloatArray, center: FloatArray) -> FloatArray:
+    """Inverse of a covariance for differences whose centre is free, (g, g). [1/mm²]
+
+    >>> without_center(np.eye(2), np.array([[1.0], [1.0]])).round(12).tolist()
+    [[0.5, -0.5], [-0.5, 0.5]]
+    """
+    inverse = np.linalg.inv(covariance)
+    seen = inverse @ center
+    return np.asarray(inverse - seen @ np.linalg.pinv(center.T @ seen, hermitian=True) @ seen.T)
 
 
 @dataclass(frozen=True)
@@ -205,8 +227,12 @@ def turned_value(observation: Observation, pretravel_map: PretravelMap, angle: f
 
     A probe turned by +a has the pretravel at an azimuth that it had at the azimuth less a.
     """
+    return pretravel_map.pretravel(_turned(observation, pretravel_map, angle), extrapolate=True)
+
+
+def _turned(observation: Observation, pretravel_map: PretravelMap, angle: float) -> FloatArray:
     turned = observation.group_directions @ probe_rotation(rotation=angle)
-    return pretravel_map.pretravel(turned @ pretravel_map.rotation.T, extrapolate=True)
+    return np.asarray(turned @ pretravel_map.rotation.T)
 
 
 def _covariance_of_map(
@@ -234,6 +260,20 @@ def _covariance_of_map(
     values, vectors = np.linalg.eigh(stated * repeats / of_map.deviation**2)
     followed = (vectors * np.clip(values, 0.0, 1.0)) @ vectors.T
     return np.asarray(covariance + fixed * followed)
+
+
+def covariance_if_turned(
+    compared: TouchesAndMap, pretravel_map: PretravelMap, angle: float
+) -> FloatArray:
+    """Covariance of the differences from the map of the probe turned by an angle [rad], (g, g).
+
+    The map is less certain between the directions that were touched for it. [mm²]
+    """
+    normals = compared.observation.group_directions @ pretravel_map.rotation.T
+    there = _turned(compared.observation, pretravel_map, angle)
+    larger = np.sqrt(compared.noise.relative)
+    change = pretravel_map.value_covariance(there) - pretravel_map.value_covariance(normals)
+    return np.asarray(compared.covariance + change * np.outer(larger, larger))
 
 
 def _scatter_ratio(noise: TouchNoise, of_map: Scatter, step: float) -> tuple[float, float, float]:
@@ -268,7 +308,7 @@ def changes_of(compared: TouchesAndMap, false_alarm_rate: float) -> ChangeTests:
     ChangeTests
     """
     rate = false_alarm_rate / _TESTS
-    root = np.linalg.cholesky(compared.covariance)
+    root = np.asarray(np.linalg.cholesky(compared.covariance), dtype=np.float64)
     design = np.linalg.solve(root, compared.design)
     y = np.linalg.solve(root, compared.differences)
     axes = compared.observation.axes
@@ -278,7 +318,7 @@ def changes_of(compared: TouchesAndMap, false_alarm_rate: float) -> ChangeTests:
     statistic = float(left @ left)
     spread, dof = _spread_of_statistic(compared, freedom)
     p_map = _p_value(statistic / freedom, 2.0 / spread, dof)
-    p_form, changes = _test_of_form(design, y, axes, rate, dof)
+    p_form, changes = _test_of_form(compared, root, rate, dof)
     differences = compared.differences - compared.center @ shift
     tests = [p for p in (p_form, p_map, compared.p_repeatability) if not math.isnan(p)]
     return ChangeTests(
@@ -315,12 +355,19 @@ def _spread_of_statistic(compared: TouchesAndMap, freedom: float) -> tuple[float
 
 
 def _test_of_form(
-    x: FloatArray, y: FloatArray, axes: int, rate: float, dof: float
+    compared: TouchesAndMap, root: FloatArray, rate: float, dof: float
 ) -> tuple[float, list[Change]]:
     """P of size, amplitude and turn together, and each of them."""
+    axes = compared.observation.axes
+    x = np.asarray(np.linalg.solve(root, compared.design), dtype=np.float64)
     usable = _separable(x, axes)
-    estimate, own_covariance = _least_squares(x[:, [*range(axes), *usable]], y)
-    b, c = estimate[axes:], own_covariance[axes:, axes:]
+    part = x[:, [*range(axes), *usable]]
+    own_covariance = np.linalg.pinv(part.T @ part, hermitian=True)
+    gain = np.linalg.solve(root.T, part @ own_covariance).T[axes:]
+    b, c = gain @ compared.differences, own_covariance[axes:, axes:]
+    if np.any(compared.noise.spreads > 0.0):
+        raw = np.linalg.solve(c, gain @ compared.raw_covariance @ gain.T)
+        c = c * max(float(np.trace(raw)) / len(b), 1.0)
     p_form = _p_value(float(b @ np.linalg.solve(c, b)) / len(b), float(len(b)), dof)
     detectable = _noncentrality(len(b), rate)
     changes = [Change(0.0, math.inf, math.inf)] * 3
@@ -345,11 +392,6 @@ def _separable(x: FloatArray, axes: int) -> list[int]:
         if not weak[column] and len(values) == len(trial) and values[-1] > _DISTINCT * values[0]:
             chosen = trial
     return chosen[axes:]
-
-
-def _least_squares(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    information = np.linalg.pinv(x.T @ x, hermitian=True)
-    return np.asarray(information @ x.T @ y), np.asarray(information)
 
 
 def _p_value(ratio: float, freedom: float, dof: float) -> float:

@@ -36,6 +36,8 @@ class TouchNoise:
         Standard deviation among repeats without the directions that scatter most. [mm]
     variances : (g,) float
         Of a single touch in each direction among its repeats. [mm²]
+    raw_variances : (g,) float
+        The same without shrinkage: unbiased, but uncertain. [mm²]
     spreads : (g,) float
         Relative variance of each of `variances`, beside that of all together.
     counts : (g,) float
@@ -47,6 +49,7 @@ class TouchNoise:
     scatter: Scatter
     trimmed: float
     variances: FloatArray
+    raw_variances: FloatArray
     spreads: FloatArray
     counts: FloatArray
     fixed_variance: float
@@ -70,6 +73,7 @@ class TouchNoise:
             self,
             scatter=Scatter(math.sqrt(pooled), self.scatter.dof + other.dof),
             variances=self.variances * (pooled / own) if own else self.variances + pooled,
+            raw_variances=self.raw_variances * (pooled / own) if own else self.variances + pooled,
         )
 
 
@@ -104,37 +108,41 @@ def touch_noise(observation: Observation, assumed: Scatter, step: float) -> Touc
     """
     counts = np.bincount(observation.groups).astype(np.float64)
     mean = np.bincount(observation.groups, observation.values) / counts
-    squares = np.bincount(observation.groups, (observation.values - mean[observation.groups]) ** 2)
-    free = counts - 1.0
+    apart = observation.values - mean[observation.groups]
+    squares = np.asarray(np.bincount(observation.groups, apart**2), dtype=np.float64)
+    free = np.asarray(counts - 1.0, dtype=np.float64)
     total = float(free.sum())
     if total == 0.0:
-        size = len(counts)
-        fixed = fixed_part(assumed.deviation, step)
+        alike = np.full(len(counts), assumed.deviation**2)
         return TouchNoise(
-            Scatter(0.0, 0.0),
-            0.0,
-            np.full(size, assumed.deviation**2),
-            np.zeros(size),
-            counts,
-            fixed,
+            scatter=Scatter(0.0, 0.0),
+            trimmed=0.0,
+            variances=alike,
+            raw_variances=alike,
+            spreads=np.zeros(len(counts)),
+            counts=counts,
+            fixed_variance=fixed_part(assumed.deviation, step),
         )
     pooled = float(squares.sum()) / total
     spread = _spread(squares, free, pooled)
     shares = free / total
-    with np.errstate(divide="ignore"):
-        chance = np.where(free > 0.0, 2.0 / np.maximum(free, 1.0), 0.0)
+    chance = np.where(free > 0.0, 2.0 / np.maximum(free, 1.0), 0.0)
     tails = spread + _USUAL_TAILS
     dof = 2.0 / float(np.sum(shares**2 * (chance + tails * (1.0 + chance))))
-    trimmed = math.sqrt(_trimmed(squares, free, pooled))
-    scatter = Scatter(math.sqrt(pooled), dof)
-    fixed = fixed_part(scatter.deviation, step)
-    if spread == 0.0:
-        alike = np.full(len(counts), pooled)
-        return TouchNoise(scatter, trimmed, alike, np.zeros(len(counts)), counts, fixed)
     # An inverse gamma distribution with this relative variance is that of so many observations.
-    prior = 4.0 + 2.0 / spread
-    variances = ((prior - 2.0) * pooled + squares) / (prior - 2.0 + free)
-    return TouchNoise(scatter, trimmed, variances, 2.0 / (prior + free - 4.0), counts, fixed)
+    prior = 4.0 + 2.0 / spread if spread else math.inf
+    weight = free / (prior - 2.0 + free)
+    raw = np.where(free > 0.0, squares / np.maximum(free, 1.0), pooled)
+    deviation = math.sqrt(pooled)
+    return TouchNoise(
+        scatter=Scatter(deviation, dof),
+        trimmed=math.sqrt(_trimmed(squares, free, pooled)),
+        variances=pooled + weight * (raw - pooled),
+        raw_variances=raw if spread else np.full(len(counts), pooled),
+        spreads=2.0 / (prior + free - 4.0),
+        counts=counts,
+        fixed_variance=fixed_part(deviation, step),
+    )
 
 
 def _spread(squares: FloatArray, free: FloatArray, pooled: float) -> float:
@@ -193,7 +201,8 @@ def fixed_part(deviation: float, step: float) -> float:
         return 0.0
     ratio, within = _rounded_scatter()
     latent = float(np.interp((deviation / step) ** 2, within, ratio))
-    return step**2 * max(latent**2 + 1.0 / 12.0 - min((deviation / step) ** 2, within[-1]), 0.0)
+    seen = min((deviation / step) ** 2, float(within[-1]))
+    return float(step**2 * max(latent**2 + 1.0 / 12.0 - seen, 0.0))
 
 
 def _rounded_scatter() -> tuple[FloatArray, FloatArray]:

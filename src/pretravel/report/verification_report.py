@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pretravel.directions import azimuth_angle, polar_angle
+import numpy as np
+
+from pretravel.directions import azimuth_angle, describe, polar_angle
 from pretravel.formats.probe_history import Entry
+from pretravel.qualification.change_causes import (
+    CHANCE,
+    LOOSE,
+    ONE_DIRECTION,
+    PRELOAD,
+    SOFT_SIDE,
+    STEADIER,
+    STYLUS_LENGTH,
+    TIP_SIZE,
+    TURNED,
+    UNKNOWN_CAUSE,
+    LikelyCause,
+)
 from pretravel.qualification.change_tests import Change
 from pretravel.qualification.verification import Verification
 from pretravel.report.document import Document, KeyFigure, Picture
@@ -54,23 +69,83 @@ def verification_document(
         verdict=f"{verdict} since it was qualified: {result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
-        figures=(*_change_figures(result), *_test_figures(result), KeyFigure("map", decision)),
+        figures=(
+            *_cause_figures(result),
+            *_change_figures(result),
+            *_test_figures(result),
+            KeyFigure("map", decision),
+        ),
         pictures=(
             Picture(
                 "Differences, and the control chart" if entries else "Differences",
                 lambda: plot_verification(result, entries, title),
             ),
         ),
-        notes=(
-            (
-                "check the stylus and its mount, then touch the reference again, or accept the map "
-                "of the new touches"
-            ),
-        )
-        if keep
-        else (),
+        notes=_NOTES if keep else (),
         warnings=(*warnings, *result.warnings),
     )
+
+
+_NOTES = (
+    (
+        "check the stylus and its mount, then touch the reference again, or accept the map of the "
+        "new touches"
+    ),
+    "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it",
+)
+_MENTIONED = 0.1
+"""Causes with a smaller probability are not in the report."""
+
+
+def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    if not result.causes:
+        return ()
+    named = [cause for cause in result.causes if cause.probability >= _MENTIONED]
+    texts = [f"{cause_text(cause)} (probability {cause.probability:.2f})" for cause in named]
+    return (KeyFigure("likely cause", "; or ".join(texts)),)
+
+
+def cause_text(cause: LikelyCause) -> str:
+    """A cause of a change in words, with its size.
+
+    >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
+    'spring preload lower by 12 ± 3 %'
+    >>> cause_text(LikelyCause("unknown", 0.9))
+    'unknown: no known cause has this pattern'
+    """
+    size = abs(cause.value)
+
+    def amount(unit: float, word: str, digits: int) -> str:
+        return f"{size / unit:.{digits}f} ± {cause.u / unit:.{digits}f} {word}"
+
+    more = cause.value > 0.0
+    texts: dict[str, Callable[[], str]] = {
+        PRELOAD: lambda: (
+            f"spring preload {'higher' if more else 'lower'} by {amount(0.01, '%', 0)}"
+        ),
+        STYLUS_LENGTH: lambda: (
+            f"stylus {'longer' if more else 'shorter'} by {amount(0.01, '%', 0)}"
+        ),
+        TURNED: lambda: (
+            f"probe turned about its axis by {'+' if more else '-'}{amount(DEGREE, '°', 1)}"
+        ),
+        TIP_SIZE: lambda: (
+            f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
+            "diameter (or another diameter of the reference, or another delay)"
+        ),
+        LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1).strip()}",
+        SOFT_SIDE: lambda: (
+            f"stylus or seat softer to one side by {amount(MICROMETRE, 'µm', 1)} (loose, cracked)"
+        ),
+        ONE_DIRECTION: lambda: (
+            f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
+            f"{amount(MICROMETRE, 'µm', 1)}"
+        ),
+        STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
+        UNKNOWN_CAUSE: lambda: "unknown: no known cause has this pattern",
+        CHANCE: lambda: "chance: a false alarm",
+    }
+    return texts[cause.name]()
 
 
 def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
@@ -104,9 +179,10 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     if math.isnan(result.repeatability):
         return (tests,)
     dof = number_text(result.repeatability_dof, decimals(0))
+    step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
     return (
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
-                  remark=f"{dof} degrees of freedom"),
+                  remark=f"{dof} degrees of freedom" + (step if result.step else "")),
         tests,
     )  # fmt: skip
 
@@ -130,12 +206,28 @@ def verification_values(result: Verification, decision: str) -> dict[str, Any]:
         "turn_deg": plain(result.turn.value / DEGREE),
         "u_turn_deg": plain(result.turn.u / DEGREE),
         "repeatability_um": plain(result.repeatability / MICROMETRE),
+        "likely_causes": [_cause_values(cause) for cause in result.causes],
+        "touches_left_out": [row + 1 for outlier in result.gross for row in outlier.rows],
+        "changed_with_them": result.changed_with_gross,
+        "step_um": result.step / MICROMETRE,
         "largest_difference_um": plain(result.largest / MICROMETRE),
         "touches": result.touches,
         "directions": len(result.directions),
         "decision": decision,
         "warnings": list(result.warnings),
     }
+
+
+def _cause_values(cause: LikelyCause) -> dict[str, Any]:
+    sized = math.isfinite(cause.value) and math.isfinite(cause.u)
+    return {
+        "cause": cause.name,
+        "probability": cause.probability,
+        "text": cause_text(cause) if sized or cause.name in _WITHOUT_SIZE else cause.name,
+    }
+
+
+_WITHOUT_SIZE = (STEADIER, UNKNOWN_CAUSE, CHANCE)
 
 
 def plot_verification(
