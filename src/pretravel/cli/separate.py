@@ -45,6 +45,14 @@ def separate(
             help="Print the variance of this pair too.",
         ),
     ] = None,
+    exclude: Annotated[
+        list[Indices] | None,
+        typer.Option(
+            parser=indices,
+            metavar="MACHINE,PROBE",
+            help="Leave the readings of this pair out; may be repeated.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html.")
     ] = None,
@@ -71,7 +79,7 @@ def separate(
         raise PretravelError("give --repeat-variance and --repeat-pair together, or neither")
     measured = read_multi_step_readings(readings)
     with working(f"separating {len(measured)} readings"):
-        result = separated(measured, method=method, repeated=repeated)
+        result = separated(measured, method=method, repeated=repeated, exclude=exclude or ())
     report = separation_document(result, readings_name=readings.name, pairs=pair_of or [])
     if output is not None:
         _write(output, result, report)

@@ -117,6 +117,19 @@ def separation_json(result: Separation) -> dict[str, Any]:
     return {
         "method": result.method,
         "degrees_of_freedom": result.dof,
+        "readings_used": len(result.residuals),
+        "outliers": [
+            {
+                "reading": outlier.row + 1,
+                "machine_index": outlier.machine,
+                "probe_index": outlier.probe,
+                "distance_um": outlier.distance / MICROMETRE,
+                "limit_um": outlier.limit / MICROMETRE,
+                "message": outlier.message,
+            }
+            for outlier in result.outliers
+        ],
+        "excluded_readings": [row + 1 for row in result.excluded],
         "notes": list(result.notes),
         "directions": [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -190,6 +190,60 @@ def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
     )
 
 
+def direction_sums(design: MultiStepDesign, values: FloatArray) -> FloatArray:
+    """Sums of values of readings over each direction, (m + p,)."""
+    return np.concatenate(
+        [
+            np.bincount(design.row, values, design.split),
+            np.bincount(design.column, values, design.size - design.split),
+        ]
+    )
+
+
+def normal_matrix(design: MultiStepDesign, weights: FloatArray) -> FloatArray:
+    """Normal equations of the errors of all directions, (m + p, m + p).
+
+    The constant that no reading determines is fixed: the machine's errors add up to zero.
+
+    Parameters
+    ----------
+    design : MultiStepDesign
+    weights : (n,) float
+        Of the readings.
+    """
+    split, probes = design.split, design.size - design.split
+    cells = np.bincount(design.row * probes + design.column, weights, split * probes)
+    matrix = np.diag(direction_sums(design, weights))
+    matrix[:split, split:] = -cells.reshape(split, probes)
+    matrix[split:, :split] = matrix[:split, split:].T
+    matrix[:split, :split] += float(np.mean(weights))
+    return matrix
+
+
+def weighted_errors(design: MultiStepDesign, errors: FloatArray, weights: FloatArray) -> FloatArray:
+    """Errors of all directions by weighted least squares, (m + p,). [mm]"""
+    right = design.signs * direction_sums(design, weights * errors)
+    return np.asarray(np.linalg.solve(normal_matrix(design, weights), right))
+
+
+def residuals_from(design: MultiStepDesign, errors: FloatArray, solution: FloatArray) -> FloatArray:
+    """Readings less machine plus probe error, (n,). [mm]"""
+    return errors - (solution[design.row] - solution[design.split + design.column])
+
+
+def weighted_residuals(
+    design: MultiStepDesign, errors: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Residuals of weighted least squares, (n,). [mm]
+
+    >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2.4e-3])
+    >>> residuals = weighted_residuals(multi_step_design(readings), readings.errors, np.ones(4))
+    >>> [f"{1e3 * residual:.1f}" for residual in residuals]
+    ['0.1', '-0.1', '-0.1', '0.1']
+    """
+    return residuals_from(design, errors, weighted_errors(design, errors, weights))
+
+
 def direction_place(indices: IntArray, wanted: int, kind: str) -> int:
     """Place of a direction's index among those of the readings.
 

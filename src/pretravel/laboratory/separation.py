@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from pretravel.laboratory.multi_step_readings import (
     direction_place,
     multi_step_design,
 )
+from pretravel.laboratory.separation_outliers import ReadingOutlier, outlying_readings
 from pretravel.laboratory.separation_variances import (
     equally_shared,
     least_squares_variances,
@@ -54,11 +56,15 @@ class Separation:
         number), or back (second number), so that no variance becomes negative and all readings
         are explained equally well. [mm²]
     residuals : (n,) float
-        [mm]
+        Of the readings that were used. [mm]
     dof : float
         Degrees of freedom: number of readings less number of systematic errors.
     method : str
     repeated : RepeatedPair or None
+    outliers : tuple of ReadingOutlier
+        Readings with a gross error, left out; the largest error first.
+    excluded : tuple of int
+        Rows of the readings that the user left out.
     notes : tuple of str
         Sentences on the quantities that the readings do not determine.
     """
@@ -76,6 +82,8 @@ class Separation:
     dof: float
     method: Method
     repeated: RepeatedPair | None
+    outliers: tuple[ReadingOutlier, ...]
+    excluded: tuple[int, ...]
     notes: tuple[str, ...]
 
     @property
@@ -135,7 +143,9 @@ class Separation:
         """Coverage interval of `pair_variance`. [mm²]
 
         From the chi-square distribution with the degrees of freedom that correspond to its
-        uncertainty; with fewer than four of them it is symmetric and ends at zero.
+        uncertainty; its lower end is not above that of a normal distribution, since the variance
+        of a pair is partly a difference of sums of squares. With fewer than four degrees of
+        freedom the interval is symmetric and ends at zero.
         """
         from scipy.stats import chi2, norm
 
@@ -143,12 +153,13 @@ class Separation:
         if u == 0.0:
             return variance, variance
         dof = 2.0 * (variance / u) ** 2
+        normal = float(norm.ppf(0.5 + 0.5 * probability)) * u
+        lowest = max(variance - normal, 0.0)
         if dof < _FEWEST_DOF:
-            half = float(norm.ppf(0.5 + 0.5 * probability)) * u
-            return max(variance - half, 0.0), variance + half
+            return lowest, variance + normal
         half = 0.5 * probability
         low, high = float(chi2.ppf(0.5 - half, dof)), float(chi2.ppf(0.5 + half, dof))
-        return variance * dof / high, variance * dof / low
+        return min(variance * dof / high, lowest), variance * dof / low
 
     def error_interval(self, probability: float = COVERAGE) -> FloatArray:
         """Coverage intervals of the machine's, then the probe's errors, (m + p, 2). [mm]"""
@@ -163,6 +174,8 @@ def separate(
     *,
     method: Method = "reml",
     repeated: RepeatedPair | None = None,
+    exclude: Sequence[tuple[int, int]] = (),
+    search_outliers: bool = True,
 ) -> Separation:
     """Separate machine and probe: systematic errors and variances of each.
 
@@ -175,6 +188,10 @@ def separate(
         degrees of freedom of the fit counted exactly.
     repeated : RepeatedPair, optional
         A configuration whose variance was measured by repeats.
+    exclude : sequence of pairs
+        Machine and probe indices of readings that are left out.
+    search_outliers : bool
+        Whether readings with a gross error are left out, see `outlying_readings`.
 
     Returns
     -------
@@ -183,7 +200,8 @@ def separate(
     Raises
     ------
     PretravelError
-        Groups of readings without common directions; too few readings for variances.
+        Groups of readings without common directions; too few readings for variances; an excluded
+        pair without readings.
 
     Notes
     -----
@@ -211,39 +229,82 @@ def separate(
     """
     if method not in METHODS:
         raise PretravelError(f"method '{method}' is not known; there are {', '.join(METHODS)}")
-    design = multi_step_design(readings)
+    excluded = _excluded_rows(readings, exclude)
+    used = np.setdiff1d(np.arange(len(readings)), excluded)
+    design = multi_step_design(rows_of_readings(readings, used))
     check_connected(design)
-    pair = None if repeated is None else pair_variance_of(design, repeated)
-    dof = float(len(readings) - design.size + 1)
-    if dof < 1.0:
+    _check_dof(design)
+    found = outlying_readings(design, readings.errors[used]) if search_outliers else []
+    outliers = [replace(outlier, row=int(used[outlier.row])) for outlier in found]
+    if outliers:
+        used = np.setdiff1d(used, [outlier.row for outlier in outliers])
+        design = multi_step_design(rows_of_readings(readings, used))
+        _check_dof(design)
+    result = _separation(design, readings.errors[used], method, repeated)
+    return replace(result, outliers=tuple(outliers), excluded=tuple(int(row) for row in excluded))
+
+
+def _excluded_rows(readings: MultiStepReadings, exclude: Sequence[tuple[int, int]]) -> IntArray:
+    """Rows of the pairs that the user leaves out."""
+    out = np.zeros(len(readings), dtype=bool)
+    for machine, probe in exclude:
+        rows = (readings.machine == machine) & (readings.probe == probe)
+        if not np.any(rows):
+            raise PretravelError(
+                f"no reading to leave out has machine {machine} with probe {probe}",
+                inputs=("exclude",),
+            )
+        out |= rows
+    return np.flatnonzero(out)
+
+
+def rows_of_readings(readings: MultiStepReadings, rows: IntArray) -> MultiStepReadings:
+    """Some of the readings."""
+    if len(rows) == len(readings):
+        return readings
+    return MultiStepReadings(readings.machine[rows], readings.probe[rows], readings.errors[rows])
+
+
+def _check_dof(design: MultiStepDesign) -> None:
+    count = len(design.row)
+    if count - design.size + 1 < 1:
         raise PretravelError(
-            f"{len(readings)} readings for {design.size - 1} systematic errors leave no degree of "
+            f"{count} readings for {design.size - 1} systematic errors leave no degree of "
             "freedom for a variance; repeat readings, or combine more orientations"
         )
+
+
+def _separation(
+    design: MultiStepDesign, errors: FloatArray, method: Method, repeated: RepeatedPair | None
+) -> Separation:
+    """The separation from the readings that are used."""
+    pair = None if repeated is None else pair_variance_of(design, repeated)
     estimate = (
         least_squares_variances if method == "least-squares" else (restricted_likelihood_variances)
     )
-    variances = estimate(design, readings.errors, pair)
+    variances = estimate(design, errors, pair)
     inverse = np.linalg.pinv(design.design)
-    solution = inverse @ readings.errors
+    solution = inverse @ errors
     of_solution = (inverse * np.maximum(variances.of_readings, 0.0)) @ inverse.T
-    errors = design.basis @ solution
+    found = design.basis @ solution
     shares = _shares(design, variances.values)
     at_share = _projection_to_fixed_share(design)
     return Separation(
         machines=design.machines,
         probes=design.probes,
-        machine_error=frozen(errors[: design.split]),
-        probe_error=frozen(errors[design.split :]),
+        machine_error=frozen(found[: design.split]),
+        probe_error=frozen(found[design.split :]),
         error_covariance=frozen(design.basis @ of_solution @ design.basis.T),
         machine_variance=frozen(shares.variances[: design.split]),
         probe_variance=frozen(shares.variances[design.split :]),
         variance_covariance=frozen(at_share @ variances.covariance @ at_share.T),
         movable=frozen(shares.movable),
-        residuals=frozen(readings.errors - design.design @ solution),
-        dof=dof,
+        residuals=frozen(errors - design.design @ solution),
+        dof=float(len(errors) - design.size + 1),
         method=method,
         repeated=repeated,
+        outliers=(),
+        excluded=(),
         notes=tuple(_notes(design, shares, variances.values, repeated)),
     )
 
@@ -338,42 +399,3 @@ def _movable_words(shares: _Shares, variances: FloatArray) -> str:
         f"; up to {to_probe:.3g} µm² can move from every machine direction to every probe "
         f"direction, or {to_machine:.3g} µm² back"
     )
-
-
-def separation_by_trials(
-    readings: MultiStepReadings, result: Separation, *, trials: int = 2000, seed: int | None = 1
-) -> tuple[FloatArray, FloatArray]:
-    """Simulate a separation's errors and variances, with its own results as the truth.
-
-    Parameters
-    ----------
-    readings : MultiStepReadings
-    result : Separation
-        Of these readings.
-    trials : int
-    seed : int or None
-
-    Returns
-    -------
-    errors : (trials, m + p) float
-        The machine's, then the probe's. [mm]
-    variances : (trials, m + p) float
-        From least squares, half each for machine and probe; they may be negative. [mm²]
-
-    Notes
-    -----
-    All trials are evaluated at once: errors are linear in the readings, variances in squared
-    residuals.
-    """
-    generator = np.random.default_rng(seed)
-    design = multi_step_design(readings)
-    variances = np.concatenate([result.machine_variance, result.probe_variance])
-    scatter = np.sqrt(np.maximum(design.incidence @ variances, 0.0))
-    inverse = np.linalg.pinv(design.design)
-    noise = scatter[:, None] * generator.standard_normal((len(readings), trials))
-    truth = np.concatenate([result.machine_error, result.probe_error])
-    errors = truth + (design.basis @ (inverse @ noise)).T
-    project = np.eye(len(readings)) - design.design @ inverse
-    matrix = design.incidence.T @ project**2 @ design.incidence
-    found = np.linalg.pinv(matrix, rcond=1e-9) @ (design.incidence.T @ (project @ noise) ** 2)
-    return errors, equally_shared(design, found).T

@@ -13,11 +13,27 @@ from pretravel.laboratory.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,
     RepeatedPair,
+    direction_sums,
     multi_step_design,
+    normal_matrix,
+    weighted_residuals,
+)
+from pretravel.laboratory.separation_noise import (
+    TAILS,
+    ReadingScale,
+    noise_tails,
+    student_weight,
 )
 
-_ROUNDS = 4
-"""Weights and variances are determined in turn; they converge in two or three rounds."""
+_ROUNDS = 8
+"""Weights of Student's distribution and scales are determined in turn."""
+_SHAPE_ROUNDS = 3
+_MEDIAN_ROUNDS = 10
+ROBUST_TAIL = 0.25
+"""Reciprocal degrees of freedom for scales that gross errors must not move."""
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
+_LEAST_PROBABLE = 1e-3  # distributions of the noise with less are left out of the mean
+_LEAST_FREE = 1e-6
 _SMALLEST_WEIGHED = 0.1
 """Ratio to the mean variance: no pair gets the weight of a smaller variance than this."""
 
@@ -106,18 +122,23 @@ def least_squares_variances(
 def _from_squared_residuals(
     design: MultiStepDesign, errors: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    project = np.eye(len(errors)) - design.design @ np.linalg.pinv(design.design)
-    residuals = project @ errors
-    squared = project**2
-    matrix = design.incidence.T @ squared @ design.incidence
+    ones = np.ones(len(errors))
+    residuals = weighted_residuals(design, errors, ones)
+    matrix = 2.0 * likelihood_information(design, ones).matrix
     _check_rank(design, matrix)
     inverse = np.linalg.pinv(matrix, rcond=1e-9)
-    variances = inverse @ (design.incidence.T @ residuals**2)
+    variances = inverse @ direction_sums(design, residuals**2)
     total = np.maximum(design.incidence @ variances, 0.05 * float(np.mean(residuals**2)))
-    # Cov(r_a², r_b²) = 2 (M V M)_ab² for normal noise.
-    scatter = 2.0 * ((project * total) @ project) ** 2
-    middle = design.incidence.T @ scatter @ design.incidence
-    return np.asarray(variances), np.asarray(inverse @ middle @ inverse)
+    # Cov(r_a², r_b²) = 2 (M V M)_ab² for normal noise, with M = 1 - H and H = S G S'.
+    signed = design.incidence * design.signs
+    cofactor = np.linalg.inv(normal_matrix(design, ones))
+    middle = cofactor @ (signed.T @ (total[:, None] * signed)) @ cofactor
+    scatter = signed @ (middle @ signed.T)
+    scatter -= (signed @ (cofactor @ signed.T)) * (total[:, None] + total)
+    scatter[np.diag_indices(len(errors))] += total
+    scatter *= scatter
+    sums = 2.0 * design.incidence.T @ (scatter @ design.incidence)
+    return np.asarray(variances), np.asarray(inverse @ sums @ inverse)
 
 
 def _check_rank(design: MultiStepDesign, matrix: FloatArray) -> None:
@@ -159,6 +180,10 @@ def restricted_likelihood_variances(
 ) -> DirectionVariances:
     """Variances from the equations of the restricted likelihood; none is negative.
 
+    The noise has Student's distribution; its degrees of freedom are not known. The variances are
+    the mean over `TAILS` with their probabilities, and the covariance contains the doubt. With
+    normal noise they are those of the normal likelihood.
+
     The weights, 1 / variance², are taken from variances shrunk towards their means. With weights
     from the estimates themselves, which scatter, the equations reduce single pairs to zero and
     state uncertainties half as large as they are.
@@ -174,56 +199,181 @@ def restricted_likelihood_variances(
     ------
     PretravelError
         Too few readings of a direction, or readings without scatter.
+
+    References
+    ----------
+    Lange, Little, Taylor 1989, J. Am. Stat. Assoc. 84, 881: the likelihood of Student's noise.
     """
     from scipy.optimize import nnls
 
-    start = _from_squared_residuals(design, errors)[0]
-    level = float(np.mean(design.incidence @ start))
-    if level <= 0.0:
-        raise PretravelError("the readings have no scatter, so they determine no variance")
-    values = start
-    covariance: FloatArray = np.zeros((design.size, design.size))
-    shrunk = np.full(design.size, 0.5 * level)
-    for _ in range(_ROUNDS):
-        matrix, right = _likelihood_equations(design, errors, shrunk, repeated)
-        covariance = np.asarray(
-            np.linalg.pinv(matrix, rcond=1e-9, hermitian=True), dtype=np.float64
-        )
-        values = covariance @ right
-        shrunk = _shrunk(design, values, covariance, level)
+    values, covariance = _mean_over_tails(design, errors)
+    if repeated is not None:
+        values, covariance = _updated(values, covariance, repeated)
     # The nearest variances that are not negative, in the measure of the likelihood. Where none is
     # negative they are the same, up to the share of machine and probe.
-    eigenvalues, vectors = np.linalg.eigh(matrix)
+    information = np.linalg.pinv(covariance, rcond=1e-9, hermitian=True)
+    eigenvalues, vectors = np.linalg.eigh(information)
     root = np.sqrt(np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
     admissible = np.asarray(nnls(root, root @ values)[0])
     # The mean of both: shrunk variances alone are too low where the variance is highest.
+    level = float(np.mean(design.incidence @ admissible))
+    shrunk = _shrunk(design, values, covariance, level)
     of_readings = design.incidence @ (0.5 * (admissible + shrunk))
     return DirectionVariances(admissible, covariance, of_readings)
 
 
-def _likelihood_equations(
+def _mean_over_tails(design: MultiStepDesign, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Variances and their covariance, over the distributions that the noise may have."""
+    shape = squared_scales(design, errors)
+    total = design.incidence @ shape
+    information = likelihood_information(design, total)
+    inverse = information.inverse
+    tails = noise_tails(design, errors, ReadingScale(total, information.leverage), gross=False)
+    probable = np.flatnonzero(tails.of_tails > _LEAST_PROBABLE)
+    probability = tails.of_tails[probable] / float(tails.of_tails[probable].sum())
+    found, covariance = [], np.zeros((design.size, design.size))
+    for place, share in zip(probable, probability, strict=True):
+        tail, level = float(TAILS[place]), float(tails.levels[place])
+        squared = _student_scales(design, errors, information, inverse, tail, level * shape)
+        # Variance of Student's distribution over its squared scale; the information falls by
+        # dof / (dof + 3).
+        ratio = 1.0 / (1.0 - 2.0 * tail)
+        found.append(equally_shared(design, ratio * squared))
+        covariance += share * (ratio * level) ** 2 * (1.0 + 3.0 * tail) * inverse
+    values = np.array(found)
+    mean = probability @ values
+    off = values - mean
+    return mean, covariance + (off * probability[:, None]).T @ off
+
+
+@dataclass(frozen=True, eq=False)
+class LikelihoodInformation:
+    """The information of normal readings on the variances of all directions.
+
+    Attributes
+    ----------
+    weights : (n,) float
+        [1/mm²]
+    leverage : (n,) float
+    matrix : (m + p, m + p) float
+        Fisher's information: half of Z'(P ∘ P) Z. [1/mm⁴]
+    """
+
+    weights: FloatArray
+    leverage: FloatArray
+    matrix: FloatArray
+
+    @property
+    def inverse(self) -> FloatArray:
+        """Covariance of the variances, up to the share of machine and probe. [mm⁴]"""
+        inverse = np.linalg.pinv(self.matrix, rcond=1e-9, hermitian=True)
+        return np.asarray(inverse, dtype=np.float64)
+
+
+def likelihood_information(design: MultiStepDesign, total: FloatArray) -> LikelihoodInformation:
+    """Fisher's information of the restricted likelihood at these variances of readings.
+
+    With P = W - W X (X'W X)^-1 X'W the score vanishes where Z'(P e)² = Z'(P ∘ P) Z x, which is
+    unbiased for any weights W.
+
+    Parameters
+    ----------
+    design : MultiStepDesign
+    total : (n,) float
+        Variance of each reading. [mm²]
+    """
+    weights = 1.0 / total
+    signed = design.incidence * design.signs
+    shared = signed @ (np.linalg.inv(normal_matrix(design, weights)) @ signed.T)
+    own = np.diagonal(shared).copy()
+    shared *= shared
+    squares = design.incidence * (weights**2)[:, None]
+    diagonal = weights**2 - 2.0 * weights**3 * own
+    matrix = squares.T @ (shared @ squares)
+    matrix += (design.incidence * diagonal[:, None]).T @ design.incidence
+    return LikelihoodInformation(weights, weights * own, 0.5 * matrix)
+
+
+def _student_scales(
     design: MultiStepDesign,
     errors: FloatArray,
-    shrunk: FloatArray,
-    repeated: PairVariance | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Fisher's information at these variances, and the observed part of the score.
+    information: LikelihoodInformation,
+    inverse: FloatArray,
+    tail: float,
+    start: FloatArray,
+) -> FloatArray:
+    """Squared scales of all directions for one distribution of the noise. [mm²]"""
+    weights = information.weights
+    free = np.maximum(1.0 - information.leverage, _LEAST_FREE)
+    residuals = weighted_residuals(design, errors, weights)
+    squared = start
+    for _ in range(_ROUNDS if tail else 1):
+        factor = student_weight(tail, residuals**2 / (free * _floored(design, squared)))
+        if tail:
+            residuals = weighted_residuals(design, errors, weights * factor)
+        sums = direction_sums(design, weights**2 * factor * residuals**2)
+        squared = inverse @ (0.5 * sums)
+    return np.asarray(squared)
 
-    With P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1 the score vanishes where
-    Z'(P e)² = Z'(P ∘ P) Z x, which is unbiased for any V.
+
+def _floored(design: MultiStepDesign, squared: FloatArray) -> FloatArray:
+    """Squared scales of readings; none is far below the mean."""
+    total = design.incidence @ squared
+    return np.asarray(np.maximum(total, _SMALLEST_WEIGHED * float(np.mean(total))))
+
+
+def squared_scales(design: MultiStepDesign, errors: FloatArray) -> FloatArray:
+    """Squared scales of all directions that gross errors do not move, shrunk to their means.
+
+    Parameters
+    ----------
+    design : MultiStepDesign
+    errors : (n,) float
+        [mm]
+
+    Returns
+    -------
+    (m + p,) float
+        Of Student's distribution with four degrees of freedom. [mm²]
+
+    Raises
+    ------
+    PretravelError
+        Too few readings of a direction, or readings without scatter.
     """
-    total = design.incidence @ shrunk
-    weighted = design.design / total[:, None]
-    inner = np.linalg.solve(design.design.T @ weighted, weighted.T)
-    project = np.diag(1.0 / total) - weighted @ inner
-    matrix = 0.5 * design.incidence.T @ (project**2) @ design.incidence
-    right = 0.5 * design.incidence.T @ (project @ errors) ** 2
-    if repeated is not None:
-        pair = [repeated.machine, repeated.probe]
-        weight = 0.5 * repeated.dof / (shrunk[repeated.machine] + shrunk[repeated.probe]) ** 2
-        matrix[np.ix_(pair, pair)] += weight
-        right[pair] += weight * repeated.variance
-    return np.asarray(matrix), np.asarray(right)
+    level = common_scale(design, errors)
+    squared = np.full(design.size, 0.5 * level)
+    for _ in range(_SHAPE_ROUNDS):
+        total = design.incidence @ squared
+        information = likelihood_information(design, total)
+        _check_rank(design, information.matrix)
+        inverse = information.inverse
+        found = _student_scales(design, errors, information, inverse, ROBUST_TAIL, squared)
+        ratio = float(np.mean(design.incidence @ found) / np.mean(total))
+        scatter = inverse * (1.0 + 3.0 * ROBUST_TAIL) * ratio**2
+        squared = _shrunk(design, found, scatter, float(np.mean(design.incidence @ found)))
+    return squared
+
+
+def common_scale(design: MultiStepDesign, errors: FloatArray) -> float:
+    """Squared scale of all readings, from the median of their residuals. [mm²]
+
+    Raises
+    ------
+    PretravelError
+        Readings without scatter.
+    """
+    free = 1.0 - (design.size - 1) / len(errors)
+    residuals = weighted_residuals(design, errors, np.ones(len(errors)))
+    level = float(np.mean(residuals**2)) / free
+    if not level > 1e-24:
+        raise PretravelError("the readings have no scatter, so they determine no variance")
+    for _ in range(_MEDIAN_ROUNDS):
+        middle = _NORMAL * float(np.median(np.abs(residuals)))
+        level = max(middle**2 / free, 1e-6 * level)
+        factor = student_weight(ROBUST_TAIL, residuals**2 / level)
+        residuals = weighted_residuals(design, errors, factor)
+    return level
 
 
 def _shrunk(
@@ -275,7 +425,7 @@ def direction_variance_uncertainty(readings: MultiStepReadings, repeats: int = 1
     True
     """
     design = multi_step_design(readings)
-    matrix, _ = _likelihood_equations(design, readings.errors, np.full(design.size, 0.5), None)
+    matrix = likelihood_information(design, np.ones(len(readings))).matrix
     # The means of repeats count as single readings; the scatter of the repeats is added.
     matrix = matrix + 0.5 * (repeats - 1) * design.incidence.T @ design.incidence
     eigenvalues, vectors = np.linalg.eigh(matrix)

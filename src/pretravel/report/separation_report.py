@@ -54,11 +54,22 @@ def separation_document(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
             *(_pair_figure(result, machine, probe) for machine, probe in pairs),
+            *(KeyFigure("LEFT OUT", outlier.message) for outlier in result.outliers),
+            *_excluded_figure(result),
         ),
         tables=(_direction_table(result),),
         pictures=(Picture("Errors and variances", lambda: plot_separation(result, title)),),
         notes=result.notes,
         warnings=tuple(warnings),
+    )
+
+
+def _excluded_figure(result: Separation) -> tuple[KeyFigure, ...]:
+    if not result.excluded:
+        return ()
+    rows = ", ".join(str(row + 1) for row in result.excluded)
+    return (
+        KeyFigure("LEFT OUT", f"as requested: reading{'s' * (len(result.excluded) > 1)} {rows}"),
     )
 
 

@@ -37,6 +37,23 @@ class TestSeparate:
         document = json.loads((tmp_path / "s.json").read_text())
         assert np.array(document["pair_variance_um2"]).shape == (24, 24)
 
+    def test_a_gross_error_is_named_and_left_out(self, tmp_path: Path) -> None:
+        lines = READINGS.read_text().splitlines()
+        row = lines.index(next(line for line in lines if line.startswith("7,12,")))
+        lines[row] = f"7,12,{float(lines[row].split(',')[2]) + 40.0:.4f}"
+        dirty = tmp_path / "dirty.csv"
+        dirty.write_text("\n".join(lines) + "\n")
+        text = run("separate", dirty, "-o", tmp_path / "s.json").replace("\n  ", " ")
+        assert "machine 7 with probe 12" in text
+        found = json.loads((tmp_path / "s.json").read_text())
+        assert [(o["machine_index"], o["probe_index"]) for o in found["outliers"]] == [(7, 12)]
+        assert found["outliers"][0]["distance_um"] == pytest.approx(40.0, abs=4.0)
+        run("separate", dirty, "--exclude", "7,12", "-o", tmp_path / "e.json")
+        excluded = json.loads((tmp_path / "e.json").read_text())
+        assert excluded["directions"] == found["directions"]
+        assert len(excluded["excluded_readings"]) == 1
+        assert "--exclude" in run("separate", READINGS, "--exclude", "7,99", code=2)
+
     @pytest.mark.parametrize(
         ("options", "words"),
         [

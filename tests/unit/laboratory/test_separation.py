@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.separation import separate, separation_by_trials
+from pretravel.laboratory.separation import separate
+from pretravel.laboratory.separation_trials import separation_by_trials
 
 TRIALS = 20_000
 
