@@ -25,6 +25,7 @@ COLUMNS = {
     "refused": "refused %",
     "warned": "warned %",
     "warned_wrong": "warned where χ²>1.4 %",
+    "own_wrong": "by a warning of its own %",
     "false": "false outliers %",
     "found": "gross found %",
     "alarms": "verify: false alarms % at 5",
@@ -35,8 +36,19 @@ SHOWN = tuple(name for name in COLUMNS if name not in ("rods", "between", "cente
 """Columns of the printed table; the file has all."""
 
 
-def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
-    """The cells of a row. Errors and u are root mean squares over the sets that were evaluated."""
+def routine_sentences(baseline: Sequence[Outcome]) -> frozenset[str]:
+    """Warnings that half of the usual sets contain: they say nothing of a departure."""
+    counts: Counter[str] = Counter()
+    for outcome in baseline:
+        counts.update({pattern_of(warning) for warning in outcome.warnings})
+    return frozenset(text for text, count in counts.items() if 2 * count >= len(baseline))
+
+
+def summary(outcomes: Sequence[Outcome], routine: frozenset[str] = frozenset()) -> dict[str, str]:
+    """The cells of a row. Errors and u are root mean squares over the sets that were evaluated.
+
+    A warning of the row's own is one that is not in `routine`.
+    """
     passed = [outcome for outcome in outcomes if not outcome.refused]
     wrong = [outcome for outcome in passed if outcome.chi_squared > 1.4]
     gross = sum(outcome.gross for outcome in passed)
@@ -51,6 +63,7 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
         return f"{np.mean(values) ** (1.0 / power):.2f}" if values else "–"
 
     said = sum(bool(outcome.warnings) for outcome in wrong)
+    own = sum(bool({pattern_of(text) for text in outcome.warnings} - routine) for outcome in wrong)
     return {
         "row": outcomes[0].row,
         "sets": str(len(outcomes)),
@@ -65,6 +78,7 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, str]:
         "refused": percent(len(outcomes) - len(passed), len(outcomes)),
         "warned": percent(sum(bool(outcome.warnings) for outcome in passed), len(passed)),
         "warned_wrong": f"{percent(said, len(wrong))} of {len(wrong)}" if wrong else "–",
+        "own_wrong": percent(own, len(wrong)),
         "false": percent(sum(outcome.false > 0 for outcome in passed), len(passed)),
         "found": percent(sum(outcome.found for outcome in passed), gross),
         "alarms": percent(sum(alarms), len(alarms)),

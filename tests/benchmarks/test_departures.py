@@ -353,6 +353,9 @@ def test_refusals_are_counted_and_not_averaged() -> None:
     cells = table.summary([good, said, bad])
     assert (cells["refused"], cells["warned"], cells["chi"]) == ("33", "50", "2.50")
     assert cells["warned_wrong"] == "50 of 2"
+    assert cells["own_wrong"] == "50"
+    always = table.routine_sentences([said, replace(said, warnings=("doubtful by 4 µm",)), good])
+    assert table.summary([good, said, bad], always)["own_wrong"] == "0"
     assert table.sentences([good, said, bad]) == [
         "       1 × doubtful by # µm",
         "       1 × refused: too few touches",
