@@ -318,7 +318,9 @@ def _updated(
         delay, u_delay = delay + u_delay * float(posterior.change[size]), u_delay * spread
         effect = effect * spread + common
     origin = f", from {touches.source}" if touches.source else ""
-    earlier = f"; before: {made.touches}" if made.touches else ""
+    # Of many updates the last and the qualification that they began with.
+    first = made.touches.rpartition("; first: ")[2]
+    earlier = f"; first: {first}" if first else ""
     return replace(
         old,
         coefficients=old.coefficients + change,

@@ -265,6 +265,14 @@ def test_an_updated_map_keeps_its_values_in_a_file(kind: str, tmp_path) -> None:
     assert read.provenance == new.provenance
 
 
+def test_many_updates_keep_a_short_provenance() -> None:
+    old = example_map()
+    first = old.provenance.touches
+    for _ in range(3):
+        old = update_map(sphere_touches(old.pretravel(FEW), FEW), old, 25.0).pretravel_map
+    assert old.provenance.touches == f"9 touches; first: {first}"
+
+
 def test_another_feed_is_refused() -> None:
     old = replace(example_map(), feed=50.0, delay=None, delay_effect=None)
     touches = sphere_touches(old.pretravel(FEW), FEW)
