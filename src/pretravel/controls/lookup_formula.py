@@ -12,7 +12,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, frozen
 from pretravel.controls.lookup import Band, MapSamples, supported_band
 from pretravel.directions import azimuth_angle
-from pretravel.maps.basis import CondensedProbe, SeriesForm
+from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
 from pretravel.maps.pretravel_map import PretravelMap
 
 
@@ -117,6 +117,8 @@ class LookupSeats:
         Factor of the probe's pretravel, and the constant added to it. [1], [mm]
     shift : (3,) float
         Multiplies the direction; the product is added. [mm]
+    series : LookupSeries or None
+        Added: what six seats do not represent.
     band : Band
     largest_error : float
         Largest difference from the map within the band. [mm]
@@ -129,13 +131,15 @@ class LookupSeats:
     scale: float
     constant: float
     shift: FloatArray
+    series: LookupSeries | None
     band: Band
     largest_error: float = 0.0
 
     @property
     def description(self) -> str:
         """See `Lookup`."""
-        return "six seats, in closed form"
+        added = "" if self.series is None else f", and a {self.series.description}"
+        return f"six seats, in closed form{added}"
 
     def template_values(self) -> Mapping[str, object]:
         """See `Lookup`."""
@@ -143,12 +147,15 @@ class LookupSeats:
         return {
             "response": self.response,
             "sunk_at_rest": [np.cbrt(reaction**2) for reaction in rest],
+            "sectoral_factor": sectoral_factor,
+            "recurrence": recurrence,
         }
 
     def value(self, directions: FloatArray) -> FloatArray:
         """See `Lookup`."""
         own = self.response.pretravel(directions)
-        return np.asarray(self.scale * own + self.constant + directions @ self.shift)
+        total = self.scale * own + self.constant + directions @ self.shift
+        return np.asarray(total if self.series is None else total + self.series.value(directions))
 
 
 def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | None:
@@ -167,12 +174,13 @@ def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | No
     if form is None:
         return None
     band = supported_band(pretravel_map)
-    lookup = (
-        _series(form, band)
-        if isinstance(form, SeriesForm)
-        else LookupSeats(form.probe, form.scale, form.constant, form.shift, band)
-    )
+    lookup = _series(form, band) if isinstance(form, SeriesForm) else _seats(form, band)
     return replace(lookup, largest_error=MapSamples(pretravel_map, band).largest_error(lookup))
+
+
+def _seats(form: SixSeatForm, band: Band) -> LookupSeats:
+    series = None if form.correction is None else _series(form.correction, band)
+    return LookupSeats(form.probe, form.scale, form.constant, form.shift, series, band)
 
 
 def _series(form: SeriesForm, band: Band) -> LookupSeries:

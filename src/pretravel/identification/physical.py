@@ -191,17 +191,16 @@ def _concluded(
     misfit: float,
     repeats: Scatter,
 ) -> PhysicalMapFit:
-    """The average over the scales as a map with covariance."""
+    """The fit as a map, with a covariance over all scales."""
     observation, axes, extra = problem.observation, problem.axes, problem.extra
     change, covariance = averaged_unknowns(problem, x, weighted)
-    own = change[: problem.size]
-    unknowns = x + own
-    # Slopes hold near the mode alone: the map is linear about it, and its average beside it.
+    # At the most probable scales the unknowns are those of the mode, x, and stay there. Slopes hold
+    # near x alone: the map is linear about it.
     basis = SixSeatBasis(x[extra:], observation.tip_radius, problem.terms)
-    six_seats = np.concatenate([np.eye(5)[0], own[extra:]])
+    six_seats = np.eye(5 + len(PARAMETERS))[0]
     coefficients = np.concatenate([six_seats, change[problem.size :]])
-    moved = problem.moved(unknowns)
-    level = float(unknowns[axes:extra].sum())
+    moved = problem.moved(x)
+    level = float(x[axes:extra].sum())
     residuals = moved.values + level - basis.value(moved.directions, coefficients)
     to_coefficients = _to_coefficients(problem)
     of_map = to_coefficients @ covariance @ to_coefficients.T
@@ -215,12 +214,12 @@ def _concluded(
         covariance=Covariance.full(0.5 * (of_map + of_map.T)),
         mean=float(to_mean @ observation.values),
         u_mean=float(np.linalg.norm(to_mean)) * noise,
-        shift=-unknowns[:axes],
+        shift=-x[:axes],
         shift_covariance=gauge,
         residuals=residuals,
         dof=_effective_dof(problem, x, weighted),
         noise=noise,
-        gauge=_gauge(problem, unknowns, covariance),
+        gauge=_gauge(problem, x, covariance),
         noise_is_repeatability=repeats.dof < WELL_KNOWN_NOISE,
         fixed_scatter=weighted.mean("fixed_scatter"),
         tip_radius=None if observation.tip_known else observation.tip_radius + level,

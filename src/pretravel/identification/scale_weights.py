@@ -117,7 +117,7 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
 def averaged_unknowns(
     problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales
 ) -> tuple[FloatArray, FloatArray]:
-    """Unknowns and coefficients of the correction, averaged over the scales.
+    """Unknowns and coefficients of the correction, with a covariance over all scales.
 
     Parameters
     ----------
@@ -128,10 +128,11 @@ def averaged_unknowns(
 
     Returns
     -------
-    mean : (u + k,) float
-        Change of the unknowns from x, then the coefficients of the correction. [mm and as they are]
+    found : (u + k,) float
+        At the most probable scales: change of the unknowns from x, then the coefficients of the
+        correction. [mm and as they are]
     covariance : (u + k, u + k) float
-        It contains the differences between the scales.
+        About these, of the mixture over the scales: it contains their differences.
     """
     misses, slopes = problem.misses(x)
     to_touches = np.hstack([-slopes, problem.harmonics])
@@ -151,10 +152,9 @@ def averaged_unknowns(
         means.append(before + whitened.T @ (root @ (misses - to_touches @ before)))
         covariance -= weight * (whitened.T @ whitened)
         covariance[np.diag_indices_from(covariance)] += weight * prior
-    mean = weighted.weights @ np.array(means)
-    between = np.array(means) - mean
+    between = np.array(means) - means[0]
     covariance += (between.T * weighted.weights) @ between
-    return np.asarray(mean), 0.5 * (covariance + covariance.T)
+    return np.asarray(means[0]), 0.5 * (covariance + covariance.T)
 
 
 def _to_prior(problem: SixSeatProblem, x: FloatArray) -> FloatArray:

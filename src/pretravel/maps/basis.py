@@ -82,7 +82,7 @@ class SeriesForm:
 
 @dataclass(frozen=True, eq=False)
 class SixSeatForm:
-    """A map as the pretravel of a condensed probe, scaled, plus a constant and a shift.
+    """A map as the pretravel of a condensed probe, scaled, plus a constant, a shift and a series.
 
     Attributes
     ----------
@@ -91,12 +91,15 @@ class SixSeatForm:
         [1], [mm]
     shift : (3,) float
         Multiplies the direction. [mm]
+    correction : SeriesForm, optional
+        Added.
     """
 
     probe: CondensedProbe
     scale: float
     constant: float
     shift: FloatArray
+    correction: SeriesForm | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import PretravelError
-from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
+from pretravel.maps.basis import MapBasis, SeriesForm, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.trigger.six_seat_slopes import six_seat_pretravel, six_seat_slopes
@@ -124,10 +124,12 @@ class SixSeatBasis(MapBasis):
         return ResponseBasis(self.response).displacement(directions, curvatures)
 
     def form_on_control(self, coefficients: FloatArray) -> SixSeatForm | None:
-        if self.response.criterion != "first_contact" or np.any(coefficients[5:]):
+        if self.response.criterion != "first_contact" or np.any(coefficients[5:_OWN]):
             return None
         scale, constant, *shift = (float(c) for c in coefficients[:5])
-        return SixSeatForm(self.response, scale, constant, frozen(shift))
+        series = coefficients[_OWN:]
+        correction = SeriesForm(self.terms, series) if np.any(series) else None
+        return SixSeatForm(self.response, scale, constant, frozen(shift), correction)
 
     def arrays(self) -> Mapping[str, StoredArray]:
         found = {

@@ -6,7 +6,7 @@ Its uncertainty contains that of each kind and the differences between them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
-from pretravel.maps.basis import MapBasis, StoredArray, StoredBasis
+from pretravel.maps.basis import MapBasis, SeriesForm, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.uncertainty.covariance import Covariance
 
@@ -65,6 +65,33 @@ class AveragedBasis(MapBasis):
         self, directions: FloatArray, curvatures: FloatArray | None
     ) -> FloatArray | None:
         return self.parts[0].displacement(directions, curvatures)
+
+    def form_on_control(self, coefficients: FloatArray) -> SixSeatForm | None:
+        """In closed form where one part is a six-seat probe and the others are series."""
+        seats: SixSeatForm | None = None
+        series: list[SeriesForm] = []
+        for part, own in zip(self.parts, self._split(coefficients), strict=True):
+            form = part.form_on_control(own)
+            if form is None or (isinstance(form, SixSeatForm) and seats is not None):
+                return None
+            if isinstance(form, SeriesForm):
+                series.append(form)
+            else:
+                seats = form
+        if seats is None:
+            return None
+        if seats.correction is not None:
+            series.append(seats.correction)
+        correction = SeriesForm(
+            np.concatenate([each.terms for each in series]),
+            np.concatenate([each.coefficients for each in series]),
+        )
+        return replace(
+            seats,
+            constant=seats.constant + float(coefficients[0]),
+            shift=seats.shift + coefficients[1:_COMMON],
+            correction=correction,
+        )
 
     def arrays(self) -> Mapping[str, StoredArray]:
         return {
