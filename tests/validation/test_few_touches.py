@@ -24,11 +24,11 @@ def test_nine_touches_with_prior(few: list[dict[str, Judged]]) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["physical", "harmonic"])
 def test_few_touches_with_prior(kind: str) -> None:
-    """Of the probes that `docs/qualification.md` tabulates, 15. χ² of one set scatters by 0.3,
-    of 15 by 0.08."""
+    """The first 15 of the sets that `docs/qualification.md` tabulates."""
     sets = [one_set(number, kind, (5, 9)) for number in range(15)]
     fresh = point_error(sets, "75 without")
     assert point_error(sets, "9 with prior") < 1.15 * fresh
     assert point_error(sets, "5 with prior") < 1.25 * fresh
-    assert np.mean([one["9 with prior"].chi_squared for one in sets]) < 1.4
-    assert np.mean([one["9 with prior"].chi_squared for one in sets]) > 0.6
+    if kind == "physical":  # u of a harmonic map does not contain the centre
+        chi_squared = np.mean([one["9 with prior"].chi_squared for one in sets])
+        assert 0.7 < chi_squared < 1.4
