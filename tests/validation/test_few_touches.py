@@ -16,7 +16,7 @@ def few() -> list[dict[str, Judged]]:
 
 
 def test_nine_touches_with_prior(few: list[dict[str, Judged]]) -> None:
-    """At most 1.15 times the error of a point after 75 touches; 40 sets give 1.00."""
+    """At most 1.15 times the error of a point after 75 touches; 30 sets gave 0.98."""
     assert point_error(few, "9 with prior") < 1.15 * point_error(few, "75 without")
     assert point_error(few, "9 with prior") < point_error(few, "9 without")
 
