@@ -33,6 +33,7 @@ DRIFT_LEVEL = 0.01
 _HYSTERESIS_LEVEL = 0.01
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
 _COMMON = 0.2  # share of machines and probes with a hysteresis that matters
+_CERTAIN = 50.0  # logarithm of odds beyond which a probability is one
 _SURE = 0.95  # probability of a hysteresis from which people are warned
 _NOISE_FLOOR = 1e-5 * MICROMETRE
 
@@ -117,6 +118,8 @@ def machine_effects(
     between = between_predecessors(observation.values - change, groups, order)
     remaining = between.variance if between.p_value < _HYSTERESIS_LEVEL else 0.0
     variance += remaining
+    if probability == _COMMON and between.warning:  # nothing was determined
+        warnings.append(between.warning)
     if probability:
         variance += _scatter_by_memory(observation.group_directions, moments)
     if probability > _SURE:
@@ -149,21 +152,21 @@ def _memory(
     found = estimated_hysteresis(
         observation.values - change, observation.directions, observation.groups, order
     )
-    if not np.all(found.determined):
-        return nothing
-    own = found.covariance + _NOISE_FLOOR**2 * np.eye(2)
-    prior = _USUAL_HYSTERESIS**2 * np.eye(2)
+    known = np.asarray(found.determined)
+    if not known.any():
+        return np.zeros(2), _COMMON * _USUAL_HYSTERESIS**2 * np.eye(2), _COMMON
+    value, size = found.value[known], int(known.sum())
+    own = found.covariance[np.ix_(known, known)] + _NOISE_FLOOR**2 * np.eye(size)
+    prior = _USUAL_HYSTERESIS**2 * np.eye(size)
     gain = prior @ np.linalg.inv(own + prior)
-    mean, covariance = gain @ found.value, prior - gain @ prior
-    odds = (
-        _COMMON
-        / (1.0 - _COMMON)
-        * math.exp(
-            min(_log_density(found.value, own + prior) - _log_density(found.value, own), 50.0)
-        )
-    )
+    mean, covariance = gain @ value, prior - gain @ prior
+    more_likely = _log_density(value, own + prior) - _log_density(value, own)
+    odds = _COMMON / (1.0 - _COMMON) * math.exp(min(more_likely, _CERTAIN))
     share = odds / (1.0 + odds)
-    return share * mean, share * (np.outer(mean, mean) + covariance), share
+    expected, moments = np.zeros(2), np.zeros((2, 2))
+    expected[known] = share * mean
+    moments[np.ix_(known, known)] = share * (np.outer(mean, mean) + covariance)
+    return expected, moments, share
 
 
 def _log_density(value: FloatArray, covariance: FloatArray) -> float:
