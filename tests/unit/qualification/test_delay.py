@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,17 @@ from pretravel.compensation.point_errors import point_sources
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
-from pretravel.identification.kind_registry import KINDS, qualify
+from pretravel.identification import kind_registry
+from pretravel.identification.kind_registry import KINDS
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict
 from pretravel.units import delay_travel
+
+# One kind, and a perfect sphere: the average of kinds and the usual u have tests of their own.
+qualify = partial(
+    kind_registry.qualify, kind="harmonic", u_diameter=0.0, u_temperature=0.0, sphere_form=0.0
+)
 
 # Rodrigues 2021, section 2.9.2: 14.5 ms; his 50 mm/min, and a second feed.
 DELAY, FEEDS = 14.5e-3, (50.0, 150.0)
@@ -51,10 +58,11 @@ def test_delay_is_told_apart(kind: str) -> None:
 
 
 def test_u_of_the_delay_is_honest() -> None:
+    """The delay is separated before a kind is fitted: the simplest kind has the same."""
     z = []
     for seed in range(30):
         result = qualify(_touches(np.random.default_rng(seed)), 25.0, tip_diameter=6.0,
-                         search_outliers=False)  # fmt: skip
+                         kind="mean", search_outliers=False)  # fmt: skip
         assert result.delay is not None
         z.append((result.delay.delay - DELAY) / result.delay.u_delay)
     # A deviation of 30 scatters by 13 %.
