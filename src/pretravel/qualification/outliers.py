@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pretravel.arrays import FloatArray, IntArray
 from pretravel.directions import describe
 from pretravel.errors import PretravelError
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.machine_in_touches import MachineEffects
+from pretravel.qualification.within_directions import centred_within
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
@@ -27,6 +30,7 @@ KINKS = 1.4
 """Factor on the limits for directions: kinks of a map exceed the limits more often than noise.
 
 With it, one or two of 60 simulated good probes have a direction named."""
+_HEAVY = 0.05  # level at which tails are taken as heavy: limits are then wider
 GROSS = 20.0
 """Errors beyond this many standard deviations of a touch are tested in any case."""
 SUSPICION = 2.5
@@ -57,11 +61,25 @@ class Outlier:
     left_out: bool = True
 
 
-def _outlier_factor(count: int) -> float:
-    from scipy.stats import norm
+def _outlier_factor(count: int, dof: float = math.inf) -> float:
+    """Limit in standard deviations, of errors with these degrees of freedom of Student."""
+    from scipy.stats import norm, t
 
+    level = OUTLIER_LEVEL / (2.0 * count)
+    limit = norm.isf(level) if math.isinf(dof) else t.isf(level, dof)
     # 1.2 because the scales are themselves estimated from the data.
-    return 1.2 * float(norm.isf(OUTLIER_LEVEL / (2.0 * count)))
+    return 1.2 * float(limit)
+
+
+def _tail_dof(values: FloatArray, groups: IntArray) -> float:
+    """Student's degrees of freedom of the scatter; infinite unless its tails are heavy.
+
+    Without the touch that lies furthest from its direction, which may be a gross error.
+    """
+    apart = np.abs(centred_within(values, groups))
+    kept = np.arange(len(values)) != int(np.argmax(apart))
+    tails = tail_kurtosis(values[kept], groups[kept])
+    return tails.student_dof if tails.p_value < _HEAVY else math.inf
 
 
 def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.0) -> list[Outlier]:
@@ -87,7 +105,8 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
     unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
     noise = math.sqrt(float(np.median(variance) / unbias))
     noise = math.hypot(noise, step / math.sqrt(12.0))
-    limit = max(_outlier_factor(len(values)) * noise, 2.0 * step, 1e-9)
+    factor = _outlier_factor(len(values), _tail_dof(values, groups))
+    limit = max(factor * noise, 2.0 * step, 1e-9)
     found = []
     for group, middle in zip(repeated, median, strict=True):
         rows = np.flatnonzero(groups == group)
