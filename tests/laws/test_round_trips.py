@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
 from pretravel.frames import probe_rotation
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
+from tests.support.plain_qualification import qualify_plainly as qualify
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])

@@ -48,7 +48,7 @@ _AMPLITUDES = 8
 """Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
-_EXACT = 1e-3  # um: scatter from which normal equations are exact enough
+_EXACT = 1e-2  # um: scatter from which normal equations are exact enough
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
 _PAIRS = 8  # of points that the posterior is averaged over
@@ -446,7 +446,7 @@ def _posterior(
     return HarmonicFit(
         terms=np.concatenate([free, terms]),
         coefficients=mean * MICROMETRE,
-        covariance=covariance * MICROMETRE**2,
+        covariance=0.5 * (covariance + covariance.T) * MICROMETRE**2,
         noise=math.sqrt(variance) * MICROMETRE,
         fixed_scatter=math.sqrt(fixed) * MICROMETRE if problem.repeated else 0.0,
         lobe_azimuth=float(np.mod(amplitudes.mode[_AZIMUTH], 60.0 * DEGREE)),

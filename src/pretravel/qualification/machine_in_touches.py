@@ -34,7 +34,7 @@ _HYSTERESIS_LEVEL = 0.01
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
 _COMMON = 0.2  # share of machines and probes with a hysteresis that matters
 _CERTAIN = 50.0  # logarithm of odds beyond which a probability is one
-_SURE = 0.95  # probability of a hysteresis from which people are warned
+_SURE = 0.95  # probability of a hysteresis from which it is subtracted, and people are warned
 _NOISE_FLOOR = 1e-5 * MICROMETRE
 
 
@@ -164,7 +164,8 @@ def _memory(
     odds = _COMMON / (1.0 - _COMMON) * math.exp(min(more_likely, _CERTAIN))
     share = odds / (1.0 + odds)
     expected, moments = np.zeros(2), np.zeros((2, 2))
-    expected[known] = share * mean
+    # In doubt nothing is subtracted: the estimate would add its noise to every touch.
+    expected[known] = mean if share > _SURE else 0.0
     moments[np.ix_(known, known)] = share * (np.outer(mean, mean) + covariance)
     return expected, moments, share
 

@@ -14,6 +14,7 @@ from pretravel.errors import PretravelError
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.qualification.within_directions import centred_within
@@ -178,8 +179,11 @@ def direction_outliers(
         out = kept & (observation.groups == np.unique(observation.groups[kept])[suspect])
         if len(np.unique(observation.groups[kept & ~out])) < FEWEST_OTHER_DIRECTIONS:
             break
+        part = observation.take(kept & ~out)
+        here = observation.directions[out][:1]
+        if not DirectionSupport(part.group_directions).supports(here)[0]:
+            break  # the others do not surround it, so they do not predict it
         kept = kept & ~out
-        part = observation.take(kept)
         current = fit_harmonic(part, near=current.posterior.amplitudes)
         wrong = observation.take(out)
         distance, u = _left_out_distance(HarmonicKind(), current, wrong, effects)

@@ -10,9 +10,9 @@ import pytest
 from pretravel.directions import sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
+from tests.support.plain_qualification import qualify_plainly as qualify
 from tests.support.reference_touches import sphere_touches
 
 
