@@ -100,9 +100,9 @@ def prepare(
     """
     rotation = probe_rotation(setup.axis)
     rest = _at_rest(touches, setup, rotation)
-    effects = _effects(rest, touches.positions, setup)
-    moved = rest.observation.directions * effects.change[:, None]
-    corrected = replace(rest.touches, positions=rest.touches.positions + moved @ rotation.T)
+    corrected, effects = without_machine(
+        rest.touches, rest.observation, setup, rotation, latched=touches.positions
+    )
     whole = observe(corrected, setup, rotation) if effects.change.any() else rest.observation
     outliers: tuple[Outlier, ...] = ()
     detail: HarmonicMapFit | None = None
@@ -134,22 +134,56 @@ def prepare(
     )
 
 
-def _effects(
-    rest: _AtRest, machine_positions: FloatArray, setup: QualificationSetup
-) -> MachineEffects:
-    """What the machine adds, from touches without gross errors."""
-    kept = np.ones(len(rest.touches), dtype=bool)
+def without_machine(
+    touches: Touches,
+    observation: Observation,
+    setup: QualificationSetup,
+    rotation: FloatArray,
+    *,
+    latched: FloatArray | None = None,
+) -> tuple[Touches, MachineEffects]:
+    """Touches without what the machine adds, as far as it can be subtracted.
+
+    Parameters
+    ----------
+    touches : Touches
+        In the order in which they were made.
+    observation : Observation
+        Of the same touches.
+    setup : QualificationSetup
+    rotation : (3, 3) float
+        Probe to machine frame, of the observation.
+    latched : (n, 3) float, optional
+        Positions as the machine latched them; those of the touches when not given. [mm]
+
+    Returns
+    -------
+    Touches
+    MachineEffects
+        Estimated without gross errors.
+
+    >>> from pretravel.directions import sphere_pattern_25
+    >>> n = sphere_pattern_25()
+    >>> touches, setup = Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0)
+    >>> without_machine(touches, observe(touches, setup), setup, np.eye(3))[0].positions.shape
+    (25, 3)
+    """
+    positions = touches.positions if latched is None else latched
+    kept = np.ones(len(touches), dtype=bool)
     if setup.search_outliers:
-        step = quantisation_step(machine_positions)
-        wrong = repeat_outliers(rest.touches, rest.observation, step)
+        wrong = repeat_outliers(touches, observation, quantisation_step(positions))
         kept[[row for outlier in wrong for row in outlier.rows]] = False
-    if kept.all() or kept.mean() < _FEWEST_LEFT:
-        return machine_effects(rest.observation, machine_positions, setup.sphere_form)
-    part = rest.observation.take(kept)
-    found = machine_effects(part, machine_positions[kept], setup.sphere_form)
+    if kept.mean() < _FEWEST_LEFT:
+        kept[:] = True
+    part = observation if kept.all() else observation.take(kept)
+    effects = machine_effects(part, positions[kept], setup.sphere_form)
     change = np.zeros(len(kept))
-    change[kept] = found.change
-    return replace(found, change=change)
+    change[kept] = effects.change
+    if not change.any():
+        return touches, replace(effects, change=change)
+    moved = (observation.directions * change[:, None]) @ rotation.T
+    corrected = replace(touches, positions=touches.positions + moved)
+    return corrected, replace(effects, change=change)
 
 
 def _outliers(

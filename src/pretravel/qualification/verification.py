@@ -22,6 +22,7 @@ from pretravel.qualification.change_tests import (
 from pretravel.qualification.gross_touches import gross_touch
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.prepare import without_machine
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
 from pretravel.touches import Touches, at_rest
 
@@ -144,6 +145,9 @@ def verify(
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
+    rotation = pretravel_map.rotation
+    touches, effects = without_machine(touches, observe(touches, setup, rotation), setup, rotation)
+    warnings.extend(effects.warnings)
     new = _NewTouches(touches, pretravel_map, setup)
     everything = new.compared(np.ones(len(touches), dtype=bool))
     compared, gross = new.without_gross(everything)
