@@ -51,10 +51,10 @@ def studied() -> list[tuple[np.ndarray, np.ndarray]]:
 
 def test_errors_over_a_part(studied: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """The limit is 0.345 um, of which 0.30 are the noise of the touches. The sample deviation of
-    140 touches scatters by 6 %: one in twelve may be above."""
+    140 touches scatters by 6 %: a tenth of the sets may be above, three of twelve in 11 %."""
     spread = np.array([error.std() for error, _ in studied]) * 1e3
     assert np.median(spread) < 0.32
-    assert np.sum(spread > 0.345) <= 1
+    assert np.sum(spread > 0.345) <= 2
 
 
 def test_uncertainties_over_a_part_are_honest(studied: list[tuple[np.ndarray, np.ndarray]]) -> None:

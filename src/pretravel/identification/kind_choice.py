@@ -132,7 +132,7 @@ def stacking_weights(log_densities: FloatArray, prior: FloatArray) -> FloatArray
         They add up to one; those below `LEAST_WEIGHT` are zero.
 
     >>> stacking_weights(np.log([[0.9, 0.9], [0.1, 0.1]]), np.array([1.0, 1.0])).round(2).tolist()
-    [0.7, 0.3]
+    [0.73, 0.27]
     """
     density = np.exp(log_densities - log_densities.max(axis=0))
     weights = prior / prior.sum()

@@ -219,6 +219,8 @@ def qualify_like(
         diameter,
         tip_diameter=2.0 * earlier.tip_radius,
         u_diameter=2.0 * earlier.u_tip_radius,
+        u_temperature=0.0,
+        sphere_form=0.0,
         axis=tuple(earlier.rotation[:, 2]),
     )
     setup = replace(setup, diameter=diameter, ring=ring)

@@ -218,6 +218,12 @@ Touch the reference there too, or allow extrapolation.
             along_axes = directions * np.array([1.0, 1.0, AXIAL_RATIO])
             along = np.sum(along_axes * directions, axis=1)
             moved = (pretravel / along)[:, None] * along_axes
+        elif self.basis.size > 1:
+            # Of the condensed probe alone: on a flat part the component along n is the map.
+            flat = self.basis.displacement(directions, None)
+            value = self._evaluate(directions, with_uncertainty=False)[0]
+            missing = value - np.sum(np.asarray(flat) * directions, axis=1)
+            moved = moved + missing[:, None] * directions
         return np.asarray(moved @ self.rotation.T)
 
     def standard_uncertainty(self, normals: npt.ArrayLike) -> FloatArray:

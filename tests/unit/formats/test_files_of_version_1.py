@@ -53,7 +53,8 @@ def test_same_pretravel_and_uncertainty(name: str) -> None:
     pretravel, u = made.pretravel_and_uncertainty(values[:, :3])
     # Another order of summation may change the last digits of a double.
     assert pretravel == pytest.approx(values[:, 3], rel=1e-12, abs=1e-16)
-    assert u == pytest.approx(values[:, 4], rel=1e-10, abs=1e-16)
+    # Slopes of a six-seat probe were central differences then, wrong by up to 5e-9.
+    assert u == pytest.approx(values[:, 4], rel=1e-8, abs=1e-16)
 
 
 def test_what_belongs_to_a_map_is_read() -> None:

@@ -26,7 +26,7 @@ def test_a_map_made_again_keeps_its_setup(tmp_path: Path) -> None:
     """Tip, uncertainty of the diameter, axis and axial pretravel; through a file too."""
     first = qualify(
         _touches(0.010, axis=0), 25.0, tip_diameter=6.0, u_diameter=5e-4, axial_pretravel=3e-3,
-        axis=(1.0, 0.0, 0.0), kind="harmonic",
+        axis=(1.0, 0.0, 0.0), kind="harmonic", u_temperature=0.0,
     ).pretravel_map  # fmt: skip
     write_map(tmp_path / "map.nc", first)
     earlier = read_map(tmp_path / "map.nc")
@@ -41,7 +41,9 @@ def test_a_map_made_again_keeps_its_setup(tmp_path: Path) -> None:
 
 def test_a_map_of_an_earlier_version_keeps_its_uncertainty() -> None:
     """Earlier files have no setup: u of the radius was half that of the diameter."""
-    first = qualify(_touches(0.010), 25.0, tip_diameter=6.0, u_diameter=5e-4).pretravel_map
+    first = qualify(
+        _touches(0.010), 25.0, tip_diameter=6.0, u_diameter=5e-4, u_temperature=0.0, kind="harmonic"
+    ).pretravel_map
     words = Provenance(Origin.QUALIFIED, first.provenance.source)
     again = qualify_like(_touches(0.010), replace(first, provenance=words), 25.0)
     assert again.pretravel_map.u_tip_radius == pytest.approx(2.5e-4)

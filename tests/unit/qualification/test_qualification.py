@@ -106,7 +106,7 @@ class TestQualification:
         result = qualify(sphere_touches(self._pretravel(n), n), 25.0, tip_diameter=6.0)
         assert result.repeatability_dof == result.degrees_of_freedom
 
-    @pytest.mark.parametrize("told", [1e-3, None])
+    @pytest.mark.parametrize("told", [1e-3, pytest.param(None, marks=pytest.mark.slow)])
     def test_harmonic_centre_radius_and_map_in_either_gauge(self, told: float | None) -> None:
         """60 noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
         sigma); a prior makes the map scatter less than stated, never more: factors 0.5 to 1.3.
@@ -239,6 +239,7 @@ class TestQualification:
         u_radius = np.mean([r.u_effective_radius for r in results])
         assert radii.std() == pytest.approx(u_radius, rel=0.125)
 
+    @pytest.mark.slow
     def test_harmonic_uncertainty_at_the_touches_against_monte_carlo(self) -> None:
         """A fixed smooth probe, many noises: where it is touched, the map scatters no more than
         stated, and its mean error is small against u (a prior's bias)."""

@@ -67,6 +67,7 @@ def check(new: Touches, rate: float = 0.01, seed: int = 1) -> Verification:
 
 
 class TestFalseAlarms:
+    @pytest.mark.slow
     def test_no_more_than_stated(self) -> None:
         """Forty qualifications and verifications of an unchanged probe, at 20 %.
 
