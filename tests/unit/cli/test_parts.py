@@ -60,7 +60,7 @@ class TestThereAndBack:
 
     def test_a_measured_map_as_probe(self, tmp_path: Path) -> None:
         sphere = EXAMPLES / "sphere_touches.csv"
-        # Physical maps know the compression of a curved part, which a simulation from a map does not.
+        # Physical maps contain the compression of a curved part; a simulation from a map does not.
         run("qualify", sphere, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic",
             "-o", tmp_path / "q.nc")  # fmt: skip
         run("plan", PART, "--spacing", 8, "-o", tmp_path / "plan.csv")
