@@ -34,7 +34,8 @@ _HYSTERESIS_LEVEL = 0.01
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
 _COMMON = 0.2  # share of machines and probes with a hysteresis that matters
 _CERTAIN = 50.0  # logarithm of odds beyond which a probability is one
-_SURE = 0.95  # probability of a hysteresis from which it is subtracted, and people are warned
+_LIKELY = 0.5  # probability of a hysteresis from which people are warned
+_SURE = 0.95  # probability of a hysteresis from which it is subtracted
 _NOISE_FLOOR = 1e-5 * MICROMETRE
 
 
@@ -122,12 +123,7 @@ def machine_effects(
         warnings.append(between.warning)
     if probability:
         variance += _scatter_by_memory(observation.group_directions, moments)
-    if probability > _SURE:
-        size = float(np.abs(hysteresis).max()) / MICROMETRE
-        warnings.append(
-            f"hysteresis of about {size:.1f} µm: touches depend on the direction of the touch "
-            "before. It is subtracted here, and adds to u of every point on a part"
-        )
+    warnings.extend(_memory_warnings(probability, hysteresis, moments))
     return MachineEffects(
         step=step,
         step_scatter=step * math.sqrt(share / 12.0),
@@ -137,6 +133,28 @@ def machine_effects(
         change=change,
         warnings=tuple(warnings),
     )
+
+
+def _memory_warnings(probability: float, expected: FloatArray, moments: FloatArray) -> list[str]:
+    """What people must know of a hysteresis that is likely."""
+    if probability > _SURE:
+        return [
+            (
+                f"hysteresis of about {float(np.abs(expected).max()) / MICROMETRE:.1f} µm: touches "
+                "depend on the direction of the touch before. It is subtracted here, and adds to u "
+                "of every point on a part"
+            )
+        ]
+    if probability > _LIKELY:
+        size = math.sqrt(float(np.diag(moments).max()) / probability) / MICROMETRE
+        return [
+            (
+                "touches may depend on the direction of the touch before: a hysteresis of about "
+                f"{size:.1f} µm has a probability of {probability:.0%}. Repeat in passes, each in "
+                "another order, to find out"
+            )
+        ]
+    return []
 
 
 def _memory(
