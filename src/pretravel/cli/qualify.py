@@ -60,7 +60,7 @@ def qualify(
         typer.Option(
             min=0.0, max=50.0, help="Standard uncertainty of the reference's temperature, in K."
         ),
-    ] = 0.3,
+    ] = 0.2,
     sphere_form: Annotated[
         float,
         typer.Option(

@@ -23,7 +23,7 @@ Along its axis a probe is stiff: the seats, the stylus and the tip contact of an
 
 USUAL_U_DIAMETER = 0.2 * MICROMETRE
 """Standard uncertainty of a calibrated diameter where none is given: U = 0.4 µm, k = 2. [mm]"""
-USUAL_U_TEMPERATURE = 0.3
+USUAL_U_TEMPERATURE = 0.2
 """Standard uncertainty of a reference's temperature near 20 °C, in a usual workshop. [K]"""
 USUAL_SPHERE_FORM = 0.13 * MICROMETRE
 """Deviation from spherical form of a grade 5 ball (ISO 3290-1). [mm]"""

@@ -31,9 +31,10 @@ from pretravel.units import MICROMETRE
 DRIFT_LEVEL = 0.01
 """Probability that a drift is subtracted although there is none."""
 _HYSTERESIS_LEVEL = 0.01
+_HYSTERESES = {0.3 * MICROMETRE: 0.12, 1.0 * MICROMETRE: 0.06, 3.0 * MICROMETRE: 0.02}
+"""Sizes of a hysteresis, with their shares of machines and probes; most have none that matters."""
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
-_COMMON = 0.2  # share of machines and probes with a hysteresis that matters
-_CERTAIN = 50.0  # logarithm of odds beyond which a probability is one
+_COMMON = sum(_HYSTERESES.values())
 _LIKELY = 0.5  # probability of a hysteresis from which people are warned
 _SURE = 0.95  # probability of a hysteresis from which it is subtracted
 _NOISE_FLOOR = 1e-5 * MICROMETRE
@@ -173,18 +174,25 @@ def _memory(
     known = np.asarray(found.determined)
     if not known.any():
         return np.zeros(2), _COMMON * _USUAL_HYSTERESIS**2 * np.eye(2), _COMMON
-    value, size = found.value[known], int(known.sum())
-    own = found.covariance[np.ix_(known, known)] + _NOISE_FLOOR**2 * np.eye(size)
-    prior = _USUAL_HYSTERESIS**2 * np.eye(size)
-    gain = prior @ np.linalg.inv(own + prior)
-    mean, covariance = gain @ value, prior - gain @ prior
-    more_likely = _log_density(value, own + prior) - _log_density(value, own)
-    odds = _COMMON / (1.0 - _COMMON) * math.exp(min(more_likely, _CERTAIN))
-    share = odds / (1.0 + odds)
+    value, count = found.value[known], int(known.sum())
+    own = found.covariance[np.ix_(known, known)] + _NOISE_FLOOR**2 * np.eye(count)
+    nothing_there = math.log(1.0 - sum(_HYSTERESES.values())) + _log_density(value, own)
+    logarithms, means, seconds = [nothing_there], [np.zeros(count)], [np.zeros((count, count))]
+    for size, weight in _HYSTERESES.items():
+        prior = size**2 * np.eye(count)
+        gain = prior @ np.linalg.inv(own + prior)
+        mean = gain @ value
+        logarithms.append(math.log(weight) + _log_density(value, own + prior))
+        means.append(mean)
+        seconds.append(np.outer(mean, mean) + prior - gain @ prior)
+    weights = np.exp(np.array(logarithms) - max(logarithms))
+    weights /= weights.sum()
+    share = float(1.0 - weights[0])
     expected, moments = np.zeros(2), np.zeros((2, 2))
     # In doubt nothing is subtracted: the estimate would add its noise to every touch.
-    expected[known] = mean if share > _SURE else 0.0
-    moments[np.ix_(known, known)] = share * (np.outer(mean, mean) + covariance)
+    if share > _SURE:
+        expected[known] = weights @ np.array(means)
+    moments[np.ix_(known, known)] = np.tensordot(weights, np.array(seconds), 1)
     return expected, moments, share
 
 

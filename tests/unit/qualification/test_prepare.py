@@ -1,0 +1,95 @@
+"""Gross errors and the machine's part of touches, with the default command's kind of map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.errors import PretravelError
+from pretravel.identification.kind_registry import qualify
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.prepare import prepare
+from pretravel.touches import Touches, without
+from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
+
+SETUP = QualificationSetup(25.0, tip_diameter=6.0)
+
+
+def _touches(seed: int = 4, noise: float = 0.3e-3) -> Touches:
+    rng = np.random.default_rng(seed)
+    found = touches_of(made_up_response(rng, 0.3), PATTERN, rng, noise)
+    return replace(found, labels=tuple(f"t{row}" for row in range(1, len(found) + 1)))
+
+
+def _moved(touches: Touches, row: int, off: float) -> Touches:
+    positions = touches.positions.copy()
+    positions[row] += off * touches.normals[row]
+    return replace(touches, positions=positions)
+
+
+def test_one_bad_touch_does_not_change_the_default_map() -> None:
+    """35 um off: the map is that without it, to 0.05 um, and the touch is named."""
+    touches = _touches()
+    bad = qualify(_moved(touches, 40, 0.035), 25.0, tip_diameter=6.0)
+    assert [outlier.rows for outlier in bad.outliers] == [(40,)]
+    assert "t41" in bad.outliers[0].message
+    assert "+35" in bad.outliers[0].message or "-35" in bad.outliers[0].message
+    alone = qualify(without(touches, ["t41"]), 25.0, tip_diameter=6.0)
+    assert bad.pretravel_map.kind == alone.pretravel_map.kind
+    apart = bad.pretravel_map.pretravel(PATTERN) - alone.pretravel_map.pretravel(PATTERN)
+    assert np.abs(apart).max() < 0.05e-3
+    assert bad.effect_of_outliers > 0.5e-3
+
+
+def test_a_false_trip_is_refused_with_its_label() -> None:
+    with pytest.raises(
+        PretravelError, match=r"t13\).* (0.9|1.0)\d mm outside the sphere of the others"
+    ):
+        prepare(_moved(_touches(), 12, 1.0), SETUP)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_quantised_latch_has_no_outliers(seed: int) -> None:
+    """Steps of 1 um, noise 0.1 um: repeats fall on the same step or on the next."""
+    touches = _touches(seed, 0.1e-3)
+    ready = prepare(replace(touches, positions=np.round(touches.positions, 3)), SETUP)
+    assert ready.outliers == ()
+    assert ready.effects.step == pytest.approx(1e-3)
+    assert ready.used.all()
+
+
+def test_a_drift_is_subtracted() -> None:
+    """2 um along x during three passes; its estimate scatters by 0.2 um an axis."""
+    order = np.argsort(np.tile(np.arange(3), 25), kind="stable")
+    touches = _touches().take(order)
+    steps = np.linspace(-0.5, 0.5, len(touches))[:, None] * np.array([2e-3, 0.0, 0.0])
+    ready = prepare(replace(touches, positions=touches.positions + steps), SETUP)
+    assert np.allclose(ready.effects.drift, [2e-3, 0.0, 0.0], atol=0.8e-3)
+    assert any("drifted" in warning for warning in ready.warnings)
+    quiet = prepare(touches, SETUP)
+    assert np.all(quiet.effects.drift == 0.0)
+
+
+def test_hysteresis_is_in_the_scatter() -> None:
+    """The rest position keeps 2 um of the push before; along the approach it moves the latch."""
+    touches = _touches()
+    before = np.vstack([np.zeros(3), touches.normals[:-1]])
+    memory = 2e-3 * np.sum(before * touches.normals, axis=1)
+    positions = touches.positions - memory[:, None] * touches.normals
+    ready = prepare(replace(touches, positions=positions), SETUP)
+    # Repeats in a row separate the lateral memory from the axial one badly; their sum they show.
+    left = memory - ready.effects.change
+    groups = ready.whole.groups
+    within = [np.ptp(left[groups == group]) for group in np.unique(groups)]
+    assert np.mean(within) < 0.6 * np.mean([np.ptp(memory[groups == g]) for g in np.unique(groups)])
+    assert ready.effects.fixed_scatter > 0.3e-3
+    assert any("hysteresis" in warning for warning in ready.warnings)
+
+
+def test_touches_are_excluded_by_label_or_line() -> None:
+    touches = replace(_touches(), lines=tuple(range(2, 77)))
+    assert len(without(touches, ["t1", "5"])) == 73
+    with pytest.raises(PretravelError, match="no touch with the label or on the line 'x'"):
+        without(touches, ["x"])
