@@ -31,8 +31,8 @@ from pretravel.units import MICROMETRE
 DRIFT_LEVEL = 0.01
 """Probability that a drift is subtracted although there is none."""
 _HYSTERESIS_LEVEL = 0.01
-_HYSTERESES = {0.3 * MICROMETRE: 0.12, 1.0 * MICROMETRE: 0.06, 3.0 * MICROMETRE: 0.02}
-"""Sizes of a hysteresis, with their shares of machines and probes; most have none that matters."""
+_HYSTERESES = {0.4 * MICROMETRE: 0.25, 1.0 * MICROMETRE: 0.10, 3.0 * MICROMETRE: 0.02}
+"""Sizes of a hysteresis, with their shares of machines and probes; most have none."""
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
 _COMMON = sum(_HYSTERESES.values())
 _LIKELY = 0.5  # probability of a hysteresis from which people are warned
