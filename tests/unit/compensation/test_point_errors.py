@@ -80,8 +80,9 @@ def test_sphere_by_both(made: PretravelMap) -> None:
 
 
 def test_sphere_errors_are_as_stated() -> None:
-    """The complete chain, many times: a known simulated probe is qualified on one sphere and
-    measures another; the first one's diameter is exact. Errors of the diameter over u have a deviation of one (40 draws: 11 %)."""
+    """The complete chain, many times: a known simulated probe is qualified on one sphere, of exact
+    diameter, and measures another. Errors of the diameter over u have a deviation of one (40
+    draws: 11 %)."""
     z = []
     response = made_up_response(np.random.default_rng(0), 0.0)
     n = sphere_pattern_25()
