@@ -91,7 +91,7 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     """
     misses, slopes = problem.misses(x)
     expected = misses + slopes @ _to_prior(problem, x)
-    corrections = np.array([_correction(problem, size) for size in CORRECTIONS])
+    corrections = np.array([problem.correction_covariance(size) for size in CORRECTIONS])
     grid = _grid(repeats)
     own = np.array([t**2 + n**2 / problem.count for t, n in _own_scatters(repeats)])
     likelihood = np.concatenate(
@@ -211,11 +211,6 @@ def _unknown_variances(problem: SixSeatProblem, asymmetry: float) -> FloatArray:
 def _of_unknowns(problem: SixSeatProblem, slopes: FloatArray, asymmetry: float) -> FloatArray:
     """Covariance of mean touches by the unknowns, (g, g). [mm²]"""
     return np.asarray((slopes * _unknown_variances(problem, asymmetry)) @ slopes.T)
-
-
-def _correction(problem: SixSeatProblem, size: float) -> FloatArray:
-    weighted = problem.harmonics * problem.correction_variances(size)
-    return np.asarray(weighted @ problem.harmonics.T)
 
 
 def _log_likelihood(shared: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:

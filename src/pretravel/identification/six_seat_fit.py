@@ -117,10 +117,14 @@ class SixSeatProblem:
         variances[0] += self.observation.u_reference_radius**2
         return np.asarray(variances)
 
+    def correction_covariance(self, correction: float) -> FloatArray:
+        """Of the correction in the touched directions, (g, g). [mm²]"""
+        weighted = self.harmonics * self.correction_variances(correction)
+        return np.asarray(weighted @ self.harmonics.T)
+
     def covariance(self, scales: PriorScales) -> FloatArray:
         """Of the mean touches about a six-seat probe, (g, g). [mm²]"""
-        weighted = self.harmonics * self.correction_variances(scales.correction)
-        found = weighted @ self.harmonics.T
+        found = self.correction_covariance(scales.correction)
         own = scales.fixed_scatter**2 + scales.noise**2 / self.count
         found[np.diag_indices_from(found)] += own
         return np.asarray(found)

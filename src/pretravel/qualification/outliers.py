@@ -51,6 +51,7 @@ class Outlier:
     limit : float
         Largest distance that repeatability explains. [mm]
     message : str
+        What it is and how far it lies off; `outcome` says what became of it.
     left_out : bool
         Whether the map was made without it.
     """
@@ -60,6 +61,13 @@ class Outlier:
     limit: float
     message: str
     left_out: bool = True
+
+    @property
+    def outcome(self) -> str:
+        """What became of it, as a sentence."""
+        if self.left_out:
+            return "Left out: touch there again"
+        return "Kept, because too many touches look wrong: is it the right reference?"
 
 
 def _outlier_factor(count: int, dof: float = math.inf) -> float:
@@ -119,8 +127,7 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
                 names = " and ".join(touches.where(int(row)) for row in rows)
                 message = (
                     f"{names} at {place} lie {abs(apart) / MICROMETRE:.1f} µm apart; repeatability "
-                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm. Both were left "
-                    "out: touch there again"
+                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm"
                 )
                 pair = (int(rows[0]), int(rows[1]))
                 found.append(Outlier(pair, apart, math.sqrt(2.0) * limit, message))
@@ -131,7 +138,7 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
                 message = (
                     f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
                     f"from the median of the {len(rows)} touches of its direction; "
-                    f"repeatability explains {limit / MICROMETRE:.1f} µm. It was left out"
+                    f"repeatability explains {limit / MICROMETRE:.1f} µm"
                 )
                 found.append(Outlier((int(row),), distance, limit, message))
     return found
@@ -203,8 +210,7 @@ def direction_outliers(
                 limit,
                 f"{names} at {describe(observation.directions[rows[0]])} "
                 f"lie{'' if rows[1:] else 's'} {distance / MICROMETRE:+.1f} µm from the prediction "
-                f"of the other directions; noise and kinks explain {limit / MICROMETRE:.1f} µm. "
-                "Left out: touch there again",
+                f"of the other directions; noise and kinks explain {limit / MICROMETRE:.1f} µm",
             )
         )
         good = current

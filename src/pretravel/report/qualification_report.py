@@ -100,7 +100,9 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     """Each outlier, and the map with and without them."""
-    figures = tuple(KeyFigure("OUTLIER", outlier.message) for outlier in result.outliers)
+    figures = tuple(
+        KeyFigure("OUTLIER", f"{outlier.message}. {outlier.outcome}") for outlier in result.outliers
+    )
     if result.used.all():
         return figures
     effect = result.effect_of_outliers / MICROMETRE
