@@ -26,7 +26,7 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 check: lint types contracts test  ## everything that must pass before a commit
 
 check-all: linuxcnc-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile -m "slow or not slow"
+	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 
 format: $(STAMP)  ## put the code in order
@@ -44,7 +44,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile -m "not slow"
+	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow"
 
 linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linuxcnc.md on it
 	examples/linuxcnc/install

@@ -13,6 +13,11 @@ pin out float y_fb;
 pin out float z_fb;
 pin out bit tripped;
 pin out float depth "of the straight tip in the surface, mm";
+pin out float largest_depth "the largest depth so far, mm";
+
+param rw s32 fault = 0 "0 none, 1 never trips, 2 stays tripped after a touch, 3 trips early, 4 is tripped always, 5 bounces, 6 trips late, 7 trips early for 2 ms";
+param rw s32 fault_after = 0 "touches before the fault";
+param rw float fault_size = 1.7 "faults 3, 6, 7: distance from the place of the trigger, mm";
 
 param rw float tip_radius = 3.0;
 param rw float length = 0.0 "from the spindle's reference point down to the tip's centre, mm";
@@ -43,6 +48,9 @@ variable double last_z;
 variable int started;
 variable rtapi_u32 seed = 1234567;
 variable double scatter;
+variable int touches;
+variable int bounces;
+variable int cycles;
 
 option extra_setup no;
 function _ fp;
@@ -122,14 +130,46 @@ static double deeper(struct __comp_state *__comp_inst, double px, double py, dou
     return (tip_radius - nearest) - pretravel;
 }
 
+/* What the probe would signal, with its fault. Closed: the straight tip is deep enough. */
+#define SIGNAL(now) signalled(__comp_inst, now)
+static int signalled(struct __comp_state *__comp_inst, double now)
+{
+    int closed = tripped ? now >= -0.0005 : now >= 0.0;
+    int active = touches >= fault_after;
+    if (fault == 4) return 1;
+    if (!active) return closed;
+    switch (fault) {
+    case 1: return 0;
+    case 2: return closed || tripped;
+    case 3: return now >= (tripped ? -0.0005 : 0.0) - (touches == fault_after ? fault_size : 0.0);
+    case 5:
+        /* Opened: closed again for 3 ms after 5 ms, twice. */
+        if (closed) { bounces = 2; cycles = 0; return 1; }
+        if (bounces == 0) return 0;
+        cycles++;
+        if (cycles <= 5) return 0;
+        if (cycles <= 8) return 1;
+        bounces--; cycles = 0;
+        return 0;
+    case 6: return now >= fault_size - (tripped ? 0.0005 : 0.0);
+    case 7:
+        if (touches == fault_after && now >= -fault_size && cycles < 2) { cycles++; return 1; }
+        return closed;
+    }
+    return closed;
+}
+
 FUNCTION(_) {
     double now;
-    if (!started) { last_x = x_cmd; last_y = y_cmd; last_z = z_cmd; started = 1; }
+    int closed;
+    if (!started) { last_x = x_cmd; last_y = y_cmd; last_z = z_cmd; started = 1; largest_depth = -1e30; }
     now = DEEPER(x_cmd, y_cmd, z_cmd);
     depth = now;
+    if (now > largest_depth) largest_depth = now;
     x_fb = x_cmd; y_fb = y_cmd; z_fb = z_cmd;
-    if (now >= 0.0 && !tripped) {
-        if (hardware_latch && DEEPER(last_x, last_y, last_z) < 0.0) {
+    closed = SIGNAL(now);
+    if (closed && !tripped) {
+        if (now >= 0.0 && hardware_latch && DEEPER(last_x, last_y, last_z) < 0.0) {
             double low = 0.0, high = 1.0;
             int i;
             for (i = 0; i < 60; i++) {
@@ -142,8 +182,9 @@ FUNCTION(_) {
             z_fb = last_z + high * (z_cmd - last_z);
         }
         tripped = 1;
-    } else if (now < -0.0005 && tripped) {
+    } else if (!closed && tripped) {
         tripped = 0;
+        touches++;
         seed ^= seed << 13; seed ^= seed >> 17; seed ^= seed << 5;
         scatter = noise * (2.0 * (seed / 4294967295.0) - 1.0);
     }

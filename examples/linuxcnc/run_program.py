@@ -2,11 +2,13 @@
 """The user interface of the simulated machine: brings it up, runs one program, and leaves.
 
 LinuxCNC starts it by the line DISPLAY of machine.ini; the program's path comes in
-PRETRAVEL_PROGRAM. Its exit status becomes that of linuxcnc: 0 the program ran to its end,
-1 the control reported an error, 3 the race "Queue is not empty after probing" (run it again).
+PRETRAVEL_PROGRAM; PRETRAVEL_FEED_OVERRIDE is a factor. Its exit status becomes that of linuxcnc:
+0 the program ran to its end, 1 the control reported an error, 3 the race "Queue is not empty after
+probing", or the control's task has vanished (run it again).
 """
 
 import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -28,7 +30,24 @@ def errors_of(channel):
     return errors
 
 
-def main():
+def task_is_there():
+    """Whether the process that interprets programs still runs; on a busy computer it can vanish."""
+    for name in Path("/proc").glob("[0-9]*/comm"):
+        try:
+            if name.read_text().strip() == "milltask":
+                return True
+        except OSError:
+            continue
+    return False
+
+
+def largest_depth():
+    """Of the tip in what it touches, were the stylus straight, as text."""
+    command = ["halcmd", "getp", "pretravel-probe.0.largest-depth"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+
+
+def main():  # noqa: PLR0915, C901
     program = os.environ.get("PRETRAVEL_PROGRAM")
     if not program or not Path(program).is_file():
         print(f"PRETRAVEL_PROGRAM names no file: {program}", file=sys.stderr)
@@ -48,18 +67,24 @@ def main():
     command.wait_complete()
     command.state(linuxcnc.STATE_ON)
     command.wait_complete()
-    if not wait_until(lambda: status.task_state == linuxcnc.STATE_ON, 10.0):
+    if not wait_until(lambda: status.task_state == linuxcnc.STATE_ON, 60.0):
         errors_of(channel)
         print("the machine did not come up", file=sys.stderr)
         return 1
-    command.mode(linuxcnc.MODE_MANUAL)
-    command.wait_complete()
-    command.home(-1)
-    if not wait_until(lambda: all(status.homed[: status.joints]), 10.0):
+    # A busy computer can lose a command; homing again does no harm.
+    for _ in range(6):
+        command.mode(linuxcnc.MODE_MANUAL)
+        command.wait_complete()
+        command.home(-1)
+        if wait_until(lambda: all(status.homed[: status.joints]), 10.0):
+            break
+    else:
         errors_of(channel)
         print("the machine did not home", file=sys.stderr)
-        return 1
+        return 1 if task_is_there() else 3
     command.mode(linuxcnc.MODE_AUTO)
+    command.wait_complete()
+    command.feedrate(float(os.environ.get("PRETRAVEL_FEED_OVERRIDE", "1")))
     command.wait_complete()
     command.program_open(program)
     command.wait_complete()
@@ -68,7 +93,13 @@ def main():
     wait_until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 1.0)
     errors = []
     stop = time.monotonic() + LONGEST
+    looked = time.monotonic()
     while not errors:
+        if time.monotonic() > looked + 2.0:
+            looked = time.monotonic()
+            if not task_is_there():
+                print("the task of the control has vanished", file=sys.stderr)
+                return 3
         status.poll()
         errors += errors_of(channel)
         if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos:
@@ -79,6 +110,11 @@ def main():
         time.sleep(0.02)
     time.sleep(0.1)
     errors += errors_of(channel)
+    status.poll()
+    active = sorted({code for code in status.gcodes[1:] if code > 0})
+    modes = " ".join(f"G{code / 10:g}" for code in active)
+    print(f"modes at the end: {modes}", file=sys.stderr)
+    print(f"largest depth of the straight tip: {largest_depth()} mm", file=sys.stderr, flush=True)
     if errors:
         command.abort()
         command.wait_complete()

@@ -41,6 +41,7 @@ _PUBLIC = {
     "predicted_tip": "probing.tip",
     "SlideSettings": "probing.slide",
     "slide": "probing.slide",
+    "read_part": "surface.cad.part_file",
     "read_step_part": "surface.cad.step_part",
     "InspectionRegion": "probing.inspection",
     "plan_inspection": "probing.inspection",
@@ -63,6 +64,13 @@ _PUBLIC = {
     "measured_sphere": "compensation.measured_sphere",
     "sphere_by_trials": "compensation.measured_sphere",
     "point_sources": "compensation.point_errors",
+    "measure_feature": "features.measured_feature",
+    "MeasuredFeature": "features.measured_feature",
+    "FeatureTolerances": "features.tolerances",
+    "inspect_feature": "features.tolerances",
+    "size_conformity": "features.conformity",
+    "position_conformity": "features.conformity",
+    "form_conformity": "features.conformity",
     "separate": "laboratory.separation",
     "MultiStepReadings": "laboratory.multi_step_readings",
     "RepeatedPair": "laboratory.multi_step_readings",
@@ -85,6 +93,7 @@ _PUBLIC = {
     "fit_circle": "uncertainty.fitting.circle",
     "fit_plane": "uncertainty.fitting.plane",
     "fit_cylinder": "uncertainty.fitting.cylinder",
+    "fit_cone": "uncertainty.fitting.cone",
     # both branches
     "identify": "identification.probe_from_map",
     "verify": "qualification.verification",
@@ -109,6 +118,7 @@ _PUBLIC = {
     "read_map": "formats.map_file",
     "write_map": "formats.map_file",
     "write_points": "formats.point_files",
+    "read_points": "formats.points_reading",
 }
 
 __all__ = ["__version__", *_PUBLIC]
@@ -129,10 +139,18 @@ if TYPE_CHECKING:
         InputError,
         PretravelError,
     )
+    from pretravel.features.conformity import (
+        form_conformity,
+        position_conformity,
+        size_conformity,
+    )
+    from pretravel.features.measured_feature import MeasuredFeature, measure_feature
+    from pretravel.features.tolerances import FeatureTolerances, inspect_feature
     from pretravel.formats.file_format import FileReadings, ReadingOptions
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.formats.point_files import write_points
+    from pretravel.formats.points_reading import read_points
     from pretravel.formats.readings import read_readings, write_readings
     from pretravel.formats.rig_csv import read_rig_trace
     from pretravel.formats.separation_csv import read_multi_step_readings
@@ -165,6 +183,7 @@ if TYPE_CHECKING:
     from pretravel.probing.touching import touch
     from pretravel.qualification.qualification import Qualification
     from pretravel.qualification.verification import verify
+    from pretravel.surface.cad.part_file import read_part
     from pretravel.surface.cad.step_part import read_step_part
     from pretravel.surface.parametric import FunctionSurface
     from pretravel.surface.specification import parse_surface
@@ -174,6 +193,7 @@ if TYPE_CHECKING:
     from pretravel.trigger.predict import Trigger, predict, predicted_map
     from pretravel.uncertainty.covariance import Covariance
     from pretravel.uncertainty.fitting.circle import fit_circle
+    from pretravel.uncertainty.fitting.cone import fit_cone
     from pretravel.uncertainty.fitting.cylinder import fit_cylinder
     from pretravel.uncertainty.fitting.plane import fit_plane
     from pretravel.uncertainty.fitting.sphere import fit_sphere

@@ -87,6 +87,8 @@ class Touches:
         Name of the file or simulation, for messages.
     lines : n ints, optional
         Line numbers in that file.
+    reading : str, optional
+        How a file of another form than this package's own was understood, in one line.
 
     Raises
     ------
@@ -107,6 +109,7 @@ class Touches:
     nominal_points: FloatArray | None = None
     source: str | None = None
     lines: tuple[int, ...] | None = None
+    reading: str = ""
 
     def __post_init__(self) -> None:
         positions = np.asarray(self.positions, dtype=np.float64)
@@ -194,6 +197,7 @@ class Touches:
             nominal_points=None if self.nominal_points is None else self.nominal_points[index],
             source=self.source,
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
+            reading=self.reading,
         )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from pretravel.compensation.compensation import apply
+from pretravel.controls.control_table import TableSettings
 from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
@@ -40,7 +41,9 @@ from tests.support.commands import rows
 DIAMETER = 24.9987
 # The last digit of a log is 1e-4 µm; three of them make a point.
 SAME = 5e-7
-QUICK = Machine(measuring_feed=600.0, positioning_feed=20000.0, safe_height=40.0)
+QUICK = Machine(
+    measuring_feed=600.0, positioning_feed=18000.0, acceleration=20000.0, safe_height=40.0
+)
 OFFSETS = "G21\nG10 L2 P1 X100 Y50 Z-30 R0\nG10 L2 P2 X-80 Y20 Z-60 R{turn}\n"
 
 
@@ -53,6 +56,16 @@ def hal(path: Path, **changes: float) -> Path:
     ]
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def interpreted(program: Path) -> tuple[np.ndarray, str]:
+    """Numbers that a program logs, and all output, of LinuxCNC's interpreter without a machine."""
+    done = subprocess.run(
+        ["rs274", "-g", program.name], cwd=program.parent,
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    values = re.findall(r'LOG\("(-?[\d.]+)"\)', done.stdout)
+    return np.array([float(value) for value in values]), done.stdout + done.stderr
 
 
 def numbers(path: Path) -> np.ndarray:
@@ -98,7 +111,7 @@ class TestOtherProbes:
 
     @pytest.mark.parametrize(
         "turn",
-        [0.0, 30.0],
+        [pytest.param(0.0, marks=pytest.mark.slow), 30.0],
     )
     def test_part_after_our_own_calibration(self, tmp_path: Path, turn: float) -> None:
         probe = hal(
@@ -124,11 +137,9 @@ class TestOtherProbes:
         form = exact_lookup(pretravel_map)
         for name, text in linuxcnc_subroutines(pretravel_map, form).items():
             (tmp_path / name).write_text(text)
-        part_machine = Machine(
-            measuring_feed=600.0, positioning_feed=20000.0, safe_height=40.0, work_offset="G55"
-        )
+        part_machine = replace(QUICK, work_offset="G55")
         part = plan_program(self.PART, part_machine, title="part")
-        text = linuxcnc_program(part, "part.log", compensated=True)
+        text = linuxcnc_program(part, "part.log", compensated=pretravel_map)
         (tmp_path / "part.ngc").write_text(text)
         run_program(tmp_path / "part.ngc", probe)
         log = read_own_log(tmp_path / "part.log")
@@ -177,11 +188,11 @@ class TestSubroutines:
     @pytest.mark.parametrize(
         ("kind", "form", "turn"),
         [
-            ("harmonic", "formula", 0.0),
+            pytest.param("harmonic", "formula", 0.0, marks=pytest.mark.slow),
             ("harmonic", "formula", -50.0),
             ("harmonic", "table", -50.0),
             ("physical", "formula", 20.0),
-            ("physical", "table", 0.0),
+            pytest.param("physical", "table", 0.0, marks=pytest.mark.slow),
         ],
     )
     def test_lookup_gives_what_its_header_promises(
@@ -207,7 +218,7 @@ class TestSubroutines:
         truth = example_map.pretravel(machine)
         promised = chosen.largest_error + 2e-9
         assert np.max(np.abs(found - truth)) <= promised
-        header = (tmp_path / "pretravel_lookup.ngc").read_text().splitlines()[1]
+        header = (tmp_path / "pretravel_lookup.ngc").read_text().splitlines()[2]
         told = float(re.search(r"map ([\d.]+) um", header)[1])  # type: ignore[index]
         assert told == pytest.approx(chosen.largest_error / MICROMETRE, abs=5.1e-4)
 
@@ -222,30 +233,38 @@ class TestSubroutines:
         self, tmp_path: Path, example_map: PretravelMap
     ) -> None:
         """Macro B of Fanuc with the words of LinuxCNC and unchanged arithmetic."""
-        table = lookup_table(example_map, tolerance=2e-5, most_values=400)
-        text = fanuc_macro(example_map, table, base=500)
-        load, look = re.split(r"^O\d+ .*$", text, flags=re.M)[1:]
+        table = lookup_table(example_map, tolerance=2e-5, most_values=399)
+        load, look = (text.splitlines()[2:] for text in fanuc_macro(example_map, table).values())
         label = iter(range(100, 1000))
 
-        def translated(body: str) -> list[str]:
+        def translated(body: list[str]) -> list[str]:
             lines = []
-            for line in body.splitlines():
-                if found := re.fullmatch(r"IF(\[.*\])THEN (.*)", line):
-                    condition = re.sub(r"(GT|LT|GE|LE|EQ|NE|AND)", r" \1 ", found[1])
+            for line in body:
+                if line == "M99":
+                    break
+                if found := re.fullmatch(r"IF (\[.*\]) THEN (.*)", line):
                     name = next(label)
                     left, _, right = found[2].partition("=")
-                    lines += [f"o{name} if {condition}", f"{left}=[{right}]", f"o{name} endif"]
-                elif found := re.fullmatch(r"WHILE(\[.*\])DO1", line):
-                    condition = re.sub(r"(GT|LT|GE|LE|EQ|NE)", r" \1 ", found[1])
-                    lines.append(f"o99 while {condition}")
+                    lines += [f"o{name} if {found[1]}", f"{left}=[{right}]", f"o{name} endif"]
+                elif found := re.fullmatch(r"IF (\[.*\]) GOTO (9\d)", line):
+                    name = next(label)
+                    alarm = f"(ABORT,alarm {found[2]})"
+                    lines += [f"o{name} if {found[1]}", alarm, f"o{name} endif"]
+                elif found := re.fullmatch(r"WHILE (\[.*\]) DO1", line):
+                    lines.append(f"o99 while {found[1]}")
                 elif line == "END1":
                     lines.append("o99 endwhile")
+                elif line == "#100=#0":
+                    lines.append("#100=0")
                 elif line.startswith("#"):
                     left, _, right = line.partition("=")
                     lines.append(f"{left}=[{right}]")
+                else:
+                    assert line.startswith("("), line
             return lines
 
-        lines = ["G21", *translated(load), "(LOGOPEN,values.log)"]
+        # #4006 contains the unit on Fanuc; here it is a parameter like others.
+        lines = ["G21", "#4006=21", *translated(load), "(LOGOPEN,values.log)"]
         # A sub keeps #1 to #30 for itself, Fanuc #1 to #33.
         lines += ["o<macro> sub", "#4=#1", "#5=#2", "#6=#3", *translated(look), "o<macro> endsub"]
         for n in self.DIRECTIONS:
@@ -255,17 +274,20 @@ class TestSubroutines:
             ]
         program = tmp_path / "macro.ngc"
         program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
-        run_program(program)
-        found = numbers(tmp_path / "values.log")[:, 0]
+        found, output = interpreted(program)
+        assert "alarm" not in output
         # Seven decimals of the table's nodes.
         assert found == pytest.approx(table.value(self.DIRECTIONS), abs=2e-7)
+        beyond = tmp_path / "beyond.ngc"
+        beyond.write_text("\n".join([*lines, "o<macro> call [0] [0] [-1]", "M2\n"]))
+        assert "alarm 94" in interpreted(beyond)[1]
 
     def test_vector_radii_by_nearest_sector(
         self, tmp_path: Path, example_map: PretravelMap
     ) -> None:
         """The residual of the header, by a lookup in O-words after the definition of the table."""
-        text = renishaw_variables(example_map, base=600)
-        told = float(re.search(r"residual of ([\d.]+) um at most", text)[1])  # type: ignore[index]
+        text = renishaw_variables(example_map, TableSettings(base=600))
+        told = float(re.search(r"([\d.]+) UM AT MOST", text)[1])  # type: ignore[index]
         lines = ["G21", *(line for line in text.splitlines() if line.startswith("#"))]
         # Sectors every 30°: X, 30, 60, Y, 120, 150, X, 210, 240, Y, 300, 330.
         order = [600, 610, 611, 601, 612, 613, 600, 614, 615, 601, 616, 617]
@@ -276,8 +298,7 @@ class TestSubroutines:
             lines += [f"#1=[FIX[[{angle}+15]/30] MOD 12]", "#2=#[700+#1]", "(LOG,%.7f#2)"]
         program = tmp_path / "sectors.ngc"
         program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
-        run_program(program)
-        radius = numbers(tmp_path / "values.log")[:, 0]
+        radius, _ = interpreted(program)
         from pretravel.directions import from_angles
 
         truth = example_map.tip_radius - example_map.pretravel(
@@ -343,7 +364,9 @@ class TestPoints:
         approaches /= np.linalg.norm(approaches, axis=1)[:, None]
         targets = Targets(12.5 * normals, normals, approaches)
         program = plan_program(targets, QUICK, title="oblique", feeds=[120, 300])
-        (tmp_path / "o.ngc").write_text(linuxcnc_program(program, "o.log", compensated=True))
+        (tmp_path / "o.ngc").write_text(
+            linuxcnc_program(program, "o.log", compensated=pretravel_map)
+        )
         (tmp_path / "offsets.ngc").write_text(OFFSETS.format(turn=0) + "M2\n")
         run_program(tmp_path / "offsets.ngc")
         run_program(tmp_path / "o.ngc")
@@ -368,7 +391,7 @@ o<pretravel_head> call
 o<pretravel_point> call [0] [0] [12.5] [0] [0] [1] [300] [1] [2] [2] [6000]
 #100 = #<_pretravel_z>
 o<pretravel_point> call [7.5] [0] [10] [0.6] [0] [0.8] [300] [2]
-o<pretravel_point> call [0] [0] [25] [0] [0] [1] [300] [3]
+o<pretravel_point> call [0] [0] [25] [0] [0] [1] [300] [3] [0] [0] [0] [0] [1]
 #101 = #<_pretravel_touched>
 (LOGCLOSE)
 G20
@@ -437,19 +460,28 @@ class TestLogs:
         distance = float(np.linalg.norm(there.positions[0] - center))
         assert 15.49935 - 0.02 < distance < 15.49935
 
-    def test_miss_and_tripped_start_in_our_own_program(self, tmp_path: Path) -> None:
-        away = Targets([[0.0, 0, 12.5], [0, 0, 30]], [[0.0, 0, 1]] * 2, labels=("hit", "air"))
+    def test_miss_and_obstacle_in_our_own_program(self, tmp_path: Path) -> None:
+        places = [[0.0, 0, 12.5], [0, 0, 30], [0, 0, 12.5]]
+        away = Targets(places, [[0.0, 0, 1]] * 3, labels=("hit", "air", "again"))
         program = plan_program(away, QUICK, title="one in the air")
-        (tmp_path / "miss.ngc").write_text(linuxcnc_program(program, "miss.log"))
         offsets = tmp_path / "offsets.ngc"
         offsets.write_text(OFFSETS.format(turn=0) + "M2\n")
         run_program(offsets)
-        run_program(tmp_path / "miss.ngc")
+        (tmp_path / "miss.ngc").write_text(linuxcnc_program(program, "miss.log"))
+        assert "air: stopped with cause 1. Causes: 1 no contact" in run_program(
+            tmp_path / "miss.ngc", code=1
+        )
         log = read_own_log(tmp_path / "miss.log")
         assert log.touches.labels == ("hit",)
+        assert "(stopped at air: no contact): 1 of its 3" in log.warnings[0]
+        allowed = linuxcnc_program(program, "allowed.log", allow_misses=True)
+        (tmp_path / "allowed.ngc").write_text(allowed)
+        run_program(tmp_path / "allowed.ngc")
+        log = read_own_log(tmp_path / "allowed.log")
+        assert log.touches.labels == ("hit", "again")
         assert log.missed == ("air",)
         inside = Targets([[0.0, 0, 8.0]], [[0.0, 0, 1]], labels=("inside",))
         program = plan_program(inside, QUICK, title="inside")
         (tmp_path / "in.ngc").write_text(linuxcnc_program(program, "in.log"))
-        # On the way to its start the tip meets the sphere, and the control stops.
-        assert "tripped" in run_program(tmp_path / "in.ngc", code=1)
+        # On the way to its start the tip meets the sphere, and the program stops.
+        assert "inside: stopped with cause 5" in run_program(tmp_path / "in.ngc", code=1)

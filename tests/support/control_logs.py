@@ -57,6 +57,90 @@ PRINT_FILE = (
     "          +++++OUT OF TOL+++++ ERROR  0.8072\n"
     "POSN X 10.0000   ACTUAL 10.0100   DEV .0100\nPOSN Z0   ACTUAL NaN   DEV NaN\n"
 )
+G2CORE_LOG = (
+    '{"sr":{"posz":-17.000,"vel":20.00}}\n'
+    '{"r":{"prb":{"e":1,"x":-100.000,"y":50.000,"z":-17.010,"a":0.000}},"f":[1,0,0,1397]}\n'
+    '{"prb":n}\n{"r":{"prb":{"e":1,"x":-100.000,"y":50.000,"z":-17.010,"a":0.000}},"f":[1,0,9]}\n'
+    "{prb:{e:1,x:-90.000,y:50.000,z:-17.020,a:0.000}}\n"
+    '{"prb":{"e":0,"x":-75.000,"y":50.000,"z":-25.000,"a":0.000}}\n'
+)
+PC_DMIS_ROUTINE = (
+    "A1         =ALIGNMENT/START,RECALL:STARTUP,LIST=YES\n           ALIGNMENT/END\n"
+    "PNT1       =FEAT/CONTACT/VECTOR POINT/DEFAULT,CARTESIAN\n"
+    "            THEO/<0,0,5>,<0,0,1>\n            ACTL/<0,0,5.012>,<0,0,1>\n"
+    "            TARG/<0,0,5>,<0,0,1>\n            SNAP=NO\n"
+    "CIR1       =FEAT/CIRCLE,CARTESIAN,IN,LEAST_SQR\n"
+    "            THEO/<10,0,-2>,<0,0,1>,20\n            ACTL/<10.001,0,-2>,<0,0,1>,20.02\n"
+    "            MEAS/CIRCLE,2,WORKPLANE\n"
+    "              HIT/BASIC,NORMAL,<20,0,-2>,<-1,0,0>,<20.011,0,-2>,USE THEO=YES\n"
+    "              HIT/BASIC,NORMAL,<0,0,-2>,<1,0,0>,$\n              <-0.009,0,-2>,USE THEO=YES\n"
+    "            ENDMEAS/\n"
+    "CIR2       =FEAT/CONTACT/CIRCLE/DEFAULT,CARTESIAN,IN,LEAST_SQR\n"
+    "            THEO/<50,0,-2>,<0,0,1>,8\n            ACTL/<50,0,-2>,<0,0,1>,8.01\n"
+    "F7         =FEAT/POINT,RECT\nTHEO/7.5,2,1,0,0,1\nACTL/7.5,2,1,0,0,1\nREADPOINT/\n"
+    "F8         =FEAT/POINT,RECT\nTHEO/7.5,2,5,0,0,1\nACTL/7.5,2,5.01,0,0,1\n"
+)
+PC_DMIS_REPORT_FILE = (
+    "\nPART NAME  : BRACKET\nDIM #2LOC1= LOCATION OF PLANE PLN4  UNITS=MM\n"
+    "AX    NOMINAL       +TOL       -TOL       MEAS        DEV     OUTTOL\n"
+    "Y       42.500      0.200      0.200     42.520      0.020      0.000 ----#----\n"
+)
+# What is recognised and refused, and words that the refusal contains.
+REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
+    "pcdmis-report": (
+        (PC_DMIS_REPORT_FILE,),
+        "dimensions of features",
+    ),
+    "calypso": (
+        ("planid\tpartnb\tid\ttype\tidsymbol\tactual\tnominal\n\t1\tD1\tdiameter\t\t8.01\t8\n",),
+        "Calypso",
+    ),
+    "heidenhain-log": (
+        (
+            "Measuring log Probing cycle 421 Hole Measuring\nDate: 30-06-2005\nTime: 6:55:04\n",
+            "**********\nMessprotokoll Antastzyklus 421 Bohrung messen\n",
+        ),
+        "one by one",
+    ),
+    "bed-mesh": (
+        (
+            "Recv: // probe at 78.000,31.000 is z=2.410000\n",
+            "// Mesh Leveling Probed Z positions:\n// 0.01 0.02\n",
+            "Recv: Bed X: 15.000 Y: 30.000 Z: 0.123\n",
+            "Bilinear Leveling Grid:\n      0      1\n 0 +0.01 -0.02\n",
+            "0.0 10.0 2\n0.0 5.0 2\n-1.0 1.0 50\n\n0 0 0.1\n10 0 0.2\n0 5 0.1\n10 5 0.3\n",
+            "RepRapFirmware height map file v2 generated at 2021-05-01\nxmin,xmax\n",
+        ),
+        "mesh of heights",
+    ),
+    "i++": (
+        (
+            "00014 PtMeas(X(1.0),Y(2.0),Z(3.0),IJK(0,0,1))\n00014 # X(1.0), Y(2.0)\n",
+            "E0000 # PtMeas(X(-711.2),Y(863.4),Z(400.6),IJK(-0.37,0.0,0.93),R(1.17))\n",
+        ),
+        "I.. DME",
+    ),
+    "geometry": (
+        (
+            "ISO-10303-21;\nHEADER;\n",
+            "solid part\n  facet normal 0 0 1\n    outer loop\n",
+            "ply\nformat ascii 1.0\n",
+        ),
+        "nominal surface",
+    ),
+    "document": (("<!DOCTYPE html>\n<html>\n", "%PDF-1.7\n"), "Save the table"),
+    "program": (
+        (
+            "%\nO1000\nG21 G90\nG38.2 Z-10 F100\nM30\n",
+            "G20\n#100 = 5\no<probe> call [1]\n",
+            "0 BEGIN PGM CHECK1 MM\n1 TOOL CALL 1 Z\n",
+            "N10 G65 P9810 Z#5 F1000.\n",
+            "DPRNT[G800*N1*X1.*Y2.]\n",
+            "G0X0Y0\nM3S12000\nG1X1Y1Z1\n",
+        ),
+        "program of a control",
+    ),
+}
 PLAN = Targets(
     np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 0, 0], [20.0, 0, -5]]),
     np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
@@ -64,6 +148,7 @@ PLAN = Targets(
 )
 
 GRBL_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0)
+G2CORE_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, offset=(-100.0, 50.0, -20.0))
 POSITIONS_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", overtravel=2.0)
 SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "csv": ("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,2.99,0,0,1\n", None),
@@ -71,6 +156,8 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "probeopen": (PROBEOPEN_ROW.format(x=0.0), POSITIONS_OPTIONS),
     "positions": ("G21\nG1 X0.0 Y0.0 Z2.99\n", POSITIONS_OPTIONS),
     "grbl": (GRBL_LOG, GRBL_OPTIONS),
+    "g2core": (G2CORE_LOG, G2CORE_OPTIONS),
+    "pcdmis": (PC_DMIS_ROUTINE, ReadingOptions(radius_taken_off=3.0, units="mm")),
     "fusion": (FUSION_HAAS, ReadingOptions(units="inch")),
     "qif": (QIF_FILE.replace("UNITS", ""), None),
     "dmis": (DMIS_OUTPUT, ReadingOptions(radius_taken_off=3.0)),

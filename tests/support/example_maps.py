@@ -11,6 +11,7 @@ from pretravel.directions import ring_pattern
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.qualification import Qualification
@@ -27,6 +28,15 @@ def example_qualification(kind: str = "harmonic") -> Qualification:
 
 def example_map(kind: str = "harmonic") -> PretravelMap:
     return example_qualification(kind).pretravel_map
+
+
+def mean_map(pretravel: float, *, tip_radius: float = 3.0) -> PretravelMap:
+    """The same pretravel [mm] in all directions of the upper half."""
+    return PretravelMap(
+        MeanBasis(), np.array([pretravel]), Covariance.none(1),
+        DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)),
+        tip_radius=tip_radius,
+    )  # fmt: skip
 
 
 def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) -> PretravelMap:

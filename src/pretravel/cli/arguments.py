@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
@@ -53,6 +54,10 @@ class Counts(NamedTuple):
 
 class Feeds(tuple[float, ...]):
     """Feeds. [mm/min]"""
+
+
+class StatedColumns(dict[str, str]):
+    """Names or numbers of columns, by the quantity that they contain."""
 
 
 @dataclass(frozen=True)
@@ -200,6 +205,19 @@ def feeds_list(text: str) -> Feeds:
     (50.0, 200.0)
     """
     return Feeds(_numbers(text, text.count(",") + 1, "feeds in mm/min, for example 50,200"))
+
+
+@parser(StatedColumns)
+def stated_columns(text: str) -> StatedColumns:
+    """Columns from ``x=X,nx=I,…``; a name can contain blanks and commas.
+
+    >>> stated_columns("x=X pos,nx=-I,label=2")
+    {'x': 'X pos', 'nx': '-I', 'label': '2'}
+    """
+    pairs = [part.partition("=") for part in re.split(r",(?=\s*\w+\s*=)", text)]
+    if not all(name.strip() and sign and value.strip() for name, sign, value in pairs):
+        raise typer.BadParameter(f"{text}: it has the form x=X,y=Y,z=Z,nx=I,ny=J,nz=K")
+    return StatedColumns({name.strip().lower(): value.strip() for name, _, value in pairs})
 
 
 @parser(Length)

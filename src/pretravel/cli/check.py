@@ -10,6 +10,18 @@ from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.showing import save_picture, show
+from pretravel.cli.touch_files import (
+    DecimalSign,
+    Exclude,
+    FileUnits,
+    RunPlan,
+    TableColumns,
+    TouchFiles,
+    files_of_touches,
+    read_and_show,
+    reading_options,
+    with_reading,
+)
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
@@ -35,9 +47,7 @@ Standard: TypeAlias = Annotated[
 
 def check(
     standard: Standard,
-    touches: Annotated[
-        Path, typer.Argument(help="Touches on a sphere, .csv: x_mm,y_mm,z_mm,nx,ny,nz.")
-    ],
+    touches: TouchFiles,
     diameter: Diameter,
     tip_diameter: Annotated[
         float | None,
@@ -71,6 +81,11 @@ def check(
     sphere_form: Annotated[
         float, typer.Option(min=0.0, max=1e6, help="Form error of the sphere, in µm.")
     ] = 0.0,
+    exclude: Exclude = None,
+    units: FileUnits = None,
+    columns: TableColumns = None,
+    decimal: DecimalSign = None,
+    plan: RunPlan = None,
     axis: ProbeAxis = Vector(0, 0, 1),
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
@@ -87,18 +102,29 @@ def check(
     from pretravel.compensation.compensation import apply
     from pretravel.compensation.measured_sphere import measured_sphere
     from pretravel.formats.map_file import read_map
-    from pretravel.formats.readings import read_readings
     from pretravel.laboratory.standard_check import CalibratedSphere
     from pretravel.laboratory.standards import CHECKS
     from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
 
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [touches, map_file])
+    files, name = files_of_touches(touches)
+    inputs = [*files, map_file, plan]
+    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
     limits = _limits(form_limit, size_limit, repeat_limit)
     _refuse_other_options(standard, limits, u_diameter)
     if "size" in limits and tip_diameter is None and map_file is None:
         raise PretravelError("--size-limit needs a size error: give --tip-diameter or --map")
-    measured = read_readings(touches).in_machine_axes().touches
+    options = reading_options(
+        columns=columns,
+        units=units,
+        decimal=decimal,
+        exclude=exclude,
+        plan=plan,
+        tip_diameter=tip_diameter,
+        reference_diameter=diameter,
+    )
+    readings = read_and_show(files, options).in_machine_axes()
+    measured = readings.touches
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     result = CHECKS[standard](
         measured,
@@ -108,7 +134,7 @@ def check(
         axis=axis,
         limits=limits,
     )
-    warnings = []
+    warnings = readings.notes()
     if limits and not (u_diameter or sphere_form):
         warnings.append(
             "without --u-diameter and --sphere-form the reference is taken as perfect, and "
@@ -116,14 +142,14 @@ def check(
         )
     report = standards_document(
         result,
-        touches_name=touches.name,
+        touches_name=name,
         sphere=None
         if pretravel_map is None
         else measured_sphere(measured, apply(measured, pretravel_map), pretravel_map),
         warnings=warnings,
     )
     if output is not None:
-        _write(output, result, report)
+        _write(output, result, with_reading(report, readings))
     save_picture(report, plot)
     show(report, verbose=verbose)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import typer
@@ -21,11 +22,17 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
         try:
-            return super().parse_args(ctx, args)
+            rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
             if not error.message or error.param is None:  # an option is missing: typer's message
                 raise
             raise PretravelError(f"{_typed_name(error.param)} {_reason(error)}") from error
+        for parameter in self.params:
+            value = ctx.params.get(parameter.name)
+            numbers = value if isinstance(value, tuple) else (value,)
+            if any(isinstance(n, float) and not math.isfinite(n) for n in numbers):
+                raise PretravelError(f"{_typed_name(parameter)} {value}: it must be finite")
+        return rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
@@ -57,4 +64,7 @@ def _reason(error: typer.BadParameter) -> str:
     """The value and what is wrong with it; typer's own checks do not repeat the value."""
     details = getattr(error.__cause__, "errors", None)
     reason = error.message.removeprefix("Value error, ").replace("Input should", "it should")
-    return f"{details()[0]['input']}: {reason}" if details else reason
+    value = details()[0]["input"] if details else None
+    if str(value) == "nan":
+        reason = "it should be a finite number"
+    return f"{value}: {reason}" if details else reason

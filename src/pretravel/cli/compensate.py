@@ -9,6 +9,18 @@ from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Frame, ModelName, PictureFile, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.cli.touch_files import (
+    DecimalSign,
+    Exclude,
+    FileUnits,
+    RunPlan,
+    TableColumns,
+    TouchFiles,
+    files_of_touches,
+    read_and_show,
+    reading_options,
+    with_reading,
+)
 
 if TYPE_CHECKING:
     from pretravel.compensation.points import Points
@@ -17,9 +29,7 @@ if TYPE_CHECKING:
 
 
 def compensate(
-    touches: Annotated[
-        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a file of pretravel formats.")
-    ],
+    touches: TouchFiles,
     map_file: Annotated[
         str,
         typer.Option(
@@ -56,6 +66,11 @@ def compensate(
         float | None,
         typer.Option(help="Feed of the touches, in mm/min, without a column feed_mm_min."),
     ] = None,
+    exclude: Exclude = None,
+    units: FileUnits = None,
+    columns: TableColumns = None,
+    decimal: DecimalSign = None,
+    plan: RunPlan = None,
     place: Place = None,
     frame: Frame = "part",
     plot: PictureFile = None,
@@ -67,47 +82,62 @@ def compensate(
     --plot points.png
     """
     from pretravel.cli.map_argument import map_or_prediction
-    from pretravel.compensation.compensation import apply, compensation_warnings
+    from pretravel.compensation.compensation import (
+        apply,
+        compensation_warnings,
+        extrapolation_warnings,
+    )
     from pretravel.compensation.points import placed
     from pretravel.formats.point_files import point_endings
-    from pretravel.formats.readings import read_readings
     from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved, with_feed
 
-    files = [] if nominal is None else source_file(nominal)
+    files, name = files_of_touches(touches)
+    surfaces = [] if nominal is None else source_file(nominal)
     check_files(
-        [(output, (*point_endings(), ".html")), (plot, PICTURES)], [touches, map_file, *files]
+        [(output, (*point_endings(), ".html")), (plot, PICTURES)],
+        [*files, map_file, plan, *surfaces],
     )
     placement = part_in_machine(place, frame)
-    readings = read_readings(touches)
+    pretravel_map = map_or_prediction(map_file, model, tip_diameter=tip_diameter)
+    options = reading_options(
+        columns=columns,
+        units=units,
+        decimal=decimal,
+        exclude=exclude,
+        plan=plan,
+        tip_diameter=2.0 * pretravel_map.tip_radius,
+    )
+    readings = read_and_show(files, options)
     measured = with_feed(readings.touches, feed)
     if place is None:  # a log states the rotation of its work coordinates
         placement = readings.placement
-    pretravel_map = map_or_prediction(map_file, model, tip_diameter=tip_diameter)
     if frame == "machine":
         measured = moved(measured, placement.inverse)
     with working(f"compensating {len(measured)} touches"):
+        seen = pretravel_map.seen_from(placement)
         points = apply(
             measured,
-            pretravel_map.seen_from(placement),
+            seen,
             nominal=None if nominal is None else parse_surface(nominal),
             extrapolate=extrapolate,
         )
+    extrapolated = extrapolation_warnings(points.normals, seen)
     if frame == "machine":
         points = placed(points, placement)
     report = points_document(
         points,
-        touches_name=touches.name,
-        warnings=readings.notes() + compensation_warnings(measured, points, pretravel_map),
+        touches_name=name,
+        warnings=readings.notes()
+        + extrapolated
+        + compensation_warnings(measured, points, pretravel_map),
     )
     if output.suffix.lower() == ".html":
-        write_page(output, report)
+        write_page(output, with_reading(report, readings))
     else:
-        _write_points(
-            output, points, measured, pretravel_map, names=(touches.name, Path(map_file).name)
-        )
+        _write_points(output, points, measured, pretravel_map, names=(name, Path(map_file).name))
     save_picture(report, plot)
     show(report, verbose=verbose)
 
@@ -124,10 +154,11 @@ def _write_points(
     from pretravel.formats.point_files import write_points
 
     source = pretravel_map.provenance.source or "unknown"
+    reading = f"; {names[0]} was read as {measured.reading}" if measured.reading else ""
     write_points(
         output,
         points,
-        f"{names[0]} compensated with {names[1]} ({pretravel_map.kind}; {source})",
+        f"{names[0]} compensated with {names[1]} ({pretravel_map.kind}; {source}){reading}",
         nominal_points=measured.nominal_points,
         tip_radius=pretravel_map.tip_radius,
     )

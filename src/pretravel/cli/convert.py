@@ -7,11 +7,26 @@ import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import check_files
-from pretravel.cli.options import Units
+from pretravel.cli.showing import show
+from pretravel.cli.touch_files import (
+    DecimalSign,
+    Exclude,
+    FileUnits,
+    TableColumns,
+    TouchFiles,
+    files_of_touches,
+    read_and_show,
+    run_plan,
+)
 
 if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
-    from pretravel.formats.file_format import FeatureResult, FileReadings
+    from pretravel.formats.file_format import (
+        FeatureResult,
+        FileFormat,
+        FileReadings,
+        ReadingOptions,
+    )
     from pretravel.touches import Touches
 
 
@@ -22,15 +37,15 @@ def _formats() -> list[str]:
 
 
 def convert(
-    readings: Annotated[
-        Path, typer.Argument(help="Log or results of a control, CMM or CAM: see pretravel formats.")
-    ],
+    readings: TouchFiles,
     output: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            "--output", "-o", help="Touches: .csv, .parquet, .qif; .msr or .txt for Fusion."
+            "--output",
+            "-o",
+            help="Touches: .csv, .parquet, .qif; .msr or .txt for Fusion. Without it, a preview.",
         ),
-    ],
+    ] = None,
     file_format: Annotated[
         str | None,
         typer.Option(
@@ -52,9 +67,10 @@ def convert(
             help="Machine file: tip diameter, and the overtravel, which identifies misses."
         ),
     ] = None,
-    units: Annotated[
-        Units | None, typer.Option(help="Unit of length, for files that do not state it.")
-    ] = None,
+    units: FileUnits = None,
+    columns: TableColumns = None,
+    decimal: DecimalSign = None,
+    exclude: Exclude = None,
     tip_diameter: Annotated[float | None, typer.Option(help="Diameter of the tip, in mm.")] = None,
     offset: Annotated[
         Vector | None,
@@ -79,7 +95,9 @@ def convert(
         typer.Option(help="Feed of the touches, in mm/min, where the file states none."),
     ] = None,
 ) -> None:
-    """Read a file of a control, CMM or CAM system, and write touches.
+    """Read a table or a file of a control, CMM or CAM system, and write touches.
+
+    Without -o it shows how the file is understood: its first rows, and what is missing.
 
     Positions without normals are joined with the plan by geometry: each position lies on the
     line of a target.
@@ -90,25 +108,33 @@ def convert(
     from pretravel.formats.file_format import ReadingOptions
     from pretravel.formats.format_registry import format_named, format_of
     from pretravel.formats.machine_file import read_machine
-    from pretravel.formats.readings import read_readings, touch_endings
+    from pretravel.formats.readings import touch_endings
     from pretravel.formats.source_file import opened
-    from pretravel.formats.touches_csv import read_plan
 
-    check_files([(output, touch_endings())], [readings, plan, machine])
+    files, _ = files_of_touches(readings)
+    check_files([(output, touch_endings())], [*files, plan, machine])
     known_machine = None if machine is None else read_machine(machine)
     if tip_diameter is None and known_machine is not None:
         tip_diameter = known_machine.tip_diameter
     options = ReadingOptions(
-        plan=None if plan is None else read_plan(plan),
+        plan=None if plan is None else run_plan(plan, units),
         units=units,
         tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
         overtravel=None if known_machine is None else known_machine.overtravel,
         offset=offset,
         radius_taken_off=radius_taken_off,
         rotation=_work_rotation(known_machine),
+        columns=columns,
+        decimal=decimal,
+        exclude=tuple(exclude or ()),
     )
-    file = opened(readings)
+    if file_format is None and columns:  # they are those of a table
+        file_format = "parquet" if files[0].suffix.lower() == ".parquet" else "csv"
+    file = opened(files[0])
     known = format_of(file) if file_format is None else format_named(file_format)
+    if output is None:
+        _preview(files, options, known)
+        return
     if known.parse_features is not None:
         if output.suffix.lower() != ".csv":
             raise PretravelError("a print-out is converted to a table of features: -o features.csv")
@@ -116,11 +142,22 @@ def convert(
         _write_features(features, output)
         typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
         return
-    found = read_readings(file, options, file_format=known.name)
+    found = read_and_show(files, options, file_format=file_format)
     _write(found, output, frame, feed, tip_diameter)
     typer.echo(f"{len(found.touches)} touches ({known.name})")
     for note in found.notes():
         typer.echo(f"Warning: {note}", err=True)
+
+
+def _preview(files: list[Path], options: ReadingOptions, known: FileFormat) -> None:
+    """Show how files are understood, and what is missing."""
+    from pretravel.formats.preview import look_at
+    from pretravel.report.preview_report import preview_document
+
+    typer.echo(f"{files[0]}: format {known.name}, {known.what}")
+    for path in files:
+        found, unit_known = look_at(path, options, known)
+        show(preview_document(path.name, found, unit_known=unit_known), verbose=False)
 
 
 def _work_rotation(machine: Machine | None) -> float | None:
@@ -174,11 +211,15 @@ def _warn_of_losses(touches: Touches, output: Path) -> None:
     """Warn of properties of the touches that the format of the output cannot contain."""
     import numpy as np
 
+    from pretravel.formats.logs.plain_labels import plain_labels
+
     lost = []
     if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
         lost.append("approaches that are not along the normal")
     if touches.feeds is not None:
         lost.append("feeds")
+    if touches.labels is not None and plain_labels(touches.labels) != touches.labels:
+        lost.append("signs of labels other than letters, digits, space, _ . -")
     if lost:
         typer.echo(
             f"Warning: {output.suffix.lower()} cannot contain {' and '.join(lost)}; the output "
@@ -196,15 +237,17 @@ def formats() -> None:
 
     from pretravel.formats.format_registry import FORMATS
 
+    margin = 2 + max(len(entry.name) for entry in FORMATS)
     for entry in FORMATS:
-        typer.echo(f"{entry.name:11s}{entry.what}")
+        typer.echo(f"{entry.name:{margin}s}{entry.what}")
         properties = [
             ("read as", entry.reads),
             ("written from", entry.writes),
             ("needs", entry.needs),
             ("verified against", entry.verified),
+            ("refused", entry.refusal),
         ]
         for name, text in properties:
             if text:
-                lines = textwrap.wrap(f"{name}: {text}", 85)
-                typer.echo("\n".join(f"{'':11s}{line}" for line in lines))
+                lines = textwrap.wrap(f"{name}: {text}", 80)
+                typer.echo("\n".join(f"{'':{margin}s}{line}" for line in lines))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -31,21 +32,23 @@ def export(
         typer.Option(
             parser=one_of(_controls),
             metavar="CONTROL",
-            help="linuxcnc (a folder of subroutines), renishaw (vector radii), fanuc (Macro B), "
-            "heidenhain (from a template, not verified), csv (a table of effective radii).",
+            help="linuxcnc (subroutines), renishaw (vector radii), fanuc and haas (macro "
+            "programs), siemens (840D cycle), heidenhain (from a template, not verified), radii "
+            "(JSON: one for each direction of travel, for probing screens), csv (a table of "
+            "effective radii). linuxcnc, fanuc, haas and siemens take a folder.",
         ),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File; for linuxcnc the folder of subroutines."),
+        typer.Option("--output", "-o", help="File; for several files the folder."),
     ] = None,
     form: Annotated[
-        Literal["auto", "formula", "table"],
+        Literal["auto", "formula", "table"] | None,
         typer.Option(
             help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
-            "(interpolated) or auto."
+            "(interpolated) or auto (default)."
         ),
-    ] = "auto",
+    ] = None,
     tolerance: Annotated[
         float,
         typer.Option(
@@ -53,12 +56,39 @@ def export(
         ),
     ] = 0.02,
     base: Annotated[
-        int | None, typer.Option(help="First variable: linuxcnc 3000, renishaw and fanuc 500.")
+        int | None,
+        typer.Option(
+            help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
+            "controls before NGC)."
+        ),
+    ] = None,
+    program: Annotated[
+        int | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+        ),
+    ] = None,
+    units: Annotated[
+        Literal["mm", "inch"] | None,
+        typer.Option(
+            help="renishaw, fanuc, haas, siemens: the unit of the table and of the programs that "
+            "use it; mm by default."
+        ),
+    ] = None,
+    angles: Annotated[
+        Literal["normals", "travel"] | None,
+        typer.Option(
+            help="renishaw: what the control takes the angles for, azimuths of outward normals "
+            "(default) or of directions of travel."
+        ),
     ] = None,
     criterion: Annotated[
-        Literal["max", "rms"],
-        typer.Option(help="renishaw: the residual to minimise, the largest or the rms."),
-    ] = "max",
+        Literal["max", "rms"] | None,
+        typer.Option(
+            help="renishaw: the residual to minimise, the largest (max, the default) or the rms."
+        ),
+    ] = None,
     template: Annotated[
         Path | None, typer.Option(help="heidenhain: the template to fill in.")
     ] = None,
@@ -96,8 +126,11 @@ def export(
         typer.echo(heidenhain_template(), nl=False)
         return
     if output is None:
-        raise PretravelError("no output was given: use -o FILE; with --to linuxcnc use -o FOLDER")
+        raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
     control = CONTROLS.get(to)
+    given: dict[str, object] = {"base": base, "program": program, "units": units, "angles": angles}
+    given |= {"template": template, "azimuth": azimuth, "form": form, "criterion": criterion}
+    _check_options(to, given)
     _check_output(output, [map_file, template], folder=control is not None and control.folder)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
     if control is None:
@@ -108,11 +141,16 @@ def export(
     settings = ExportSettings(
         base=base,
         tolerance=tolerance * MICROMETRE,
-        form=form,
-        criterion=criterion,
+        form=form or "auto",
+        criterion=criterion or "max",
         template=None if template is None else _read_template(template),
         azimuth=None if azimuth is None else azimuth * DEGREE,
+        written=date.today().isoformat(),
         travel=0.0 if control.uses_feed else table_travel(pretravel_map, feed),
+        feed=feed,
+        units=units or "mm",
+        angles=angles or "normals",
+        program=program,
     )
     files = control.files(pretravel_map, settings)
     _write_files(output, files)
@@ -121,11 +159,21 @@ def export(
         typer.echo(f"Warning: {warning}", err=True)
 
 
+def _check_options(to: str, given: Mapping[str, object]) -> None:
+    """Refuse options that the files of a control do not use."""
+    from pretravel.controls.exports import CONTROLS
+
+    used = CONTROLS[to].options if to in CONTROLS else frozenset()
+    for name in [name for name, value in given.items() if value is not None and name not in used]:
+        users = ", ".join(other for other, control in CONTROLS.items() if name in control.options)
+        raise PretravelError(f"--{name} does not apply to {to}; it is for {users}")
+
+
 def _check_output(output: Path, inputs: Sequence[Path | None], *, folder: bool) -> None:
     if not folder:
         check_files([(output, (output.suffix.lower(),))], inputs)
     elif output.suffix or output.is_file():
-        raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
+        raise PretravelError(f"-o {output}: a folder is needed, for several files")
     elif not output.parent.is_dir():
         raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
 

@@ -12,23 +12,23 @@ from pretravel.cli.showing import save_picture, show
 
 
 def faces(
-    step: Annotated[Path, typer.Argument(help="A STEP file.")],
+    step: Annotated[Path, typer.Argument(help="A STEP or IGES file.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
-    """List the faces of a STEP file, with the numbers that part.step#face uses.
+    """List the faces of a STEP or IGES file, with the numbers that part.step#face uses.
 
     Example: pretravel faces part.step --plot faces.png
     """
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import faces_table
     from pretravel.report.part_report import faces_document
-    from pretravel.surface.cad.step_part import read_step_part
+    from pretravel.surface.cad.part_file import read_part
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [step])
     with working(f"reading {step.name}"):
-        part = read_step_part(step)
+        part = read_part(step)
         table = faces_table(part)
     if output is not None:
         write_csv_table(output, table)

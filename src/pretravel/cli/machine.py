@@ -28,7 +28,7 @@ def machine(
     ] = None,
     tools: Annotated[
         Path | None,
-        typer.Option(help="Tool table of LinuxCNC (.tbl), for the diameter of the tip."),
+        typer.Option(help="Tool table of LinuxCNC (.tbl), for tip diameter and tool length."),
     ] = None,
     tool: Annotated[int | None, typer.Option(help="Number of the probe in the tool table.")] = None,
     units: Annotated[
@@ -50,15 +50,19 @@ def machine(
 
     if tools is not None and tool is None:
         raise PretravelError(f"--tools {tools}: give the number of the probe too, --tool NUMBER")
+    if tool is not None and tools is None:
+        raise PretravelError(
+            f"--tool {tool}: give the tool table too, --tools tool.tbl, for the length of the tool"
+        )
     check_files([(output, (".toml",))], [parameters, tools])
-    found = Machine(tool=tool or 0)
+    found = Machine(tool=tool)
     if parameters is not None:
         name, work = read_work_offset(parameters, offset, units)
         found = replace(found, work_offset=name, work=work)
     elif offset is not None:
         found = replace(found, work_offset=offset.upper())
     if tools is not None:
-        found = _with_tip(found, tools, units)
+        found = _with_tool(found, tools, units)
     if output is None:
         typer.echo(machine_text(found), nl=False)
         return
@@ -66,15 +70,22 @@ def machine(
     typer.echo(f"{output}: check every line of it")
 
 
-def _with_tip(found: Machine, tools: Path, units: Units) -> Machine:
-    """The machine with the tip's diameter of a tool table."""
+def _with_tool(found: Machine, tools: Path, units: Units) -> Machine:
+    """The machine with the length and the tip's diameter of a tool table."""
     from pretravel.formats.linuxcnc_files import read_tool
 
-    diameter = read_tool(tools, found.tool, units).diameter
-    if not _SMALLEST_TIP <= diameter <= _LARGEST_TIP:
+    assert found.tool is not None
+    tool = read_tool(tools, found.tool, units)
+    if not _SMALLEST_TIP <= tool.diameter <= _LARGEST_TIP:
         raise PretravelError(
-            f"{tools}: T{found.tool} has a diameter of {diameter:g} mm, which cannot be that of a "
-            "tip; correct it in the table (D), give --units, or leave --tools out and edit the file"
+            f"{tools}: T{found.tool} has a diameter of {tool.diameter:g} mm, which cannot be that "
+            "of a tip; correct it in the table (D), give --units, or leave --tools out and edit "
+            "the file"
         )
-    stem = min(found.stem_diameter, 0.75 * diameter)
-    return replace(found, tip_diameter=diameter, stem_diameter=stem)
+    if tool.length == 0.0:
+        raise PretravelError(
+            f"{tools}: T{found.tool} has no length (Z) in the table: measure it to the centre of "
+            "the ball, or leave --tools and --tool out for a probe without tool length"
+        )
+    stem = min(found.stem_diameter, 0.75 * tool.diameter)
+    return replace(found, tip_diameter=tool.diameter, stem_diameter=stem, tool_length=tool.length)

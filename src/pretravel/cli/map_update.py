@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING
 
 from pretravel.cli.files import MAPS, PICTURES, check_files
 from pretravel.cli.showing import save_picture, show
+from pretravel.cli.touch_files import read_and_show, with_reading
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
+    from pretravel.formats.file_format import ReadingOptions
     from pretravel.maps.pretravel_map import PretravelMap
 
 
 def qualify_with_prior(
-    touches: Path,
+    files: list[Path],
+    options: ReadingOptions,
     prior: Path,
-    diameter: float,
     *,
     tip_diameter: float | None,
-    ring: bool,
     outputs: tuple[Path | None, Path | None],
     verbose: bool,
 ) -> None:
@@ -27,12 +28,12 @@ def qualify_with_prior(
 
     Parameters
     ----------
-    touches, prior : Path
-    diameter : float
-        [mm]
+    files : list of Path
+    options : ReadingOptions
+        With the diameter of the reference.
+    prior : Path
     tip_diameter : float or None
         It must be that of the old map. [mm]
-    ring : bool
     outputs : pair of Path or None
         Of the map or page, and of the picture.
     verbose : bool
@@ -43,22 +44,25 @@ def qualify_with_prior(
         As `update_map`; another tip.
     """
     from pretravel.formats.map_file import read_map, write_map
-    from pretravel.formats.readings import read_readings
     from pretravel.qualification.prior_update import update_map
     from pretravel.report.map_update_report import map_update_document
     from pretravel.report.page import write_page
 
     output, plot = outputs
-    check_files([(output, MAPS), (plot, PICTURES)], [touches, prior])
+    check_files([(output, MAPS), (plot, PICTURES)], [*files, prior])
     old = read_map(prior)
     _refuse_other_tip(old, tip_diameter, prior)
-    readings = read_readings(touches).in_machine_axes()
-    result = update_map(readings.touches, old, diameter, ring=ring)
+    assert options.reference_diameter is not None
+    readings = read_and_show(files, options).in_machine_axes()
+    result = update_map(readings.touches, old, options.reference_diameter, ring=options.ring)
     report = map_update_document(
-        result, touches_name=touches.name, prior_name=prior.name, warnings=readings.notes()
+        result,
+        touches_name=readings.touches.source or "",
+        prior_name=prior.name,
+        warnings=readings.notes(),
     )
     if output is not None and output.suffix.lower() == ".html":
-        write_page(output, report)
+        write_page(output, with_reading(report, readings))
     elif output is not None:
         write_map(output, result.pretravel_map)
     save_picture(report, plot)

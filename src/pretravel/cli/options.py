@@ -78,7 +78,7 @@ Azimuths: TypeAlias = Annotated[
     typer.Option(
         parser=angles,
         metavar="ANGLES",
-        help="Azimuths in degrees: start:stop:step, a list a,b,c, or one.",
+        help="Azimuths in the probe's frame, in degrees: start:stop:step, a list a,b,c, or one.",
     ),
 ]
 Polars: TypeAlias = Annotated[

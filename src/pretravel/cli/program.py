@@ -135,12 +135,12 @@ def sphere(
         program = plan_program(
             targets,
             known,
-            title=f"sphere of {diameter:g} mm",
+            title=f"sphere of {diameter:g} mm around X{center.x:g} Y{center.y:g} Z{center.z:g}",
             feeds=feeds or (),
             repeats=repeats,
             obstacles=[SphereObstacle(middle, 0.5 * diameter, shank)],
         )
-    _write(program, output, log, compensated=False)
+    _write(program, output, log)
 
 
 def _directions(pattern: str, polar: Angles | None, count: int | None) -> FloatArray:
@@ -170,11 +170,19 @@ def part(
         typer.Option(help="The part, part.step: moves are checked against all its faces."),
     ] = None,
     compensated: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MAP",
+            help="Compute surface points on the control, with the subroutines of pretravel export "
+            "MAP --to linuxcnc; the program stops where the control has those of another map.",
+        ),
+    ] = None,
+    allow_misses: Annotated[
         bool,
         typer.Option(
-            "--compensated",
-            help="Compute surface points on the control, with the subroutines of pretravel export "
-            "--to linuxcnc.",
+            "--allow-misses",
+            help="Go on after a touch without contact; not after the first touch, and not after "
+            "two in a row.",
         ),
     ] = False,
     leave_out: Annotated[
@@ -195,12 +203,12 @@ def part(
     from pretravel.surface.specification import parse_surface, source_file
 
     files = [] if surface is None else source_file(surface)
-    check_files([(output, _ENDINGS)], [machine, targets, *files])
+    check_files([(output, _ENDINGS)], [machine, targets, compensated, *files])
     known = read_machine(machine)
     shape = None if surface is None else parse_surface(surface)
     if shape is not None and not isinstance(shape, Part):
         raise PretravelError(
-            f"--surface {surface}: moves are checked against a STEP file (part.step)"
+            f"--surface {surface}: moves are checked against a STEP or IGES file (part.step)"
         )
     plan = read_targets(targets, approach=approach)
     with working(f"planning {len(plan)} touches"):
@@ -213,15 +221,53 @@ def part(
             obstacles=[] if shape is None else [PartObstacle(shape)],
             leave_out=leave_out,
         )
-    _write(program, output, log, compensated=compensated)
+    _write(program, output, log, compensated=compensated, allow_misses=allow_misses)
 
 
-def _write(program: ProbingProgram, output: Path, log: str | None, *, compensated: bool) -> None:
+@app.command(cls=Command, epilog="Example: pretravel program mdi -o subroutines")
+def mdi(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder of subroutines, of SUBROUTINE_PATH.")
+    ],
+) -> None:
+    """Write pretravel_sphere: touches on any reference sphere, called from MDI.
+
+    It needs neither a map nor a machine file. pretravel export --to linuxcnc writes it too, with
+    cycles that need a map.
+    """
+    from pretravel.controls.linuxcnc_cycles import sphere_subroutines
+    from pretravel.whole_file import write_text
+
+    if output.suffix or output.is_file():
+        raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
+    if not output.parent.is_dir():
+        raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
+    output.mkdir(exist_ok=True)
+    texts = sphere_subroutines()
+    for name, text in texts.items():
+        write_text(output / name, text, "ascii")
+    typer.echo(f"{output}: {', '.join(sorted(texts))}")
+
+
+def _write(
+    program: ProbingProgram,
+    output: Path,
+    log: str | None,
+    *,
+    compensated: Path | None = None,
+    allow_misses: bool = False,
+) -> None:
     from pretravel.controls.linuxcnc_program import linuxcnc_program
+    from pretravel.formats.map_file import read_map
     from pretravel.whole_file import write_text
 
     name = log or f"{output.stem}.log"
-    text = linuxcnc_program(program, name, compensated=compensated)
+    text = linuxcnc_program(
+        program,
+        name,
+        compensated=None if compensated is None else read_map(compensated),
+        allow_misses=allow_misses,
+    )
     write_text(output, text, "ascii")
     typer.echo(
         f"{len(program)} touches, about {program.duration / 60.0:.1f} min; they are logged to "

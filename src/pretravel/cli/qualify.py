@@ -11,6 +11,18 @@ from pretravel.cli.map_update import qualify_with_prior
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.cli.touch_files import (
+    DecimalSign,
+    Exclude,
+    FileUnits,
+    RunPlan,
+    TableColumns,
+    TouchFiles,
+    files_of_touches,
+    read_and_show,
+    reading_options,
+    with_reading,
+)
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
@@ -25,9 +37,7 @@ def _kinds() -> list[str]:
 
 
 def qualify(
-    touches: Annotated[
-        Path, typer.Argument(help="CSV: x_mm,y_mm,z_mm,nx,ny,nz; or a file of pretravel formats.")
-    ],
+    touches: TouchFiles,
     diameter: Diameter,
     tip_diameter: Annotated[
         float | None,
@@ -69,10 +79,11 @@ def qualify(
             help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
         ),
     ] = 0.13,
-    exclude: Annotated[
-        list[str] | None,
-        typer.Option(help="Label or line of a touch to leave out; may be repeated."),
-    ] = None,
+    exclude: Exclude = None,
+    units: FileUnits = None,
+    columns: TableColumns = None,
+    decimal: DecimalSign = None,
+    plan: RunPlan = None,
     axial_pretravel: Annotated[
         Length,
         typer.Option(
@@ -113,32 +124,43 @@ def qualify(
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
 
+    A shop's own table is read as it is, for example X;Y;Z;I;J;K with decimal commas:
+    pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.nc
+
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
     from pretravel.formats.map_file import write_map
-    from pretravel.formats.readings import read_readings
     from pretravel.identification.kind_registry import choose
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
-    from pretravel.touches import without
     from pretravel.units import MICROMETRE
 
+    files, name = files_of_touches(touches)
+    options = reading_options(
+        columns=columns,
+        units=units,
+        decimal=decimal,
+        exclude=exclude,
+        plan=plan,
+        tip_diameter=tip_diameter,
+        reference_diameter=diameter,
+        ring=ring,
+    )
     if prior is not None:
         qualify_with_prior(
-            touches,
+            files,
+            options,
             prior,
-            diameter,
             tip_diameter=tip_diameter,
-            ring=ring,
             outputs=(output, plot),
             verbose=verbose,
         )
         return
-    check_files([(output, MAPS), (plot, PICTURES)], [touches])
+    check_files([(output, MAPS), (plot, PICTURES)], [*files, plan])
     wozniak = _wozniak(kind, lobe_azimuth, transducer)
-    readings = read_readings(touches).in_machine_axes()
-    measured = without(readings.touches, exclude or [])
+    readings = read_and_show(files, options).in_machine_axes()
+    measured = readings.touches
     with working(f"qualifying on {len(measured)} touches"):
         setup = QualificationSetup(
             diameter,
@@ -155,14 +177,14 @@ def qualify(
     result = choice.qualification
     report = qualification_document(
         result,
-        touches_name=touches.name,
+        touches_name=name,
         scores=choice.scores,
         warnings=readings.notes(),
         excluded=exclude or (),
         saved=output is not None and output.suffix.lower() != ".html",
     )
     if output is not None and output.suffix.lower() == ".html":
-        write_page(output, report)
+        write_page(output, with_reading(report, readings))
     elif output is not None:
         write_map(output, result.pretravel_map)
     save_picture(report, plot)

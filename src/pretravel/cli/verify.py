@@ -8,6 +8,18 @@ import typer
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, PictureFile, Verbose
 from pretravel.cli.showing import save_picture, show
+from pretravel.cli.touch_files import (
+    DecimalSign,
+    Exclude,
+    FileUnits,
+    RunPlan,
+    TableColumns,
+    TouchFiles,
+    files_of_touches,
+    read_and_show,
+    reading_options,
+    with_reading,
+)
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
@@ -19,10 +31,7 @@ CHANGED = 1
 
 
 def verify(
-    touches: Annotated[
-        Path,
-        typer.Argument(help="New touches on the reference: .csv, or a file of pretravel formats."),
-    ],
+    touches: TouchFiles,
     map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
     diameter: Diameter,
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
@@ -34,6 +43,11 @@ def verify(
             help="Accepted false alarms: percentage of unchanged probes reported as changed.",
         ),
     ] = 1.0,
+    exclude: Exclude = None,
+    units: FileUnits = None,
+    columns: TableColumns = None,
+    decimal: DecimalSign = None,
+    plan: RunPlan = None,
     history: Annotated[
         Path | None,
         typer.Option(help="History file of this probe, .sqlite; created when it does not exist."),
@@ -56,20 +70,30 @@ def verify(
     """
     from pretravel.formats.map_file import read_map
     from pretravel.formats.probe_history import add_verification, read_history
-    from pretravel.formats.readings import read_readings
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.report.page import write_page
     from pretravel.report.verification_report import verification_document, verification_values
     from pretravel.whole_file import write_json
 
+    files, name = files_of_touches(touches)
     check_files(
         [(output, (".json", ".html")), (plot, PICTURES), (accept, (".nc",))],
-        [touches, map_file, history],
+        [*files, map_file, history, plan],
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
         raise PretravelError(f"--history {history}: the ending must be .sqlite or .db")
     old_map = read_map(map_file)
-    readings = read_readings(touches).in_machine_axes()
+    options = reading_options(
+        columns=columns,
+        units=units,
+        decimal=decimal,
+        exclude=exclude,
+        plan=plan,
+        tip_diameter=2.0 * old_map.tip_radius,
+        reference_diameter=diameter,
+        ring=ring,
+    )
+    readings = read_and_show(files, options).in_machine_axes()
     measured = readings.touches
     rate = 0.01 * false_alarms
     result = verify_probe(measured, old_map, diameter, ring=ring, false_alarm_rate=rate)
@@ -83,20 +107,20 @@ def verify(
             result,
             pretravel_map=old_map,
             map_name=map_file.name,
-            touches_name=touches.name,
+            touches_name=name,
             decision=decision,
         )
     report = verification_document(
         result,
         decision,
-        title=f"{touches.name} against {map_file.name}",
+        title=f"{name} against {map_file.name}",
         entries=[] if history is None else read_history(history),
         warnings=readings.notes(),
     )
     if output is not None and output.suffix.lower() == ".json":
         write_json(output, verification_values(result, decision))
     elif output is not None:
-        write_page(output, report)
+        write_page(output, with_reading(report, readings))
     save_picture(report, plot)
     show(report, verbose=verbose)
     if result.changed:

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.compensation.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.compensation.points import Points
-from pretravel.directions import checked_unit
-from pretravel.errors import PretravelError
+from pretravel.directions import checked_unit, describe
+from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
 from pretravel.surface.cad.part import Part
@@ -76,6 +76,7 @@ def apply(
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
+    latched = touches.positions
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
     if nominal is not None:
@@ -84,7 +85,15 @@ def apply(
         positions = contact.point + deviation[:, None] * normals
     else:
         normals, deviation = touches.normals, None
-    pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
+    with np.errstate(invalid="ignore"):  # a probe that does not trigger: refused below
+        pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
+    lost = np.flatnonzero(~np.isfinite(pretravel))
+    if len(lost):
+        raise ExtrapolationError(
+            f"{touches.where(int(lost[0]))}: in the direction of its normal "
+            f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
+            f"({len(lost)} such touches). Do the normals point out of the part?"
+        )
     errors = errors_of_points(touches, normals, pretravel_map)
     if nominal is None:
         travel = pretravel / errors.closing
@@ -102,6 +111,8 @@ def apply(
         covariance=frozen(errors.covariance(u_map)),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
+        shared=errors.shared_along_normals(),
+        uncompensated=frozen(latched - pretravel_map.tip_radius * touches.normals),
     )
 
 
@@ -143,6 +154,29 @@ def _on_nominal(
             "touches' frame and in mm?"
         )
     return found.local, found.length
+
+
+def extrapolation_warnings(normals: FloatArray, pretravel_map: PretravelMap) -> list[str]:
+    """How many normals (n, 3) lie outside the map, as a sentence; none where all lie inside.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = np.array([[0.0, 0.0, 1.0]])
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.none(1),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> extrapolation_warnings(up, mean)
+    []
+    """
+    directions = pretravel_map.probe_directions(normals)
+    outside = int(np.sum(~pretravel_map.support.supports(directions)))
+    if not outside:
+        return []
+    warning = (
+        f"{outside} of {len(directions)} normals lie outside the map: pretravel is extrapolated "
+        "there, and u does not contain the error of that"
+    )
+    return [warning]
 
 
 def compensation_warnings(

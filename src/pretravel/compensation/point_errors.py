@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.compensation.points import Points
+from pretravel.arrays import FloatArray, frozen
+from pretravel.compensation.points import FIXED_SCATTER, Points
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
@@ -17,6 +17,8 @@ from pretravel.uncertainty.covariance import Correlation, Covariance
 from pretravel.units import delay_travel
 
 REPEATABILITY = "repeatability"
+_LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
+_MOST_FACTOR_VALUES = 20_000_000  # numbers of touches times coefficients that are decomposed
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +91,38 @@ class PointErrors:
             moved = self.delay_along_approach * self.closing
             sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
         return sources
+
+    def shared_along_normals(self) -> dict[str, FloatArray] | None:
+        """The errors that points have in common, as factors; see `Points.shared`.
+
+        The factors of the map are the principal components of its errors at these points. Those
+        that make up less than a fiftieth of every point's variance are left out: `measure` takes
+        the rest of a point's variance for an error of its own. None where a map of very many
+        numbers and very many touches would need too much memory.
+        """
+        shared: dict[str, FloatArray] = {}
+        if self.pretravel_map.u_tip_radius > 0.0:
+            radius = np.full(len(self.closing), self.pretravel_map.u_tip_radius)
+            shared["tip radius"] = frozen(radius)
+        if self.pretravel_map.fixed_scatter > 0.0:
+            shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
+        if self._delay_matters and self.delay_along_approach.any():
+            shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
+        if not self.pretravel_map.states_uncertainty:
+            return shared
+        covariance = self.pretravel_map.covariance
+        if len(self.closing) * len(covariance) > _MOST_FACTOR_VALUES:
+            return None
+        directions = self.pretravel_map.probe_directions(self.normals)
+        design = self.pretravel_map.basis.design(directions) @ covariance.root
+        parts, sizes, _ = np.linalg.svd(design, full_matrices=False)
+        factors = (parts * sizes).T
+        own = (self.pretravel_map.repeatability * self.closing) ** 2
+        total = own + sum(part**2 for part in shared.values()) + np.sum(factors**2, axis=0)
+        left = np.flip(np.cumsum(np.flip(factors**2, axis=0), axis=0), axis=0)
+        # One at least: without any, the map would seem to state no uncertainty.
+        count = max(int(np.sum(np.any(left > _LEFT_TO_OWN * total, axis=1))), 1)
+        return shared | {f"map {k + 1}": frozen(factors[k]) for k in range(count)}
 
     def trials(
         self, pretravel: FloatArray, trials: int, generator: np.random.Generator

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.frames import Placement
+
+FIXED_SCATTER = "fixed scatter"
+"""The cause in `Points.shared` that is common to points with the same normal, and to no others:
+what repeated touches of a direction do not reduce (`PretravelMap.fixed_scatter`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +32,19 @@ class Points:
     deviation : (n,) float or None
         Distance from the nominal along its normal, positive outside. [mm]
     labels : tuple of str
+    shared : mapping of str to (n,) float, or None
+        Errors that points have in common: for each independent cause, the movement of every point
+        along its normal when the cause is off by one standard uncertainty. Several factors
+        ("map 1", "map 2") make up the errors of a map. `FIXED_SCATTER` is common to the points of
+        one direction only. None: it is not known which part of `covariance` is common. [mm]
+    uncompensated : (n, 3) float or None
+        Tip centres less the tip radius along the normals of the touches: what a control reports
+        that takes off the radius alone. [mm]
 
     Notes
     -----
-    Covariances are of single points. Errors of the map are common to points with similar normals
-    (`PretravelMap.value_covariance`): the mean of n points does not have an uncertainty smaller by
-    the root of n.
+    Covariances are of single points. Errors of map, tip radius and delay are common to many points
+    (`shared`): the mean of n points does not have an uncertainty smaller by the root of n.
     """
 
     positions: FloatArray
@@ -41,6 +53,8 @@ class Points:
     covariance: FloatArray
     deviation: FloatArray | None
     labels: tuple[str, ...]
+    shared: Mapping[str, FloatArray] | None = None
+    uncompensated: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -66,9 +80,11 @@ def placed(points: Points, placement: Placement) -> Points:
     Points
     """
     turn = placement.rotation
+    plain = points.uncompensated
     return replace(
         points,
         positions=frozen(placement.points(points.positions)),
         normals=frozen(placement.vectors(points.normals)),
         covariance=frozen(turn @ points.covariance @ turn.T),
+        uncompensated=None if plain is None else frozen(placement.points(plain)),
     )

@@ -9,22 +9,33 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from pretravel.controls.axis_radii import axis_radii, axis_radii_text
+from pretravel.controls.control_table import TableSettings
+from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
 from pretravel.controls.lookup import describe_form
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
-from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
+from pretravel.controls.macro_b import (
+    FANUC,
+    MacroDialect,
+    fanuc_macro,
+    free_variables,
+    renishaw_variables,
+)
+from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.units import MICROMETRE, delay_travel
 
-_FIRST_LINUXCNC, _MOST_LINUXCNC = 3000, 1900
-_FIRST_COMMON, _MOST_FANUC = 500, 400
+# Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
+_FIRST_LINUXCNC, _MOST_LINUXCNC = 1050, 1900
+_MOST_MACRO_B = 399
 _TABLE_FILE = "pretravel_table.ngc"
 _ROOM_FOR_A_TABLE = 500
 """Fewest parameters that must remain for a table of LinuxCNC."""
-_REMARK_LINES = 8
+_REMARK_LINES = 12
 """Remarks are among the first lines of a table's text."""
 
 
@@ -46,9 +57,20 @@ class ExportSettings:
         For Heidenhain: the text of a template.
     azimuth : float, optional
         For Heidenhain: azimuth of all touches. [rad]
+    written : str
+        The day, for the heads of the files for LinuxCNC.
     travel : float
         Travel of the machine during the signal delay, which is added to a map of the probe at
         rest. [mm]
+    feed : float, optional
+        Measuring feed of that travel. [mm/min]
+    units : str
+        Unit of the numbers in a table: mm or inch.
+    angles : str
+        For vector radii: whether their angles are those of outward ``normals`` or of the directions
+        of ``travel``.
+    program : int, optional
+        Number of the first program; a default for each control.
     """
 
     base: int | None = None
@@ -57,7 +79,17 @@ class ExportSettings:
     criterion: str = "max"
     template: str | None = None
     azimuth: float | None = None
+    written: str = ""
     travel: float = 0.0
+    feed: float | None = None
+    units: str = "mm"
+    angles: str = "normals"
+    program: int | None = None
+
+    @property
+    def table(self) -> TableSettings:
+        """The settings that all tables have in common."""
+        return TableSettings(self.base, self.program, self.travel, self.feed, self.units)
 
 
 @dataclass(frozen=True)
@@ -93,11 +125,15 @@ class Control:
         Whether the control needs several files, in a folder.
     uses_feed : bool
         Whether the control subtracts the delay travel itself, from the feed of each touch.
+    options : frozenset of str
+        Those of the settings base, form, program, units, angles, criterion, template and azimuth
+        that the control uses.
     """
 
     files: Callable[[PretravelMap, ExportSettings], ExportedFiles]
     folder: bool = False
     uses_feed: bool = False
+    options: frozenset[str] = frozenset()
 
 
 def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
@@ -146,7 +182,7 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         )
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
-        texts = linuxcnc_subroutines(pretravel_map, exact, base=base)
+        texts = linuxcnc_subroutines(pretravel_map, exact, base=base, written=settings.written)
         return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
     if settings.form == "formula":
         raise PretravelError(
@@ -160,7 +196,7 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         most_values=min(_MOST_LINUXCNC, LAST_FREE - base),
     )
     return ExportedFiles(
-        linuxcnc_subroutines(pretravel_map, table, base=base),
+        linuxcnc_subroutines(pretravel_map, table, base=base, written=settings.written),
         remarks=(describe_form(table),),
         warnings=_coarse_table_warnings(table, settings.tolerance),
     )
@@ -168,23 +204,46 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
 
 def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
     text = renishaw_variables(
-        pretravel_map,
-        base=_FIRST_COMMON if settings.base is None else settings.base,
-        criterion=settings.criterion,
-        travel=settings.travel,
+        pretravel_map, settings.table, criterion=settings.criterion, angles=settings.angles
     )
     return _single_file(text)
 
 
 def _fanuc(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
-    table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=_MOST_FANUC)
-    text = fanuc_macro(
-        pretravel_map,
-        table,
-        base=_FIRST_COMMON if settings.base is None else settings.base,
-        travel=settings.travel,
+    return _macro_files(pretravel_map, settings, FANUC, fanuc_macro)
+
+
+def _haas(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    return _macro_files(pretravel_map, settings, HAAS, haas_macro)
+
+
+def _macro_files(
+    pretravel_map: PretravelMap,
+    settings: ExportSettings,
+    dialect: MacroDialect,
+    programs: Callable[[PretravelMap, LookupTable, TableSettings], dict[str, str]],
+) -> ExportedFiles:
+    base = dialect.base if settings.base is None else settings.base
+    # One variable contains the number of the table.
+    most_values = min(free_variables(dialect.free, base) - 1, _MOST_MACRO_B)
+    table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=most_values)
+    texts = programs(pretravel_map, table, settings.table)
+    return _table_files(texts, table, settings)
+
+
+def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    table = lookup_table(
+        pretravel_map, tolerance=settings.tolerance, most_values=MOST_SIEMENS_VALUES
     )
-    return _single_file(text, _coarse_table_warnings(table, settings.tolerance))
+    return _table_files(siemens_cycle(pretravel_map, table, settings.table), table, settings)
+
+
+def _table_files(
+    texts: Mapping[str, str], table: LookupTable, settings: ExportSettings
+) -> ExportedFiles:
+    lookup = list(texts.values())[-1]
+    warnings = _coarse_table_warnings(table, settings.tolerance)
+    return ExportedFiles(texts, remarks=_remarks(lookup), warnings=warnings)
 
 
 def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
@@ -196,10 +255,21 @@ def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> Export
     )
 
 
+def _radii(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    sentences = axis_radii(pretravel_map, settings.travel)["what_to_type"]
+    return ExportedFiles(
+        {"": axis_radii_text(pretravel_map, settings.travel)},
+        remarks=tuple(f"{screen}: {sentence}" for screen, sentence in sentences.items()),
+    )
+
+
 def _single_file(text: str, warnings: tuple[str, ...] = ()) -> ExportedFiles:
+    return ExportedFiles({"": text}, remarks=_remarks(text), warnings=warnings)
+
+
+def _remarks(text: str) -> tuple[str, ...]:
     first = text.splitlines()[:_REMARK_LINES]
-    remarks = tuple(line for line in first if line.startswith(("(", ";")))
-    return ExportedFiles({"": text}, remarks=remarks, warnings=warnings)
+    return tuple(line for line in first if line.startswith(("(", ";")))
 
 
 def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, ...]:
@@ -214,9 +284,16 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
 
 
 CONTROLS: Mapping[str, Control] = {
-    "linuxcnc": Control(_linuxcnc, folder=True, uses_feed=True),
-    "renishaw": Control(_renishaw),
-    "fanuc": Control(_fanuc),
-    "heidenhain": Control(_heidenhain),
+    "linuxcnc": Control(
+        _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form"})
+    ),
+    "renishaw": Control(
+        _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
+    ),
+    "fanuc": Control(_fanuc, folder=True, options=frozenset({"base", "program", "units"})),
+    "haas": Control(_haas, folder=True, options=frozenset({"base", "program", "units"})),
+    "siemens": Control(_siemens, folder=True, options=frozenset({"units"})),
+    "heidenhain": Control(_heidenhain, options=frozenset({"template", "azimuth"})),
+    "radii": Control(_radii),
 }
 """Controls by name."""

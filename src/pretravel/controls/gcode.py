@@ -47,6 +47,7 @@ def _environment() -> Environment:
         "arguments": arguments,
         "exact": exact,
         "comment": comment,
+        "sentence": sentence,
     }
     return environment
 
@@ -83,10 +84,24 @@ def exact(value: float) -> str:
 
 
 def comment(text: str) -> str:
-    """Text for a comment: ASCII characters, without brackets and signs of parameters.
+    r"""Text from outside for a comment, on one line: only letters, digits, blank, _ . and -.
 
-    >>> comment("mill (3), 5 µm")
-    'mill _3_, 5 ?m'
+    Every other sign could end the comment, begin a parameter, or begin another line on one control
+    or another; it becomes an underscore.
+
+    >>> comment("mill (3)\nM3 S20000, 5 µm")
+    'mill _3__M3 S20000_ 5 _m'
     """
-    plain = text.encode("ascii", "replace").decode()
-    return "".join("_" if sign in "()#%;[]{}" else sign for sign in plain)
+    return "".join(sign if sign.isascii() and (sign.isalnum() or sign in " _.-") else "_"
+                   for sign in text)  # fmt: skip
+
+
+def sentence(text: str) -> str:
+    """A sentence of ours for a comment: without brackets and signs that a control would read.
+
+    >>> sentence("limits: the file has no [limits]; 5 %")
+    'limits: the file has no [limits], 5 _'
+    """
+    plain = text.encode("ascii", "replace").decode().replace(";", ",")
+    return "".join(sign if sign.isprintable() and sign not in "()#%{}" else "_"
+                   for sign in plain)  # fmt: skip

@@ -9,6 +9,7 @@ from string import Formatter
 import numpy as np
 
 from pretravel.arrays import FloatArray
+from pretravel.controls.control_table import check_radii
 from pretravel.controls.lookup import supported_band
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
@@ -58,12 +59,14 @@ def heidenhain_table(
     Raises
     ------
     PretravelError
-        A template with other names, or without rows.
+        A template with other names, or without rows; numbers that are not those of a touch-trigger
+        probe.
     """
     if not step_deg > 0.0:
         raise PretravelError(f"a step of {step_deg:g}° of the polar angle: it must be positive")
     text = heidenhain_template() if template is None else template
     profile = _profile(pretravel_map, azimuth, step_deg)
+    check_radii(pretravel_map, profile.pretravel + travel)
     lines, has_rows = [], False
     for number, line in enumerate(text.splitlines(), start=1):
         try:

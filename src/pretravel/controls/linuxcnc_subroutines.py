@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_program import TRIPPED_AT_START, check_line_lengths
+from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
+from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
+from pretravel.controls.map_identity import map_identity
 from pretravel.controls.program_log import (
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
@@ -21,7 +23,7 @@ _SLACK = 1e-6
 
 
 def linuxcnc_subroutines(
-    pretravel_map: PretravelMap, form: Lookup, *, base: int = 3000
+    pretravel_map: PretravelMap, form: Lookup, *, base: int = 1050, written: str = ""
 ) -> dict[str, str]:
     """Subroutines that evaluate a map, probe and compensate.
 
@@ -33,6 +35,8 @@ def linuxcnc_subroutines(
         The form of that map that the control evaluates.
     base : int
         First parameter for a table.
+    written : str
+        The day, for the heads of the files.
 
     Returns
     -------
@@ -54,6 +58,8 @@ def linuxcnc_subroutines(
         "highest_deg": form.band.highest / DEGREE,
         "base": base,
         "inch": INCH,
+        "identity": map_identity(pretravel_map),
+        "written": written,
     }
     texts: dict[str, dict[str, object]] = {
         "pretravel_lookup.ngc": {
@@ -62,7 +68,9 @@ def linuxcnc_subroutines(
             **form.template_values(),
         },
         "pretravel_compensate.ngc": {"glancing": GLANCING},
-        "pretravel_point.ngc": {"tripped": TRIPPED_AT_START},
+        "pretravel_identity.ngc": {},
+        "pretravel_radius.ngc": {},
+        "pretravel_point.ngc": {"causes": cause_words()},
         "pretravel_head.ngc": {
             "log_head": LOG_HEAD,
             "subroutine_touch_columns": SUBROUTINE_TOUCH_COLUMNS,
@@ -72,6 +80,7 @@ def linuxcnc_subroutines(
     if form.needs_table:
         texts["pretravel_table.ngc"] = {}
     files = {name: render(f"linuxcnc/{name}", **common, **values) for name, values in texts.items()}
+    files |= linuxcnc_cycles(common) | sphere_subroutines()
     for text in files.values():
         check_line_lengths(text)
     return files

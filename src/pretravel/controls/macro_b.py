@@ -2,38 +2,145 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from pretravel.controls.control_table import (
+    TableSettings,
+    check_radii,
+    control_table,
+    feed_statement,
+    map_statement,
+    plain_number,
+    table_statements,
+)
 from pretravel.controls.gcode import render
-from pretravel.controls.lookup import describe_form
-from pretravel.controls.lookup_table import LookupTable
+from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
 from pretravel.errors import PretravelError
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
-from pretravel.units import DEGREE, MICROMETRE
+from pretravel.maps.sector_tables import (
+    SectorTable,
+    resampled_sectors,
+    taken_opposite,
+    touched_sectors,
+)
+from pretravel.units import MICROMETRE
 
-_COMMON = ((101, 199), (500, 999))
-"""Common variables; #100 holds the result of the lookup."""
+VECTOR_ANGLES = {
+    "normals": ("outward normals of the surface", "directions of travel"),
+    "travel": ("directions of travel toward the surface", "outward normals"),
+}
+"""Meanings of the angles of a vector calibration: the words for it, and for the other one."""
+
 _VECTORS = 10
 """Distance of the first of the eight vector radii from the base variable."""
+_SETTER = 7799
+_UNIT_CODES = {"mm": 21, "inch": 20}
+"""G codes of the units; #4006 contains the active one."""
 
 
-def _check_variables(base: int, count: int) -> None:
-    last = base + count - 1
-    if not any(low <= base and last <= high for low, high in _COMMON):
+@dataclass(frozen=True)
+class MacroDialect:
+    """What distinguishes a control with Macro B.
+
+    Attributes
+    ----------
+    name : str
+    free : tuple of (int, int)
+        First and last variables that belong to the user, without #100 for the result.
+    base : int
+        First variable of the table where none is chosen.
+    digits : int
+        Digits of a program number in the name of its file.
+    angles : str
+        Template of the lines that compute the azimuth and the polar angle.
+    verified : tuple of str
+        What the programs were tried on.
+    program : int
+        Number of the first program where none is chosen.
+    """
+
+    name: str
+    free: tuple[tuple[int, int], ...]
+    base: int
+    digits: int
+    angles: str
+    verified: tuple[str, ...]
+    program: int = 7750
+
+
+FANUC = MacroDialect(
+    "Fanuc",
+    free=((101, 199), (500, 999)),
+    base=600,
+    digits=4,
+    angles="fanuc/angles.nc",
+    verified=(
+        "never run on a Fanuc control",
+        "its arithmetic was run by two other interpreters - LinuxCNC and one of pretravel",
+    ),
+)
+"""Macro B of Fanuc. The table starts above the variables of the usual probing macros."""
+
+_RADII_RANGES = (*FANUC.free, (10000, 10999))
+
+
+def free_variables(ranges: tuple[tuple[int, int], ...], base: int) -> int:
+    """Number of variables from a first one to the end of its range.
+
+    Parameters
+    ----------
+    ranges : tuple of (int, int)
+        First and last variables that may be used.
+    base : int
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    PretravelError
+        The first variable is in no range.
+
+    >>> free_variables(((101, 199), (500, 999)), 600)
+    400
+    """
+    for low, high in ranges:
+        if low <= base <= high:
+            return high - base + 1
+    names = ", ".join(f"#{low} to #{high}" for low, high in ranges)
+    raise PretravelError(
+        f"variable {base} does not belong to the user; these do: {names}. Choose another first "
+        "variable",
+        inputs=("base",),
+    )
+
+
+def _check_variables(ranges: tuple[tuple[int, int], ...], base: int, count: int) -> None:
+    room = free_variables(ranges, base)
+    if count > room:
         raise PretravelError(
-            f"variables {base} to {last} are not all common ones (#101 to #199, #500 to #999); "
-            "the others belong to the control. Choose another first variable",
+            f"{count} variables from #{base} would end at #{base + count - 1}; the last one that "
+            f"belongs to the user is #{base + room - 1}. Choose another first variable",
             inputs=("base",),
+        )
+
+
+def _check_program(program: int, count: int) -> None:
+    if not 1 <= program <= 9999 - count + 1:
+        raise PretravelError(
+            f"program number {program}: it must be from 1 to {9999 - count + 1}",
+            inputs=("program",),
         )
 
 
 def renishaw_variables(
     pretravel_map: PretravelMap,
+    settings: TableSettings | None = None,
     *,
-    base: int = 500,
-    program: int = 9799,
     criterion: str = "max",
-    travel: float = 0.0,
+    angles: str = "normals",
 ) -> str:
     """A program that sets the macro variables of a vector calibration.
 
@@ -42,14 +149,13 @@ def renishaw_variables(
     Parameters
     ----------
     pretravel_map : PretravelMap
-    base : int
-        Variable of the X radius, as set in the probing macros.
-    program : int
-        Number of the program that sets them.
+    settings : TableSettings, optional
+        The base is the variable of the X radius, as set in the probing macros; 500 by default.
     criterion : str
         See `resampled_sectors`.
-    travel : float
-        Travel of the machine during the signal delay, for a map of the probe at rest. [mm]
+    angles : str
+        What the angles of the radii are: azimuths of the outward ``normals``, or of the directions
+        of ``travel`` toward the surface.
 
     Returns
     -------
@@ -60,34 +166,64 @@ def renishaw_variables(
     Raises
     ------
     PretravelError
-        The base is not a common variable; the map does not hold all around the equator.
+        The variables do not belong to the user; the map does not hold all around the equator.
     """
-    _check_variables(base, _VECTORS + 8)
+    settings = settings or TableSettings()
+    base = 500 if settings.base is None else settings.base
+    program = _SETTER if settings.program is None else settings.program
+    _check_variables(_RADII_RANGES, base, _VECTORS + 8)
+    _check_program(program, 1)
+    if angles not in VECTOR_ANGLES:
+        raise PretravelError(
+            f"angles '{angles}': they are {' or '.join(VECTOR_ANGLES)}", inputs=("angles",)
+        )
     table = resampled_sectors(pretravel_map, criterion)
+    pretravel = table.pretravel if angles == "normals" else taken_opposite(table.pretravel)
+    check_radii(pretravel_map, pretravel + settings.travel)
+    radii = settings.scaled(pretravel_map.tip_radius - pretravel - settings.travel)
     variables = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
     names = ["X radius", "Y radius", *(f"{name} degrees" for name in SECTOR_NAMES[2:])]
-    radii = pretravel_map.tip_radius - table.pretravel - travel
     return render(
         "renishaw/vector_radii.nc",
-        map=pretravel_map,
         program=program,
         base=base,
         last=variables[-1],
-        resampled=table,
-        touched=touched_sectors(pretravel_map),
-        micrometre=MICROMETRE,
-        radii=list(zip(variables, radii, names, strict=True)),
+        statements=_radii_statements(pretravel_map, settings, criterion, angles),
+        radii=list(zip(variables, map(plain_number, radii), names, strict=True)),
     )
 
 
+def _radii_statements(
+    pretravel_map: PretravelMap, settings: TableSettings, criterion: str, angles: str
+) -> list[str]:
+    table = resampled_sectors(pretravel_map, criterion)
+    touched = touched_sectors(pretravel_map)
+    meaning, other = VECTOR_ANGLES[angles]
+    radius = plain_number(float(settings.scaled(pretravel_map.tip_radius)))
+    misread = _um(table.misread(pretravel_map).largest)
+    return [
+        map_statement(pretravel_map),
+        f"units {settings.units}. Tip radius {radius} minus pretravel",
+        feed_statement(pretravel_map, settings),
+        f"the angles are {meaning} - from X toward Y of the machine",
+        f"so the nearest radius leaves {_residuals(table)} in the XY plane",
+        f"a control that takes the angles as {other} leaves {misread} at most",
+        f"radii touched at their angles would leave {_residuals(touched)}",
+        "never run on a control. Compare with a calibration by the control before use",
+    ]
+
+
+def _residuals(table: SectorTable) -> str:
+    return f"{_um(table.largest)} at most and {_um(table.rms)} rms"
+
+
+def _um(length: float) -> str:
+    return f"{length / MICROMETRE:.2f} um"
+
+
 def fanuc_macro(
-    pretravel_map: PretravelMap,
-    form: LookupTable,
-    *,
-    base: int = 500,
-    program: int = 9750,
-    travel: float = 0.0,
-) -> str:
+    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings | None = None
+) -> dict[str, str]:
     """Two Macro B programs: one fills a table, one interpolates it for a direction.
 
     Parameters
@@ -95,31 +231,50 @@ def fanuc_macro(
     pretravel_map : PretravelMap
     form : LookupTable
         The table of that map.
-    base : int
-        First common variable of the table.
-    program : int
-        Number of the program that fills the table; the next number interpolates:
-        G65 P9751 I.. J.. K.. (outward unit normal) sets #100 to the pretravel in mm,
-        or to -1 where the map does not hold.
-    travel : float
-        Travel of the machine during the signal delay, for a map of the probe at rest. [mm]
+    settings : TableSettings, optional
+        The base is the first variable, which contains the number of the table. The second program
+        has the next number: G65 P7751 I.. J.. K.. (outward unit normal) sets #100 to the pretravel.
+        Where the map does not hold, where the table is missing, or where the active unit is not
+        that of the table, it raises an alarm.
 
     Returns
     -------
-    str
-        Not tried on a Fanuc control; another interpreter has run its arithmetic.
+    dict of str to str
+        A program for each file name. Not tried on a Fanuc control; other interpreters have run the
+        arithmetic.
+
+    Raises
+    ------
+    PretravelError
+        The variables do not belong to the user.
     """
-    rows, columns = form.values.shape
-    _check_variables(base, rows * columns)
-    return render(
-        "fanuc/lookup.nc",
-        map=pretravel_map,
-        form=form,
-        description=describe_form(form),
-        base=base,
-        program=program,
-        travel=travel,
-        lowest_deg=form.band.lowest / DEGREE,
-        highest_deg=form.band.highest / DEGREE,
-        **form.template_values(),
-    )
+    return macro_programs(pretravel_map, form, settings or TableSettings(), FANUC)
+
+
+def macro_programs(
+    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings, dialect: MacroDialect
+) -> dict[str, str]:
+    """The programs of `fanuc_macro` in a dialect of Macro B."""
+    base = dialect.base if settings.base is None else settings.base
+    first = dialect.program if settings.program is None else settings.program
+    table = control_table(pretravel_map, form, settings)
+    _check_variables(dialect.free, base, 1 + len(table.values))
+    _check_program(first, 2)
+    first_name, second_name = (f"{number:0{dialect.digits}d}" for number in (first, first + 1))
+    common: dict[str, object] = {
+        "statements": table_statements(pretravel_map, table, settings),
+        "verified": dialect.verified,
+        "table": table,
+        "base": base,
+        "first": first_name,
+        "second": second_name,
+        "call": first + 1,
+        "units": settings.units,
+        "unit_code": _UNIT_CODES[settings.units],
+        "angles": dialect.angles,
+        "catmull_rom": catmull_rom_text,
+    }
+    return {
+        f"O{first_name}.nc": render("macro_b/table.nc", **common),
+        f"O{second_name}.nc": render("macro_b/lookup.nc", **common),
+    }

@@ -129,6 +129,8 @@ def plan_program(
     """
     feeds = tuple(feeds)
     _check_numbers(feeds, repeats)
+    for feed in feeds:
+        replace(machine, measuring_feed=feed)  # refused where the machine cannot use it
     surroundings = Surroundings(machine, tuple(obstacles))
     _check_targets(targets, surroundings)
     touches = touch_moves(targets, machine)
@@ -177,12 +179,6 @@ def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
             "a feed occurs twice; state the number of repeats instead",
             inputs=("feeds", "repeats"),
         )
-    for feed in feeds:
-        if not 0.0 < feed <= 1e5:
-            raise PretravelError(
-                f"feed {feed:g} mm/min: it must be positive, and 100000 at most",
-                inputs=("feeds",),
-            )
 
 
 def _check_targets(targets: Targets, surroundings: Surroundings) -> None:
@@ -254,11 +250,14 @@ def _checked_labels(targets: Targets) -> tuple[str, ...]:
     """Labels that a G-code comment and a CSV cell can contain as they are."""
     names = _names(targets)
     for row, name in enumerate(names):
-        if not name or len(name) > 40 or not all(c.isascii() and (c.isalnum() or c in "-_.:+/@")
-                                                 for c in name):  # fmt: skip
+        if (
+            not name
+            or len(name) > 40
+            or not all(c.isascii() and (c.isalnum() or c in "-_.") for c in name)
+        ):
             raise PretravelError(
                 f"target {row + 1}: its label '{name}' cannot stand in a program; a label has up "
-                "to 40 letters, digits and signs of -_.:+/@"
+                "to 40 letters, digits and signs of -_."
             )
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
@@ -283,7 +282,7 @@ def _sequence(names: Sequence[str], feeds: Sequence[float], repeats: int) -> lis
     steps = []
     for row, name in enumerate(names):
         for number, feed in enumerate(feeds):
-            at_feed = name if len(feeds) == 1 else f"{name}@{feed:g}"
+            at_feed = name if len(feeds) == 1 else f"{name}_f{feed:g}"
             for repeat in range(repeats):
                 label = f"{at_feed}.{repeat + 1}" if repeats > 1 else at_feed
                 steps.append(_Step(row, label, feed, first=number == repeat == 0))
@@ -299,8 +298,14 @@ def _checks(
         unchecked.append(f"the machine's limits: {limits_unchecked}")
     else:
         checked.append("the machine's limits")
+    machine = surroundings.machine
+    if machine.work is None:
+        unchecked.append(
+            f"the place of {machine.work_offset}: [work] of the machine file does not state it"
+        )
     if surroundings.known:
-        checked.append("moves against the known obstacles")
+        known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)
+        checked.append(f"moves against {known}; nothing else")
     else:
         unchecked.append("moves against the part: its geometry was not given")
     return tuple(checked), tuple(unchecked)

@@ -34,3 +34,13 @@ SURFACE_POINT_COLUMNS: tuple[str, ...] = (
     "deviation_um",
 )
 """Columns of a line ``point``: the surface point that the control has compensated."""
+
+FAULTS: tuple[str, ...] = (
+    "no contact",
+    "contact too early",
+    "too late",
+    "the probe stays tripped",
+    "something in the way",
+    "the probe was tripped before",
+)
+"""Causes of a stop, numbered from 1: in messages of the control, and in a line ``stopped``."""

@@ -29,6 +29,11 @@ class Obstacle(Protocol):
     """An object that moves must not run into, in work coordinates."""
 
     @property
+    def words(self) -> str:
+        """The obstacle in words, for the head of a program."""
+        ...
+
+    @property
     def top(self) -> float:
         """Height of the obstacle's highest point. [mm]"""
         ...
@@ -63,6 +68,14 @@ class SphereObstacle:
     center: FloatArray
     radius: float
     shank_diameter: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """See `Obstacle`."""
+        shank = (
+            f"a vertical shank of {self.shank_diameter:g} mm" if self.shank_diameter else "no shank"
+        )
+        return f"the sphere with {shank} below it"
 
     @property
     def top(self) -> float:
@@ -122,6 +135,11 @@ class PartObstacle:
     """
 
     part: Part
+
+    @property
+    def words(self) -> str:
+        """See `Obstacle`."""
+        return f"all {len(self.part.faces)} faces of the part"
 
     @property
     def top(self) -> float:

@@ -6,8 +6,9 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -32,12 +33,24 @@ class CsvTable:
     lines : tuple of int
         Line numbers of the rows, from 1.
     header_line : int
+    decimal : str
+        Decimal sign of the numbers.
+    scales : mapping of str to float
+        Factor of the numbers of a column, where it is not 1.
+    titles : mapping of str to str
+        The file's own name of a column, for messages, where it is another.
+    unread : tuple of str
+        Names of other columns of the file.
     """
 
     path: str
     columns: Mapping[str, tuple[str, ...]]
     lines: tuple[int, ...]
     header_line: int
+    decimal: str = "."
+    scales: Mapping[str, float] = field(default_factory=dict)
+    titles: Mapping[str, str] = field(default_factory=dict)
+    unread: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -57,19 +70,15 @@ class CsvTable:
         missing = [name for name in names if name not in self.columns]
         if not missing:
             return
-        there = ", ".join(self.columns)
-        hint = ""
-        inches = [n for n in self.columns if n.endswith(("_in", "_inch"))]
+        there = ", ".join([*(self.titles.get(name, name) for name in self.columns), *self.unread])
         cased = [n for n in self.columns if n.lower() in missing]
-        if cased:
-            hint = f" ({cased[0]} differs only in case: write {cased[0].lower()})"
-        elif inches:
-            hint = f" ({inches[0]} looks like inches: convert to mm, columns x_mm, y_mm, z_mm)"
+        hint = f" ({cased[0]} differs only in case: write {cased[0].lower()})" if cased else ""
         raise InputError(
             f"{what} need{'' if what.endswith('s') else 's'} the column"
             f"{'s' if len(missing) > 1 else ''} {', '.join(missing)}; the file has {there}{hint}",
             path=self.path,
-            line=self.header_line,
+            line=self.header_line or None,
+            inputs=("columns",),
         )
 
     def numbers(self, *names: str) -> FloatArray:
@@ -82,23 +91,38 @@ class CsvTable:
         """
         result = np.empty((len(self), len(names)))
         for index, name in enumerate(names):
-            cells = self.columns[name]
+            cells = [self._plain(cell) for cell in self.columns[name]]
             try:
-                result[:, index] = np.array(cells, dtype=np.float64)
+                values = np.array(cells, dtype=np.float64)
             except ValueError:
                 self._refuse_cells(name)
-            if not np.all(np.isfinite(result[:, index])):
+            if not np.all(np.isfinite(values)):
                 self._refuse_cells(name)
+            scale = self.scales.get(name, 1.0)
+            result[:, index] = values if scale == 1.0 else scale * values + 0.0
         return result
 
-    def _refuse_cells(self, name: str) -> None:
+    def _plain(self, cell: str) -> str:
+        """A cell with a point as decimal sign and the minus of ASCII."""
+        if self.decimal != ".":
+            cell = "not a number" if "." in cell else cell.replace(self.decimal, ".")
+        return cell.replace("−", "-")
+
+    def _refuse_cells(self, name: str) -> NoReturn:
         """Raise an error for the first cell of a column that is not a finite number."""
-        for cell, line in zip(self.columns[name], self.lines, strict=True):
-            if _is_number(cell) and math.isfinite(float(cell)):
-                continue
-            what = "is empty" if not cell else f"is '{cell}', which is not a finite number"
-            decimal = "; use a point as decimal sign" if "," in cell or cell.count(".") > 1 else ""
-            raise InputError(f"{name} {what}{decimal}", path=self.path, line=line)
+        cells = zip(self.columns[name], self.lines, strict=True)
+        cell, line = next(pair for pair in cells if not _is_finite(self._plain(pair[0])))
+        what = "is empty" if not cell else f"is '{cell}', which is not a finite number"
+        sign, other = ("comma", ".") if self.decimal == "," else ("point", ",")
+        hint = f"; use a {sign} as decimal sign" if other in cell or cell.count(".") > 1 else ""
+        if not hint:
+            hint = "; correct it, or exclude the line"
+        raise InputError(
+            f"{self.titles.get(name, name)} {what}{hint}",
+            path=self.path,
+            line=line,
+            inputs=("exclude",),
+        )
 
     def number(self, row: int, name: str) -> float:
         """Return one cell as a number."""
@@ -198,6 +222,10 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_finite(cell: str) -> bool:
+    return _is_number(cell) and math.isfinite(float(cell))
 
 
 def format_number(value: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -37,6 +37,22 @@ class ReadingOptions:
         Radius that a DMIS file's points have had taken off; 0 where they are tip centres. [mm]
     rotation : float or None
         Rotation of the work coordinates about the machine's z axis, for files of positions. [rad]
+    columns : mapping of str to str, or None
+        Of a table: the column of x, y, z, nx, ny, nz, ax, ay, az, feed, label, nominal_x …, by
+        its name or its number from 1; with - before it, the numbers change their sign; none: the
+        table has no such column. Columns that are not stated are found by their names.
+    decimal : str or None
+        Of a table: comma or point, where its numbers do not show it.
+    exclude : tuple of str
+        Touches to leave out, each by its label, its line, or file and line (``a.csv:17``).
+    reference_diameter : float or None
+        Diameter of the sphere or ring that was touched. A table that states no unit is then taken
+        in mm, because the qualification compares the diameters; positions without normals have the
+        normals of the sphere. [mm]
+    ring : bool
+        The reference is a ring.
+    look_only : bool
+        The file is only looked at: a table may lack its unit and its normals.
 
     >>> ReadingOptions(units="inch").units
     'inch'
@@ -49,6 +65,18 @@ class ReadingOptions:
     offset: tuple[float, float, float] | None = None
     radius_taken_off: float | None = None
     rotation: float | None = None
+    columns: Mapping[str, str] | None = None
+    decimal: str | None = None
+    exclude: tuple[str, ...] = ()
+    reference_diameter: float | None = None
+    ring: bool = False
+    look_only: bool = False
+
+    @property
+    def completes_files(self) -> bool:
+        """Whether this can complete a log; the reference of a qualification alone does not."""
+        stated = (self.plan, self.units, self.offset, self.radius_taken_off)
+        return self.reference_diameter is None or any(value is not None for value in stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +153,20 @@ class FilePositions:
         Line of the file that each position comes from.
     contact : tuple of bool or None
         Whether each position is a contact, where the file states it.
+    labels : tuple of str or None
+    feeds : (n,) float or None
+        [mm/min]
+    understood : str
+        How a table was understood, in one line.
     """
 
     path: str
     positions: FloatArray
     lines: tuple[int, ...]
     contact: tuple[bool, ...] | None = None
+    labels: tuple[str, ...] | None = None
+    feeds: FloatArray | None = None
+    understood: str = ""
 
     def error(self, message: str, row: int, *, inputs: tuple[str, ...] = ()) -> InputError:
         """An error that names the file and the line of a position."""
@@ -204,6 +240,8 @@ class FileFormat:
         Endings of the files that are written, with the dot. A binary format is recognised by them.
     binary : bool
         The files are not text.
+    begins : tuple of bytes
+        First bytes of a binary format whose ending other files have too; any where it is empty.
     recognises : function of the lines (stripped, none blank), or None
         Whether a text file has this format.
     parse : function of SourceFile and ReadingOptions, or None
@@ -216,6 +254,9 @@ class FileFormat:
     write_points : function of path, Points and PointsOrigin, or None
     keeps_approaches_and_feeds : bool
         Written touches keep their approaches and feeds.
+    refusal : str
+        Why no readings can be made of such files, and what to do instead; empty where they are
+        read.
     """
 
     name: str
@@ -226,6 +267,7 @@ class FileFormat:
     verified: str = ""
     endings: tuple[str, ...] = ()
     binary: bool = False
+    begins: tuple[bytes, ...] = ()
     recognises: Callable[[list[str]], bool] | None = None
     parse: ReadingsParser | None = None
     parse_features: FeaturesParser | None = None
@@ -233,3 +275,4 @@ class FileFormat:
     write_touches: TouchesWriter | None = None
     write_points: PointsWriter | None = None
     keeps_approaches_and_feeds: bool = False
+    refusal: str = ""

@@ -6,14 +6,18 @@ from pretravel.errors import PretravelError
 from pretravel.formats.file_format import FileFormat
 from pretravel.formats.logs.dmis import DMIS
 from pretravel.formats.logs.fusion import FUSION
+from pretravel.formats.logs.g2core import G2CORE
 from pretravel.formats.logs.grbl import GRBL
 from pretravel.formats.logs.log_lines import POSITIONS
+from pretravel.formats.logs.pcdmis import PC_DMIS
 from pretravel.formats.logs.pretravel_log import PRETRAVEL_LOG
 from pretravel.formats.logs.print_file import PRINT_FILE
 from pretravel.formats.logs.probeopen import PROBEOPEN
 from pretravel.formats.logs.qif import QIF
+from pretravel.formats.logs.refused_formats import REFUSED
 from pretravel.formats.source_file import Source, opened
 from pretravel.formats.table_formats import CSV, JSON, NETCDF, PARQUET
+from pretravel.formats.text_table import has_known_header, has_worded_rows, is_table, not_a_table
 
 FORMATS = (
     CSV,
@@ -24,16 +28,22 @@ FORMATS = (
     QIF,
     FUSION,
     GRBL,
+    G2CORE,
+    PC_DMIS,
     DMIS,
     PRINT_FILE,
+    *REFUSED,
     PROBEOPEN,
     POSITIONS,
 )
 """Every file format, in the order in which tables show them.
 
 A file has the first format that recognises it. The formats that are recognised by their shape
-alone, PROBEOPEN and lines of positions, stand last. A file that no format recognises is CSV.
+alone, PROBEOPEN and lines of positions, stand last. Text that no format recognises is a table
+(CSV) if it has a header or rows of numbers; else it is refused.
 """
+
+_BY_SHAPE = (PROBEOPEN, POSITIONS)
 
 
 def format_of(source: Source) -> FileFormat:
@@ -50,7 +60,7 @@ def format_of(source: Source) -> FileFormat:
     Raises
     ------
     InputError
-        The file does not exist, is empty or is not a text file.
+        The file does not exist, is empty, is not a text file or has none of the formats.
 
     >>> from pretravel.formats.source_file import SourceFile
     >>> format_of(SourceFile("a.txt", b"[PRB:1.0,2.0,3.0:1]\n")).name
@@ -58,13 +68,26 @@ def format_of(source: Source) -> FileFormat:
     """
     file = opened(source)
     for known in FORMATS:
-        if known.binary and file.ending in known.endings:
+        # Programs of controls have the ending .nc, as NetCDF has.
+        begins = file.content.startswith(known.begins or b"")
+        if known.binary and file.ending in known.endings and begins:
             return known
-    lines = [line.strip() for line in file.lines("a file of readings") if line.strip()]
-    for known in FORMATS:
+    numbered = [(i, line.strip()) for i, line in enumerate(file.lines("a file of readings"), 1)]
+    lines = [line for _, line in numbered if line]
+    by_content = [known for known in FORMATS if known not in _BY_SHAPE]
+    for known in by_content:
         if known.recognises is not None and known.recognises(lines):
             return known
-    return CSV
+    if has_known_header(lines) or has_worded_rows(lines):
+        return CSV
+    for known in _BY_SHAPE:
+        if known.recognises is not None and known.recognises(lines):
+            return known
+    if is_table(lines):
+        return CSV
+    readable = "; ".join(f"{f.name}: {f.what}" for f in FORMATS if f.parse or f.parse_features)
+    first = next(number for number, line in numbered if line)
+    raise file.error(f"{not_a_table(lines)}. These formats can be read: {readable}", first)
 
 
 def format_named(name: str) -> FileFormat:

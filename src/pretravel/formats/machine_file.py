@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,19 +24,35 @@ class _NameTable:
     name: str = _USUAL.name
 
 
+class _ToolNumber:
+    """The number of a tool; None for the word none."""
+
+    def __init__(self, value: object) -> None:
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if not whole and value != "none":
+            raise ValueError(
+                f'must be the number of the probe in the tool table, or "none", got {value!r}'
+            )
+        self.number = value if isinstance(value, int) else None
+
+
 @dataclass(frozen=True)
 class _ProbeTable:
+    tool: _ToolNumber
     tip_diameter: float
     stem_diameter: float
     stylus_length: float
     body_diameter: float
-    tool: int = _USUAL.tool
+    tool_length: float | None = None
+    change_height: float | None = None
 
 
 @dataclass(frozen=True)
 class _FeedsTable:
     measuring_feed: float
     positioning_feed: float
+    travel_feed: float = 0.0
+    acceleration: float = _USUAL.acceleration
 
 
 @dataclass(frozen=True)
@@ -75,15 +92,22 @@ class _Tables:
 
 
 _STRUCTURE = TomlStructure(hint="pretravel machine prints a whole file to edit")
+_STRUCTURE.value(_ToolNumber, _ToolNumber)
 _STRUCTURE.table(
     _ProbeTable,
+    tool_length="tool_length_mm",
+    change_height="change_height_mm",
     tip_diameter="tip_diameter_mm",
     stem_diameter="stem_diameter_mm",
     stylus_length="stylus_length_mm",
     body_diameter="body_diameter_mm",
 )
 _STRUCTURE.table(
-    _FeedsTable, measuring_feed="measuring_mm_min", positioning_feed="positioning_mm_min"
+    _FeedsTable,
+    measuring_feed="measuring_mm_min",
+    positioning_feed="positioning_mm_min",
+    travel_feed="travel_mm_min",
+    acceleration="acceleration_mm_s2",
 )
 _STRUCTURE.table(
     _DistancesTable,
@@ -137,7 +161,7 @@ def read_machine(path: str | Path) -> Machine:
     try:
         return Machine(
             **vars(tables.machine),
-            **vars(tables.probe),
+            **_probe(tables.probe, document),
             **vars(tables.feeds),
             **vars(tables.distances),
             work_offset=tables.work.work_offset,
@@ -146,6 +170,18 @@ def read_machine(path: str | Path) -> Machine:
         )
     except PretravelError as error:
         raise document.error(str(error), *_place(error.inputs)) from None
+
+
+def _probe(table: _ProbeTable, document: TomlDocument) -> dict[str, Any]:
+    """The parameters of `Machine` for the probe; a tool needs its length."""
+    tool = table.tool.number
+    if tool is not None and table.tool_length is None:
+        raise document.error(
+            f"[probe] needs tool_length_mm, the length of T{tool} in the tool table: the program "
+            "stops where another length is active",
+            "probe",
+        )
+    return {**vars(table), "tool": tool, "tool_length": table.tool_length or 0.0}
 
 
 def _work(table: _WorkTable, document: TomlDocument) -> Placement | None:

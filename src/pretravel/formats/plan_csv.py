@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,12 @@ from pretravel.arrays import FloatArray
 from pretravel.frames import probe_rotation
 from pretravel.probing.inspection import InspectionPlan
 from pretravel.surface.cad.part import Part
+
+_EVERY = {"cylinder": 100, "sphere": 100, "cone": 5, "torus": 5}
+"""Of these kinds a few samples, at least some in each row along v, have all curvatures."""
+_PROGRESS = 50
+"""Number of faces after which progress is reported."""
+_logger = logging.getLogger("pretravel")
 
 
 def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:
@@ -33,26 +40,28 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to values
-        face, name, type, x_mm, y_mm, z_mm (a point in its middle), nx, ny, nz (the normal at
-        that point), size_mm (diagonal of the box around the face), u_from, u_to, v_from, v_to,
-        smallest_radius_mm (empty for flat faces), problem (why a face cannot be used).
+        face, name, type, x_mm, y_mm, z_mm (the point farthest from its edges), nx, ny, nz (the
+        normal at that point), size_mm (diagonal of the box around the face), u_from, u_to, v_from,
+        v_to, smallest_radius_mm (empty for flat faces), problem (why a face cannot be used).
     """
     rows: list[dict[str, Any]] = []
-    for face in part.faces:
-        uv = face.samples(np.inf)
-        inner = uv[: max(len(uv) - len(face.edge_samples(np.inf)), 1)]
-        local = face.local(inner)
-        middle = int(np.argmin(np.sum((local.point - local.point.mean(axis=0)) ** 2, axis=1)))
-        box = np.ptp(face.derivatives(uv)[0], axis=0)
-        bend = np.nanmax(np.abs(local.principal_curvatures))
+    for count, face in enumerate(part.faces, start=1):
+        if count % _PROGRESS == 0:
+            _logger.info("describing face %d of %d", count, len(part.faces))
+        # The first row is the point in the middle; the others show the curvature.
+        flat = face.kind == "plane"
+        others = face.coarse.uv[: 0 if flat else face.coarse.inner : _EVERY.get(face.kind, 1)]
+        local = face.local(np.concatenate([face.middle[None], others]))
+        box = np.ptp(face.coarse.points, axis=0)
+        bend = 0.0 if flat else float(np.nanmax(np.abs(local.principal_curvatures)))
         low, high = face.box
         rows.append(
             {
                 "face": face.number,
                 "name": face.name,
                 "type": face.kind,
-                **{f"{a}_mm": local.point[middle, i] for i, a in enumerate("xyz")},
-                **{f"n{a}": local.normal[middle, i] for i, a in enumerate("xyz")},
+                **{f"{a}_mm": local.point[0, i] for i, a in enumerate("xyz")},
+                **{f"n{a}": local.normal[0, i] for i, a in enumerate("xyz")},
                 "size_mm": float(np.linalg.norm(box)),
                 "u_from": low[0],
                 "u_to": high[0],

@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
 from pretravel.formats.format_registry import FORMATS, format_named, format_of
 from pretravel.formats.logs.joining import join
 from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.formats.stated_normals import with_sphere_normals
 from pretravel.formats.table_formats import CSV, PARQUET
+from pretravel.formats.touch_columns import own_lines
 from pretravel.formats.touches_csv import read_normals
-from pretravel.touches import Touches
+from pretravel.touches import Touches, without
 
 
 def read_readings(
@@ -25,8 +29,9 @@ def read_readings(
     ----------
     source : str, Path or SourceFile
     options : ReadingOptions, optional
-        What the file does not contain. Without options, the format must be one whose files
-        contain everything: CSV, Parquet, QIF, a log of a program that pretravel wrote.
+        What the file does not contain. Where nothing is stated, the format must be one whose
+        files contain everything: CSV, Parquet, QIF, a log of a program that pretravel wrote.
+        Columns that are stated are those of a table, whatever the text looks like.
     file_format : str, optional
         Name of a `FileFormat`; detected from the file when not given.
 
@@ -47,17 +52,24 @@ def read_readings(
     [[0.0, 0.0, 3.0]]
     """
     file = opened(source)
-    known = format_of(file) if file_format is None else format_named(file_format)
+    if file_format is None and options is not None and options.columns:
+        known = PARQUET if file.ending == ".parquet" else CSV
+    else:
+        known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse is None:
         raise _without_touches(file, known)
-    if options is None and not known.self_contained:
+    if not known.self_contained and (options is None or not options.completes_files):
         raise file.error(
             f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
             "pretravel convert makes touches of it and asks for what is missing"
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
-    return found if isinstance(found, FileReadings) else _joined(found, options)
+    readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
+    if known in (CSV, PARQUET):  # their rows are excluded before they are read
+        return readings
+    names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]
+    return replace(readings, touches=without(readings.touches, names))
 
 
 def read_directions(source: Source) -> FloatArray:
@@ -84,7 +96,24 @@ def read_directions(source: Source) -> FloatArray:
     return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
 
 
+def _line(name: str, file: SourceFile) -> str:
+    """An excluded touch without the name of its file: "a.log:17" is line 17."""
+    lines = own_lines([name], file)
+    return lines.pop() if lines else name
+
+
+def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Touches of positions: joined with the plan, or on the sphere that is fitted to them."""
+    if options.plan is not None or options.reference_diameter is None or options.ring:
+        return _joined(found, options)
+    if found.contact is not None and not all(found.contact):
+        return _joined(found, options)
+    return with_sphere_normals(found, options.reference_diameter)
+
+
 def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
+    if known.refusal:
+        return file.error(known.refusal)
     if known.parse_features is not None:
         return file.error(
             "a print-out contains sizes and positions of features, with the tip's radius taken "
@@ -109,6 +138,11 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
             inputs=("tip_diameter",),
         )
     joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
+    joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
+    if found.feeds is not None:
+        feeds = dict(zip(found.lines, found.feeds.tolist(), strict=True))
+        stated = np.array([feeds[line] for line in joined.touches.lines or ()])
+        joined = replace(joined, touches=replace(joined.touches, feeds=stated))
     if options.rotation is not None:
         return replace(joined, rotation=options.rotation)
     warning = (

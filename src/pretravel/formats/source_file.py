@@ -71,6 +71,31 @@ class SourceFile:
         except PretravelError as error:
             raise self.error(str(error), inputs=error.inputs) from None
 
+    def text(self, what: str) -> tuple[str, str]:
+        r"""Return the content as text, and its encoding: UTF-8, UTF-16 or Windows-1252.
+
+        Parameters
+        ----------
+        what : str
+            What the file should be, for messages: "a grbl log".
+
+        Raises
+        ------
+        InputError
+            The file is not a text file.
+
+        >>> SourceFile("a.csv", "\ufeffµ".encode("utf-16-le")).text("a table")
+        ('µ', 'UTF-16')
+        """
+        for encoding, name in _encodings(self.content):
+            try:
+                text = self.content.decode(encoding)
+            except UnicodeDecodeError:
+                continue
+            if "\0" not in text:
+                return text.removeprefix("\ufeff"), name
+        raise self.error(f"this is not a text file, so not {what}")
+
     def lines(self, what: str) -> list[str]:
         r"""Return the lines of a text file, without line ends and without a byte-order mark.
 
@@ -91,13 +116,7 @@ class SourceFile:
         >>> SourceFile("a.log", b"G21\r\nG1 X1\n").lines("a log")
         ['G21', 'G1 X1', '']
         """
-        encoding = "utf-16" if self.content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-        try:
-            text = self.content.decode(encoding)
-        except UnicodeDecodeError:
-            text = self.content.decode("latin-1")
-        if "\0" in text:
-            raise self.error(f"this is not a text file, so not {what}")
+        text = self.text(what)[0]
         if not text.strip():
             raise self.error(f"the file is empty; {what} is needed")
         return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -147,6 +166,20 @@ class SourceFile:
             stated = "" if units is None else f"the unit '{units}' is not known: "
             raise self.error(f"{stated}{reason}; give the units, mm or inch", inputs=("units",))
         return UNITS[units]
+
+
+def _encodings(content: bytes) -> list[tuple[str, str]]:
+    """Encodings to try in turn, each with its name for people."""
+    if content[:2] == b"\xff\xfe":
+        return [("utf-16-le", "UTF-16")]
+    if content[:2] == b"\xfe\xff":
+        return [("utf-16-be", "UTF-16")]
+    # In UTF-16 without its mark, every second byte of plain text is zero.
+    for first, encoding in ((0, "utf-16-be"), (1, "utf-16-le")):
+        zeros = content[first::2].count(0)
+        if zeros > 0.5 * len(content[first::2]) and not content[1 - first :: 2].count(0):
+            return [(encoding, "UTF-16")]
+    return [("utf-8", "UTF-8"), ("cp1252", "Windows-1252"), ("latin-1", "Latin-1")]
 
 
 Source: TypeAlias = str | Path | SourceFile

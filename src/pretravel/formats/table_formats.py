@@ -5,17 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from pretravel.compensation.points import Points
-from pretravel.formats.file_format import FileFormat, FileReadings, PointsOrigin, ReadingOptions
+from pretravel.formats.file_format import FileFormat, PointsOrigin
 from pretravel.formats.netcdf import write_dataset
 from pretravel.formats.point_tables import points_dataset, points_table
-from pretravel.formats.source_file import SourceFile
 from pretravel.formats.tables import write_table
-from pretravel.formats.touches_csv import read_touches, write_touches
+from pretravel.formats.touches_csv import read_table_of_touches, write_touches
 from pretravel.touches import Touches
-
-
-def _parse(file: SourceFile, _: ReadingOptions) -> FileReadings:
-    return FileReadings(read_touches(file))
 
 
 def _write_touches(path: Path, touches: Touches, _: float | None) -> None:
@@ -32,12 +27,13 @@ def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> N
 
 CSV = FileFormat(
     name="csv",
-    what="CSV with a header (.csv)",
-    reads="touches, targets",
+    what="table as text, of any usual form (.csv, .txt, .xyz, .asc)",
+    reads="touches, positions, targets",
     writes="touches, points, maps",
-    verified="round trips",
+    needs="units, plan, where the table does not state units or normals",
+    verified="round trips; files of these forms, written by hand",
     endings=(".csv",),
-    parse=_parse,
+    parse=read_table_of_touches,
     self_contained=True,
     write_touches=_write_touches,
     write_points=_write_points,
@@ -52,7 +48,7 @@ PARQUET = FileFormat(
     verified="round trips; pyarrow, which it needs",
     endings=(".parquet",),
     binary=True,
-    parse=_parse,
+    parse=read_table_of_touches,
     self_contained=True,
     write_touches=_write_touches,
     write_points=_write_points,
@@ -67,6 +63,7 @@ NETCDF = FileFormat(
     verified="round trips; xarray",
     endings=(".nc",),
     binary=True,
+    begins=(b"CDF", b"\x89HDF"),
     write_points=_write_points_dataset,
 )
 

@@ -1,4 +1,4 @@
-"""Touches and targets as tables, CSV or Parquet."""
+"""Touches and targets as tables, CSV of any usual form or Parquet."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import CsvTable
+from pretravel.formats.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.formats.source_file import Source, SourceFile, opened
-from pretravel.formats.tables import read_table, write_table
+from pretravel.formats.stated_normals import refuse_inward, stated_normals
+from pretravel.formats.tables import write_table
+from pretravel.formats.touch_columns import TouchColumns, read_touch_columns
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
@@ -23,18 +26,25 @@ _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
 _APPROACH = ("ax", "ay", "az")
 _NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
+_DIRECTIONS = ReadingOptions(
+    columns={f"{kind}{axis}": "none" for kind in ("", "nominal_") for axis in "xyz"}
+)
+"""Directions have no unit of length, so that lengths are not looked at."""
 
 
-def read_touches(source: Source) -> Touches:
-    r"""Read touches from a CSV or Parquet file.
+def read_touches(source: Source, options: ReadingOptions | None = None) -> Touches:
+    r"""Read touches from a table: CSV in any usual form, or Parquet.
 
-    Columns ``x_mm, y_mm, z_mm, nx, ny, nz``; optional ``ax, ay, az``, ``feed_mm_min``, ``label``,
-    ``nominal_x_mm, nominal_y_mm, nominal_z_mm``. Other columns are ignored.
+    The table needs positions and normals. Its columns are found by their names, such as ``x_mm``,
+    ``X [mm]``, ``nx``, ``I`` (see docs/formats.md), or as the options state them. Optional are
+    approaches, a feed, a label and nominal points. Other columns are ignored.
 
     Parameters
     ----------
     source : str, Path or SourceFile
-        CSV; Parquet where its ending is .parquet.
+        Text; Parquet where its ending is .parquet.
+    options : ReadingOptions, optional
+        Columns, unit, decimal sign, rows to leave out.
 
     Returns
     -------
@@ -43,30 +53,108 @@ def read_touches(source: Source) -> Touches:
     Raises
     ------
     InputError
-        A column is missing; a cell is not a finite number; a normal is zero or not of unit length.
-        The message contains the line.
+        A column is missing or its meaning is not clear; the unit is not known; a cell is not a
+        finite number; a normal is zero, not of unit length or points into the part. The message
+        contains the line.
 
     >>> len(read_touches(SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")))
     1
+    >>> german = SourceFile("a.csv", b"X;Y;Z;I;J;K\n0,5;0;3;0;0;1\n")
+    >>> read_touches(german, ReadingOptions(units="inch")).positions.round(6).tolist()
+    [[12.7, 0.0, 76.2]]
     """
     file = opened(source)
-    table = read_table(file)
-    table.require(*_POSITION, *_NORMAL, what="touches")
-    with file.named_in_errors(table.lines):
-        return Touches(
-            positions=table.numbers(*_POSITION),
-            normals=table.numbers(*_NORMAL),
-            approaches=_optional_vectors(table, _APPROACH),
-            feeds=table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None,
+    columns = read_touch_columns(file, options)
+    columns.table.require(*_POSITION, *_NORMAL, what="touches")
+    return _touches(file, columns, options or ReadingOptions())[0]
+
+
+def read_table_of_touches(
+    file: SourceFile, options: ReadingOptions
+) -> FileReadings | FilePositions:
+    """Read a table of touches, or of positions where it has no normals.
+
+    Parameters
+    ----------
+    file : SourceFile
+    options : ReadingOptions
+
+    Raises
+    ------
+    InputError
+        As `read_touches`; positions that nothing gives normals to.
+    """
+    columns = read_touch_columns(file, options)
+    table = columns.table
+    if table.has(*_POSITION) and not any(table.has(name) for name in _NORMAL):
+        found = FilePositions(
+            file.path,
+            table.numbers(*_POSITION),
+            table.lines,
             labels=_labels(table),
-            nominal_points=_optional_vectors(table, _NOMINAL),
+            feeds=_feeds(table),
+            understood=_understood(columns),
+        )
+        on_sphere = options.reference_diameter is not None and not options.ring
+        if options.plan is None and not (on_sphere or options.look_only):
+            raise file.error(
+                "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
+                "plan that was run, or state which columns are the normals",
+                table.header_line or table.lines[0],
+                inputs=("plan", "columns"),
+            )
+        return found
+    table.require(*_POSITION, *_NORMAL, what="touches")
+    touches, warnings = _touches(file, columns, options)
+    return FileReadings(touches, warnings=warnings)
+
+
+def _touches(
+    file: SourceFile, columns: TouchColumns, options: ReadingOptions
+) -> tuple[Touches, tuple[str, ...]]:
+    """Touches of a table with positions and normals, and warnings about them."""
+    table = columns.table
+    if "pretravel_um" in table.unread:
+        raise file.error(
+            "the table has the column pretravel_um: these are surface points that were "
+            "compensated, not touches",
+            table.header_line or None,
+        )
+    positions, nominal = table.numbers(*_POSITION), _optional_vectors(table, _NOMINAL)
+    normals, warnings = stated_normals(file, columns)
+    refuse_inward(
+        file, columns, positions, normals, nominal, on_sphere=options.reference_diameter is not None
+    )
+    with file.named_in_errors(table.lines):
+        touches = Touches(
+            positions=positions,
+            normals=normals,
+            approaches=_optional_vectors(table, _APPROACH),
+            feeds=_feeds(table),
+            labels=_labels(table),
+            nominal_points=nominal,
             source=file.name,
             lines=table.lines,
+            reading="" if columns.own_form else _understood(columns),
         )
+    return touches, warnings
+
+
+def _understood(columns: TouchColumns) -> str:
+    count = len(columns.table)
+    return f"{count} touch{'es' if count > 1 else ''}; {columns.understood}"
+
+
+def _feeds(table: CsvTable) -> FloatArray | None:
+    return table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None
 
 
 def read_targets(
-    source: Source, surface: Surface | Part | None = None, *, approach: str = "normal"
+    source: Source,
+    surface: Surface | Part | None = None,
+    *,
+    approach: str = "normal",
+    options: ReadingOptions | None = None,
 ) -> Targets:
     r"""Read targets of touches from a CSV or Parquet file.
 
@@ -82,6 +170,8 @@ def read_targets(
         A sphere, for files without points.
     approach : str
         ``normal``: along -n; ``file``: the columns ax, ay, az.
+    options : ReadingOptions, optional
+        As for `read_touches`.
 
     Returns
     -------
@@ -99,19 +189,21 @@ def read_targets(
     if approach not in ("normal", "file"):
         raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
     file = opened(source)
-    table = read_table(file)
+    table = read_touch_columns(file, options).table
     table.require(*_NORMAL, what="targets")
     if approach == "file":
         table.require(*_APPROACH, what="targets with approaches of their own")
     return _targets(file, table, surface, own_approaches=approach == "file")
 
 
-def read_plan(source: Source) -> Targets:
+def read_plan(source: Source, options: ReadingOptions | None = None) -> Targets:
     r"""Read the targets of a program that was run: points, normals, and approaches if stated.
 
     Parameters
     ----------
     source : str, Path or SourceFile
+    options : ReadingOptions, optional
+        As for `read_touches`.
 
     Returns
     -------
@@ -127,7 +219,7 @@ def read_plan(source: Source) -> Targets:
     [[0.0, 0.0, -1.0]]
     """
     file = opened(source)
-    table = read_table(file)
+    table = read_touch_columns(file, options).table
     table.require(*_NORMAL, *(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
     return _targets(file, table, None, own_approaches=table.has(*_APPROACH))
 
@@ -148,7 +240,7 @@ def read_normals(source: Source) -> FloatArray:
     [[0.0, 0.0, 1.0]]
     """
     file = opened(source)
-    table = read_table(file)
+    table = read_touch_columns(file, _DIRECTIONS).table
     table.require(*_NORMAL, what="directions")
     with file.named_in_errors(table.lines):
         return checked_unit(table.numbers(*_NORMAL), "normals")

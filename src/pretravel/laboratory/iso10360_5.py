@@ -20,6 +20,7 @@ from pretravel.laboratory.standard_check import (
     CalibratedSphere,
     StandardCheck,
     StandardFigure,
+    refuse_other_unit,
     surface_points,
 )
 from pretravel.maps.pretravel_map import PretravelMap
@@ -81,6 +82,7 @@ def check_iso10360_5(
     >>> [(f.name[:6], round(f.value * 1e3, 6) + 0.0) for f in check.figures]
     [('P_Form', 0.0), ('P_Size', -1.0)]
     """
+    refuse_other_unit(touches, sphere)
     angle = _angle_of_pattern(touches.normals @ probe_rotation(axis))
     runs = _runs(touches, sphere_pattern_25() @ probe_rotation(axis, angle).T)
     points = surface_points(touches, tip_diameter, pretravel_map)

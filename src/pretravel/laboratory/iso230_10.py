@@ -22,6 +22,7 @@ from pretravel.laboratory.standard_check import (
     CalibratedSphere,
     StandardCheck,
     StandardFigure,
+    refuse_other_unit,
     surface_points,
 )
 from pretravel.maps.pretravel_map import PretravelMap
@@ -91,6 +92,7 @@ def check_iso230_10(
     """
     rotation = probe_rotation(axis)
     polar = polar_angle(touches.normals @ rotation)
+    refuse_other_unit(touches, sphere)
     points = surface_points(touches, tip_diameter, pretravel_map) @ rotation
     given = limits or {}
     tests = (

@@ -124,6 +124,41 @@ class StandardProcedure(Protocol):
     ) -> StandardCheck: ...
 
 
+_OTHER_UNIT = (0.1, 5.0)
+"""Spreads of the touches, in diameters of the sphere, beyond which the unit is another one."""
+
+
+def refuse_other_unit(touches: Touches, sphere: CalibratedSphere) -> None:
+    """Refuse touches whose spread does not fit the sphere: inches taken for mm, or the reverse.
+
+    Touches on a sphere spread over about its diameter and that of the tip; an inch is 25.4 mm.
+
+    Parameters
+    ----------
+    touches : Touches
+    sphere : CalibratedSphere
+
+    Raises
+    ------
+    PretravelError
+    """
+    distance = np.abs(touches.positions - np.median(touches.positions, axis=0))
+    spread = 2.0 * float(np.quantile(distance.max(axis=1), 0.9))  # one stray touch does not count
+    least, most = _OTHER_UNIT
+    if least * sphere.diameter <= spread <= most * sphere.diameter:
+        return
+    small = spread < sphere.diameter
+    raise PretravelError(
+        f"the touches spread over {spread:.4g} mm, on a sphere of {sphere.diameter:g} mm: the "
+        + (
+            "coordinates look like inches; state the unit inch"
+            if small
+            else "coordinates look like mm that were taken as inches; state the unit mm"
+        ),
+        inputs=("units", "diameter"),
+    )
+
+
 def surface_points(
     touches: Touches, tip_diameter: float | None, pretravel_map: PretravelMap | None
 ) -> FloatArray:

@@ -30,6 +30,9 @@ AXIAL_RATIO = 0.05
 50 to 100 mm have 0.02 to 0.1. It moves the contact along the surface, and so it affects a point
 only through the curvature of the surface: by less than 0.05 µm on radii above 5 mm."""
 
+_FEW = 4
+"""So few directions outside can all lie there by chance, opposite to directions of the map."""
+
 
 @dataclass(frozen=True, eq=False)
 class PretravelMap:
@@ -313,6 +316,15 @@ Touch the reference there too, or allow extrapolation.
         outside = distance > MARGIN
         if np.any(outside):
             first = int(np.flatnonzero(outside)[0])
+            turned = np.mean(self.support.supports(-directions[outside])) > 0.9
+            if turned and outside.sum() > max(0.9 * len(outside), _FEW):
+                raise ExtrapolationError(
+                    f"{int(outside.sum())} of {len(directions)} directions lie outside the map, "
+                    "but their opposites lie inside: these are directions of travel, or normals "
+                    "that point into the part. Outward normals are needed; turn the signs "
+                    "(nx=-I,ny=-J,nz=-K for a table with I, J, K)",
+                    inputs=("columns",),
+                )
             raise ExtrapolationError(
                 f"{int(outside.sum())} of {len(directions)} directions lie outside the map, "
                 f"the first at {describe(directions[first])} "

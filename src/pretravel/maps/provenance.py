@@ -158,6 +158,9 @@ class Provenance:
         Of a qualification; with it a map can be made again in the same way.
     kind_settings : mapping of str to number or text
         Of the kind of map, where it has any.
+    reading : str
+        How the file of touches was understood, where it was not in the form that this package
+        writes.
     """
 
     origin: Origin = Origin.MADE
@@ -169,6 +172,7 @@ class Provenance:
     probe: str = ""
     setup: QualificationSetup | None = None
     kind_settings: Mapping[str, Any] = field(default_factory=dict)
+    reading: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for a file; what is empty is left out.
@@ -177,7 +181,7 @@ class Provenance:
         {'origin': 'predicted', 'source': 'predicted, model analytic'}
         """
         found: dict[str, Any] = {"origin": self.origin.value}
-        for name in ("source", "touches", "touches_file", "gauge", "probe"):
+        for name in ("source", "touches", "touches_file", "reading", "gauge", "probe"):
             if getattr(self, name):
                 found[name] = getattr(self, name)
         if not self.level_known:

@@ -34,6 +34,33 @@ class SectorTable:
     largest: float
     rms: float
 
+    def misread(self, pretravel_map: PretravelMap) -> SectorTable:
+        """The same radii, each used at the azimuth opposite to its own.
+
+        A control does so that takes directions of travel for outward normals, or the other way
+        round.
+        """
+        return _with_residuals(pretravel_map, taken_opposite(self.pretravel))
+
+
+def taken_opposite(pretravel: FloatArray) -> FloatArray:
+    """Values of sectors, exchanged with those of the opposite sectors.
+
+    Parameters
+    ----------
+    pretravel : (10,) float
+        In the order of `SECTOR_NAMES`.
+
+    Returns
+    -------
+    (10,) float
+        Opposite directions share the X and the Y radius, which stay.
+
+    >>> taken_opposite(np.arange(10.0)).tolist()
+    [0.0, 1.0, 6.0, 7.0, 8.0, 9.0, 2.0, 3.0, 4.0, 5.0]
+    """
+    return np.concatenate([pretravel[:2], np.roll(pretravel[2:], 4)])
+
 
 def equator(pretravel_map: PretravelMap, azimuth_deg: FloatArray) -> FloatArray:
     """Pretravel on the equator, at azimuths of the machine frame, (n,). [mm]

@@ -8,7 +8,8 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.probe.description import Probe
-from pretravel.surface.cad.part import Cloud, Part
+from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 
 _CLOSE = 1e-4
@@ -18,8 +19,6 @@ _LEAST_STEP = 0.02
 _EDGE_RESOLUTION = 0.02
 """Distance between samples of edges, as a share of the ball's radius: the error of the
 distance from an edge is below 5e-5 of the radius."""
-_NEAR_FACES = 32
-"""Number of points around a ball by which the faces near it are found."""
 _CHUNK = 2_000
 """Touches whose styluses are checked together."""
 
@@ -123,7 +122,7 @@ def first_obstacle(
         free = np.sqrt(np.maximum(distance**2 - slack**2, 0.0)) - radius
         doubtful = np.flatnonzero(~inside & (free < least))
         if len(doubtful):
-            exact, face = _distance(part, at[doubtful], cloud, radius, slack, None)
+            exact, face = _distance(part, at[doubtful], radius, None)
             hit = exact < radius - _CLOSE
             met[active[doubtful[hit]]] = face[hit]
             inside[doubtful[hit]] = True
@@ -136,7 +135,7 @@ def first_obstacle(
     inside = distance < radius - _CLOSE
     met[left[inside]] = cloud.face[nearest[inside]]
     left = left[~inside]
-    exact, face = _distance(part, centers[left], cloud, radius, slack, touched[left])
+    exact, face = _distance(part, centers[left], radius, touched[left])
     hit = exact < radius - _CLOSE
     met[left[hit]] = face[hit]
     return met
@@ -145,9 +144,7 @@ def first_obstacle(
 def _distance(
     part: Part,
     centers: FloatArray,
-    cloud: Cloud,
     radius: float,
-    slack: float,
     excluded: IntArray | None,
 ) -> tuple[FloatArray, IntArray]:
     """Distance of the balls' centres from the nearest face, and the index of this face.
@@ -155,16 +152,15 @@ def _distance(
     The distance is infinite where no face is within the radius. One face can be excluded for each
     ball.
     """
-    within = float(np.hypot((1.0 + _LEAST_STEP) * radius, slack)) + _CLOSE
-    count = min(_NEAR_FACES, len(cloud.points))
-    _, at = cloud.tree.query(centers, k=count, distance_upper_bound=within, workers=-1)
-    at = at.reshape(len(centers), count)
-    faces = np.where(at < len(cloud.points), cloud.face[np.minimum(at, len(cloud.points) - 1)], -1)
-    if excluded is not None:
-        faces = np.where(faces == excluded[:, None], -1, faces)
+    within = np.full(len(centers), (1.0 + _LEAST_STEP) * radius + _CLOSE)
+    pairs, faces = part.boxes.within(centers, within)
     nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
-    for index in np.unique(faces[faces >= 0]):
-        rows = np.flatnonzero((faces == index).any(axis=1))
+    for index in np.unique(faces):
+        rows = pairs[faces == index]
+        if excluded is not None:
+            rows = rows[excluded[rows] != index]
+        if len(rows) == 0:
+            continue
         distance = part.faces[index].distance(centers[rows], _EDGE_RESOLUTION * radius)
         closer = distance < nearest[rows]
         nearest[rows[closer]], which[rows[closer]] = distance[closer], index
@@ -245,7 +241,8 @@ def sweeps_surface(
 ) -> BoolArray:
     """Whether balls meet a face to touch, edges included, anywhere on their line.
 
-    Only for the message about a failed touch: found by points, to a tenth of the radius.
+    Only for the message about a failed touch. Contacts within the edges were found before, so
+    that only those with edges are left; these are found to a tenth of the radius.
 
     Parameters
     ----------
@@ -264,16 +261,34 @@ def sweeps_surface(
     meets = np.zeros(len(start), dtype=bool)
     if not isinstance(surface, Part) or len(start) == 0:
         return meets
-    cloud, low, high = surface.cloud_of_chosen, *surface.box
-    # The extent of the part and the ball, to both sides.
-    far = float(np.linalg.norm(high - low)) + 2.0 * radius
-    far += float(np.max(np.abs(start - 0.5 * (low + high))))
-    along = np.full(len(start), -far)
+    reach = np.full(len(start), radius)
+    pairs, faces = surface.boxes_of_chosen.along(start, approach, reach)
+    for index in np.unique(faces):
+        rows = pairs[faces == index]
+        rows = rows[~meets[rows]]
+        if len(rows):
+            face = surface.faces[index]
+            meets[rows] = _meets_edges(face, start[rows], approach[rows], radius)
+    return meets
+
+
+def _meets_edges(face: Face, start: FloatArray, approach: FloatArray, radius: float) -> BoolArray:
+    """Whether balls on lines meet the edges of a face, or points all over a face without edges."""
+    from scipy.spatial import cKDTree
+
+    uv = face.edge_samples(0.2 * radius) if face.borders else face.samples(0.2 * radius)
+    points = face.derivatives(uv)[0]
+    tree = cKDTree(points[np.isfinite(points).all(axis=1)])
+    # From where the face begins along the line to where it ends.
+    middle, half = face.bounds.mean(axis=0), 0.5 * np.linalg.norm(np.diff(face.bounds, axis=0))
+    along = np.sum((middle - start) * approach, axis=1) - half - radius
+    end = along + 2.0 * (half + radius)
+    meets = np.zeros(len(start), dtype=bool)
     active = np.arange(len(start))
     while len(active):
         at = start[active] + along[active, None] * approach[active]
-        distance, _ = cloud.tree.query(at, workers=-1)
+        distance, _ = tree.query(at, workers=-1)
         meets[active] = distance < radius
         along[active] += np.maximum(distance - radius, 0.1 * radius)
-        active = active[~meets[active] & (along[active] < far)]
+        active = active[~meets[active] & (along[active] < end[active])]
     return meets

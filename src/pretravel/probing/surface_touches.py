@@ -29,7 +29,7 @@ class TouchStatus(IntEnum):
 
 MEANING = {
     TouchStatus.CONVERGED: "converged",
-    TouchStatus.MISSED: "missed: the ball does not meet the surface on its way",
+    TouchStatus.MISSED: "missed: the ball does not meet the outside of the surface on its way",
     TouchStatus.EDGE: "edge: the ball meets an edge or slides to one, where there is no normal",
     TouchStatus.OTHER_FACE: "other face: the ball meets another face first",
     TouchStatus.STEM: "stem: the stylus meets the part",

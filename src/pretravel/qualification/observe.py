@@ -200,15 +200,20 @@ def _refuse_inches(
     setup: QualificationSetup,
     source: str,
 ) -> None:
+    other = (
+        "the diameters look like inches (give them in mm), or coordinates in mm were taken as "
+        "inches (state the unit mm)"
+    )
     for factor, story in (
-        (1.0 / INCH, "the coordinates look like inches; convert them to mm"),
-        (INCH, "the diameters look like inches; give them in mm"),
+        (1.0 / INCH, "the coordinates look like inches: state the unit inch"),
+        (INCH, other),
     ):
         if abs(fitted_radius / (expected * factor) - 1.0) < tolerance:
             raise PretravelError(
                 f"{source}the touches lie on a {setup.reference} of diameter "
-                f"{2 * fitted_radius:.4f}, but {2 * expected:.4f} mm was expected, {INCH:g} times "
-                f"{'as much' if factor < 1.0 else 'less'}: {story}"
+                f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, {INCH:g} "
+                f"times {'as much' if factor < 1.0 else 'less'}: {story}",
+                inputs=("units",),
             )
 
 
@@ -218,15 +223,36 @@ def _refuse_implied_tip(
     radius = 0.5 * setup.diameter
     if 0.05 <= implied <= 0.6 * radius:
         return
-    hint = " The coordinates may be inches." if fitted_radius < radius / 10.0 else ""
+    story = _implied_by_inches(fitted_radius, radius, setup)
+    if story:
+        raise PretravelError(
+            f"{source}the touches lie on a {setup.reference} of diameter {2 * fitted_radius:.4f} "
+            f"mm, but its calibrated diameter is {setup.diameter:.4f} mm: {story}",
+            inputs=("units",),
+        )
     raise PretravelError(
         f"{source}the touches lie on a {setup.reference} of diameter {2 * fitted_radius:.4f} mm; "
         f"with the calibrated diameter of {setup.diameter:.4f} mm that would mean a tip of "
         f"{2 * implied:.4f} mm diameter. Check the diameter of the {setup.reference} (a diameter, "
         "not a radius, in mm), and that the positions are those of the tip centre, not of the "
-        f"surface; or give the tip's diameter.{hint}",
+        "surface; or give the tip's diameter.",
         inputs=("diameter", "tip_diameter"),
     )
+
+
+def _implied_by_inches(fitted_radius: float, radius: float, setup: QualificationSetup) -> str:
+    """The unit with which the tip would be one that exists; empty if there is none."""
+    sign = -1.0 if setup.ring else 1.0
+    for factor, words in (
+        (INCH, "the coordinates look like inches; state the unit inch"),
+        (
+            1.0 / INCH,
+            "the coordinates look like mm that were taken as inches; state the unit mm",
+        ),
+    ):
+        if 0.05 <= sign * (factor * fitted_radius - radius) <= 0.6 * radius:
+            return words
+    return ""
 
 
 def _likely_mistake(
@@ -256,9 +282,9 @@ def _check_normals(touches: Touches, contact: FloatArray, what: str, source: str
             f"{source}the normals point the wrong way: they must point out of the {what}'s "
             "material, towards the tip"
             + (" (in a ring: towards its axis)" if what == "ring" else "")
-            + ". Change the sign of nx, ny, nz"
-            + ("" if what == "ring" else "; or is this a ring gauge?"),
-            inputs=() if what == "ring" else ("ring",),
+            + ". Directions of travel point so: state the columns of the normals with the opposite "
+            "sign (nx=-I,ny=-J,nz=-K)" + ("" if what == "ring" else "; or is this a ring gauge?"),
+            inputs=("columns",) if what == "ring" else ("columns", "ring"),
         )
     bad = np.flatnonzero(cosine < math.cos(NORMAL_TOLERANCE))
     if len(bad):

@@ -336,6 +336,7 @@ def _updated(
             source=f"an old map, updated on a {setup.reference} of {setup.diameter:.9g} mm",
             touches=f"{len(touches)} touches{origin}{earlier}",
             touches_file=touches.source or "",
+            reading=touches.reading,
         ),
     )
 

@@ -349,6 +349,7 @@ def _map(
             touches=f"{int(ready.used.sum())} touches in {count} directions"
             + (f", from {touches.source}" if touches.source else ""),
             touches_file=touches.source or "",
+            reading=touches.reading,
             gauge=f"pretravel is relative to {level.gauge}",
             level_known=setup.tip_diameter is not None,
             setup=setup,

@@ -53,12 +53,23 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
             _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),
         ),
         pictures=(Picture("Faces and their numbers", lambda: plot_part(part)),),
-        warnings=tuple(
+        warnings=_size_warnings(part.size)
+        + tuple(
             f"face {face} cannot be used: {problem}"
             for face, problem in zip(values["face"], values["problem"], strict=True)
             if problem
         ),
     )
+
+
+_SMALL, _LARGE = 1.0, 10_000.0
+"""Sizes of parts beyond which the unit of a file is doubtful. [mm]"""
+
+
+def _size_warnings(size: float) -> tuple[str, ...]:
+    if _SMALL <= size <= _LARGE:
+        return ()
+    return (f"the part is {value_text(size, 'mm')} long: does the file state its unit correctly?",)
 
 
 def _faces_table(values: Mapping[str, list[Any]]) -> Table:
@@ -77,9 +88,9 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
                 for name in ("u_from", "u_to", "v_from", "v_to")
             ),
         ),
-        explanation="x, y, z: a point in the middle of the face; nx, ny, nz: the normal there; "
-        "radius: the smallest anywhere on the face, empty where it is flat; u, v: the range of its "
-        "parameters.",
+        explanation="x, y, z: a point in the middle of the face, far from its edges; nx, ny, nz: "
+        "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
+        "u, v: the range of its parameters.",
     )
 
 

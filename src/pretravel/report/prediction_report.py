@@ -36,7 +36,7 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
     """
     title = f"{probe.name}, model {trigger.model}"
     lowest, highest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
-    where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}"
+    where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
     return Document(
         title=title,
         verdict=f"{title}, {len(trigger.force)} directions",
@@ -89,7 +89,7 @@ def _direction(trigger: Trigger, row: int) -> str:
 def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     """Plot trigger force and pretravel against azimuth, and the shares of the compliances.
 
-    There is one line for each polar angle.
+    There is one line for each polar angle. Angles are in the probe's frame.
 
     Parameters
     ----------
@@ -100,7 +100,8 @@ def plot_prediction(trigger: Trigger, title: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = new_figure(13.0, 4.8, title or f"Prediction, model {trigger.model}")
+    title = title or f"Prediction, model {trigger.model}"
+    figure = new_figure(13.0, 4.8, f"{title}; azimuth in the probe's frame")
     polar = np.round(polar_angle(trigger.directions) / DEGREE, 6)
     levels = np.unique(polar)[::-1]
     around = levels[levels > 0.0]  # at the pole there is no azimuth to draw over

@@ -246,9 +246,13 @@ def plot_verification(
     matplotlib.figure.Figure
     """
     figure = new_figure(12.0 if entries else 7.0, 5.0, title or "Verification")
-    _draw_differences(figure.add_subplot(1, 2 if entries else 1, 1), result)
-    if entries:
-        draw_chart(figure.add_subplot(2, 2, 2), figure.add_subplot(2, 2, 4), entries)
+    if not entries:
+        _draw_differences(figure.add_subplot(1, 1, 1), result)
+        return figure
+    # One grid: axes of two different grids take no account of each other's colour bars.
+    grid = figure.add_gridspec(2, 2)
+    _draw_differences(figure.add_subplot(grid[:, 0]), result)
+    draw_chart(figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1]), entries)
     return figure
 
 

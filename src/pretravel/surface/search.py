@@ -14,10 +14,12 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Lines, Reach, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
 
-_NEIGHBOURS = 32
-"""Points of the part around a ball among which the face is searched."""
-_MOST_FACES = 6
-"""Faces tried for one row."""
+_EDGE_SHARE = 1e-3
+"""Distance between samples of an edge, as a share of the face's size, where faces are compared."""
+_WIDER = 1.1
+"""The reach of a ball on a bent stylus, as a multiple of that at rest."""
+_DEFLECTION = 0.1
+"""More than the deflection of a stylus. [mm]"""
 _STARTS = 12
 """Points around a pole from which a contact is searched."""
 _NEARLY = 1e-6
@@ -84,7 +86,7 @@ class PartContacts:
 
 
 class ContactSearch:
-    """Contacts of many touches with several faces: the likely face first, then its neighbours."""
+    """Contacts of many touches with several faces: the nearest face first, then all in the way."""
 
     def __init__(self, surface: Surface | Part, count: int) -> None:
         self.part = surface if isinstance(surface, Part) else None
@@ -134,74 +136,116 @@ class ContactSearch:
         if len(fresh) and self.part is None:
             self.face[fresh], self.uv[fresh] = 0, self.faces[0].nearest(near[fresh])
         elif len(fresh):
-            index, uv = self._nearest_samples(near[fresh], 1)
-            self.face[fresh], self.uv[fresh] = index[:, 0], uv[:, 0]
+            self.face[fresh], self.uv[fresh] = self._nearest_faces(near[fresh])
         first, start = self.face[rows].copy(), self.uv[rows].copy()
         for face in np.unique(first):
             mine = first == face
-            self._on_face(int(face), rows[mine], start[mine], problem, expected=True)
-        waiting = ~self.solved[rows]
-        if self.part is not None and np.any(waiting):
-            self._on_neighbours(rows[waiting], first[waiting], near, problem)
+            self._on_face(int(face), rows[mine], start[mine], problem)
+        waiting = rows[~self.solved[rows]]
+        if self.part is not None and len(waiting):
+            self._on_other_faces(waiting, near, problem)
 
-    def _on_neighbours(
-        self, rows: IntArray, tried: IntArray, near: FloatArray, problem: ContactProblem
-    ) -> None:
-        """Try the faces around, for rows without a contact on the expected face."""
-        faces_tried = [tried[:, None]]
-        index, uv = self._nearest_samples(near[rows], _NEIGHBOURS)
-        for _ in range(_MOST_FACES - 1):
-            known = np.concatenate(faces_tried, axis=1)
-            new = (index[:, :, None] != known[:, None, :]).all(axis=2)
-            pick = np.argmax(new, axis=1)
-            available = new[np.arange(len(rows)), pick] & ~self.solved[rows]
-            if not available.any():
-                break
-            chosen = np.where(available, index[np.arange(len(rows)), pick], -1)
-            for face in np.unique(chosen[available]):
-                mine = chosen == face
-                self._on_face(int(face), rows[mine], uv[np.flatnonzero(mine), pick[mine]], problem)
-            faces_tried.append(chosen[:, None])
-
-    def _nearest_samples(self, points: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
+    def _nearest_faces(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The face nearest to each point, and parameters on it from which to start."""
         assert self.part is not None
         cloud = self.part.cloud_of_chosen
-        count = min(count, len(cloud.points))
-        _, at = cloud.tree.query(points, k=count, workers=-1)
-        at = at.reshape(len(points), count)
-        return cloud.face[at], cloud.uv[at]
+        distance, at = cloud.tree.query(points, workers=-1)
+        best, uv = cloud.face[at].copy(), cloud.uv[at].copy()
+        # A face with a distant sample can be the nearest one where boxes are as near as the sample.
+        rows, faces = self.part.boxes_of_chosen.within(points, distance)
+        several = np.flatnonzero(np.bincount(rows, minlength=len(points)) > 1)
+        for face in np.unique(best[several]):
+            mine = several[best[several] == face]
+            distance[mine], uv[mine] = self._distance(int(face), points[mine])
+        rows, faces = self.part.boxes_of_chosen.within(points[several], distance[several])
+        rows = several[rows]
+        for face in np.unique(faces):
+            mine = rows[(faces == face) & (best[rows] != face)]
+            found, start = self._distance(int(face), points[mine])
+            nearer = found < distance[mine]
+            distance[mine[nearer]], uv[mine[nearer]] = found[nearer], start[nearer]
+            best[mine[nearer]] = face
+        return best, uv
+
+    def _distance(self, index: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distance of points from a face, and the parameters of the nearest points."""
+        face = self.faces[index]
+        assert isinstance(face, Face)
+        uv = face.nearest(points)
+        distance = np.linalg.norm(face.derivatives(uv)[0] - points, axis=1)
+        beyond = np.flatnonzero(~face.inside(uv))
+        if len(beyond):
+            size = float(np.linalg.norm(face.bounds[1] - face.bounds[0]))
+            distance[beyond] = face.distance(points[beyond], _EDGE_SHARE * size)
+        return distance, uv
+
+    def _on_other_faces(self, rows: IntArray, near: FloatArray, problem: ContactProblem) -> None:
+        """Try every other face that the ball can meet near its place; the nearest contact counts.
+
+        Near are faces up to the ball's reach further away than twice the expected face, so that a
+        wrong target does not lead to a contact elsewhere. A ball on a line meets only faces whose
+        boxes the line passes within the ball's reach.
+        """
+        assert self.part is not None
+        points, lines, tried = near[rows], problem.lines.take(rows), self.face[rows]
+        reach = _WIDER * np.linalg.norm(lines.anchor - points, axis=1) + _DEFLECTION
+        far = np.empty(len(rows))
+        for index in np.unique(tried):
+            mine = tried == index
+            far[mine] = self._distance(int(index), points[mine])[0]
+        boxes, count = self.part.boxes_of_chosen, len(self.faces)
+        pairs, faces = boxes.within(points, 2.0 * far + reach)
+        if lines.direction is not None:
+            on_line, hit = boxes.along(lines.anchor, lines.direction, reach)
+            both = np.intersect1d(pairs * count + faces, on_line * count + hit, assume_unique=True)
+            pairs, faces = both // count, both % count
+        nearest = np.full(len(rows), np.inf)
+        for index in np.unique(faces):
+            mine = pairs[(faces == index) & (tried[pairs] != index)]
+            face = self.faces[int(index)]
+            if len(mine) == 0 or not isinstance(face, Face):
+                continue
+            start = next(face.starts_near(points[mine], 1))
+            contact, good = self._contacts_on(face, rows[mine], start, problem)
+            distance = np.linalg.norm(contact.local.point - points[mine], axis=1)
+            better = np.flatnonzero(good & (distance < nearest[mine]))
+            nearest[mine[better]] = distance[better]
+            self.iterations[rows[mine]] += contact.iterations
+            self._put(int(index), rows[mine[better]], contact.take(better))
 
     def _on_face(
-        self,
-        face: int,
-        rows: IntArray,
-        start: FloatArray,
-        problem: ContactProblem,
-        *,
-        expected: bool = False,
+        self, face: int, rows: IntArray, start: FloatArray, problem: ContactProblem
     ) -> None:
-        """Solve on one face; a contact counts where it lies within the face."""
-        if len(rows) == 0:
-            return
+        """Solve on the expected face; a contact counts where it lies within the face."""
         surface = self.faces[face]
+        contact, good = self._contacts_on(surface, rows, start, problem)
+        inside = surface.inside(contact.uv)
+        # An almost solved contact is a better start for the next search.
+        near = inside & (contact.residual < _NEARLY)
+        self.uv[rows[near]] = contact.uv[near]
+        facing = contact.solved & problem.faces_approach(rows, contact.local.normal)
+        self.beyond_edge[rows] = facing & ~inside
+        self.iterations[rows] += contact.iterations
+        self._put(face, rows[good], contact.take(np.flatnonzero(good)))
+
+    def _contacts_on(
+        self, surface: Surface, rows: IntArray, start: FloatArray, problem: ContactProblem
+    ) -> tuple[Contact, BoolArray]:
+        """Contacts with a surface, and which of them lie within its edges and face the approach."""
         contact = problem.solve(surface, rows, start)
         if isinstance(surface, Face):
             _retry_around_poles(surface, contact, rows, problem)
-        inside = surface.inside(contact.uv)
-        solved = contact.solved & problem.faces_approach(rows, contact.local.normal)
-        good = solved & inside
-        if expected:  # an almost solved contact is a better start for the next search
-            near = inside & (contact.residual < _NEARLY)
-            self.uv[rows[near]] = contact.uv[near]
-            self.beyond_edge[rows] = solved & ~inside
-        self.iterations[rows] += contact.iterations
-        put = rows[good]
-        self.face[put], self.uv[put] = face, contact.uv[good]
-        self.point[put], self.normal[put] = contact.local.point[good], contact.local.normal[good]
-        self.curvature[put] = contact.local.curvature[good]
-        self.length[put], self.residual[put] = contact.length[good], contact.residual[good]
-        self.solved[put] = True
-        self.beyond_edge[put] = False
+        good = contact.solved & problem.faces_approach(rows, contact.local.normal)
+        return contact, good & surface.inside(contact.uv)
+
+    def _put(self, face: int, rows: IntArray, contact: Contact) -> None:
+        """Note contacts on a face."""
+        self.face[rows], self.uv[rows] = face, contact.uv
+        self.point[rows], self.normal[rows] = contact.local.point, contact.local.normal
+        self.curvature[rows] = contact.local.curvature
+        self.length[rows], self.residual[rows] = contact.length, contact.residual
+        self.solved[rows] = True
+        self.beyond_edge[rows] = False
 
 
 def _retry_around_poles(

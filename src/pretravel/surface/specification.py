@@ -13,7 +13,7 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
 from pretravel.errors import InputError, PretravelError
 from pretravel.surface.cad.part import Part
-from pretravel.surface.cad.step_part import read_step_part
+from pretravel.surface.cad.part_file import CAD_ENDINGS, read_part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex
 from pretravel.surface.placed_shape import axes_about
@@ -87,8 +87,8 @@ def parse_surface(text: str) -> Surface | Part:
         ``cone:radius=10,half_angle=-30``, ``torus:radius=20,tube=5`` (``polar, azimuth`` of
         their axis), ``ellipsoid:a=10,b=10,c=6``, ``convex`` (that of the thesis;
         ``turn=70`` for the angle printed there); a position as ``x=,y=,z=``; ``inside=1`` for
-        holes. Or a STEP file, ``part.step`` or ``part.step#face``, a face by number or name. Or an
-        object of a Python file, ``mine.py#name``.
+        holes. Or a STEP or IGES file, ``part.step`` or ``part.step#face``, a face by number or
+        name. Or an object of a Python file, ``mine.py#name``.
 
     Returns
     -------
@@ -104,8 +104,8 @@ def parse_surface(text: str) -> Surface | Part:
     """
     file, _, word = text.partition("#")
     ending = Path(file).suffix.lower()
-    if ending in (".step", ".stp"):
-        return _step(Path(file), word)
+    if ending in CAD_ENDINGS:
+        return _part(Path(file), word)
     if ending == ".py":
         return _python(Path(file), word or "surface")
     shape, _, rest = text.partition(":")
@@ -113,7 +113,7 @@ def parse_surface(text: str) -> Surface | Part:
         raise PretravelError(
             f"surface '{text}': '{shape}' is no known shape; there are "
             + ", ".join(f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES)
-            + ", and STEP files, part.step#face"
+            + ", and STEP or IGES files, part.step#face"
         )
     make, defaults = _SHAPES[shape]
     try:
@@ -197,11 +197,11 @@ def source_file(text: str) -> list[str]:
     (['part.step'], [])
     """
     file = text.partition("#")[0]
-    return [file] if Path(file).suffix.lower() in (".step", ".stp", ".py") else []
+    return [file] if Path(file).suffix.lower() in (*CAD_ENDINGS, ".py") else []
 
 
-def _step(path: Path, word: str) -> Part:
-    part = read_step_part(path)
+def _part(path: Path, word: str) -> Part:
+    part = read_part(path)
     if word:
         return part.select(word)
     if part.unreadable:

@@ -125,6 +125,20 @@ class Covariance:
         return self.values
 
     @property
+    def root(self) -> FloatArray:
+        """A matrix R with R R' = the covariance matrix, (n, k): independent errors are its columns.
+
+        >>> Covariance.fully_shared([1.0, 4.0]).root.tolist()
+        [[1.0], [2.0]]
+        """
+        if self.correlation is Correlation.INDEPENDENT:
+            return np.diag(np.sqrt(self.values))
+        if self.correlation is Correlation.FULLY_SHARED:
+            return np.asarray(np.sqrt(self.values)[:, None])
+        eigenvalues, vectors = np.linalg.eigh(self.values)
+        return np.asarray(vectors * np.sqrt(np.maximum(eigenvalues, 0.0)))
+
+    @property
     def states_uncertainty(self) -> bool:
         """Whether any variance is above zero."""
         return bool(self.values.any())
@@ -188,9 +202,7 @@ class Covariance:
         draws = generator.standard_normal((trials, len(self)))
         if self.correlation is Correlation.INDEPENDENT:
             return np.asarray((draws * np.sqrt(self.values)) @ rows.T)
-        eigenvalues, vectors = np.linalg.eigh(self.values)
-        root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
-        return np.asarray((draws @ root.T) @ rows.T)
+        return np.asarray((draws @ self.root.T) @ rows.T)
 
 
 def _check_matrix(matrix: FloatArray) -> None:

@@ -7,16 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
+from pretravel.compensation.compensation import apply, extrapolation_warnings
 from pretravel.formats.logs.fusion import read_fusion
 from pretravel.formats.logs.qif import read_point_sets
+from pretravel.formats.map_file import read_map
 from pretravel.formats.touches_csv import read_touches
 from tests.support.commands import positions, run
 from tests.support.control_logs import (
     OWN_LOG,
     written,
 )
-from tests.support.examples import EXAMPLES
+from tests.support.examples import EXAMPLES, PART, SPHERE
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +56,32 @@ class TestCompensatedPoints:
         log = written(tmp_path, OWN_LOG, "a.log")
         run("compensate", log, "--map", map_file, "-o", tmp_path / "p.csv")
         assert positions(tmp_path / "p.csv").shape == (1, 3)
+
+
+class TestNormalsOutsideTheMap:
+    """What a newcomer typed: directions of travel in place of normals, and then --extrapolate."""
+
+    def test_turned_normals_are_named_and_lost_triggers_refused(self, tmp_path: Path) -> None:
+        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
+        touches = read_touches(PART)
+        turned = tmp_path / "turned.csv"
+        columns = ["x_mm,y_mm,z_mm,nx,ny,nz"]
+        columns += [
+            ",".join(f"{value:.9f}" for value in (*position, *-normal))
+            for position, normal in zip(touches.positions, touches.normals, strict=True)
+        ]
+        turned.write_text("\n".join(columns) + "\n")
+        told = run("compensate", turned, "--map", saved, "-o", points, code=2)
+        assert "their opposites lie inside" in told
+        assert "--columns" in told
+        # A normal along -z pulls at the stylus: the probe does not trigger.
+        down = tmp_path / "down.csv"
+        down.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0,0,-1\n0,0,0,1,0,0\n")
+        told = run("compensate", down, "--map", saved, "--extrapolate", "-o", points, code=2)
+        assert "the probe of this map does not trigger" in told
+        slanted = tmp_path / "slanted.csv"
+        slanted.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0.8,0,-0.6\n0,0,0,1,0,0\n")
+        run("compensate", slanted, "--map", saved, "--extrapolate", "-o", points)
+        told = extrapolation_warnings(read_touches(slanted).normals, read_map(saved))[0]
+        assert "1 of 2 normals lie outside the map" in told

@@ -6,11 +6,23 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pretravel.controls.exports import CONTROLS
+from pretravel.directions import ring_pattern
 from pretravel.formats.map_file import write_map
+from pretravel.maps.support import DirectionSupport
+from pretravel.units import DEGREE
 from tests.support.commands import rows, run
 from tests.support.example_maps import example_map
+from tests.support.examples import EXAMPLES
+
+
+def texts(path: Path) -> list[str]:
+    """Of a file, or of the files of a folder."""
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    return [file.read_text() for file in files]
 
 
 class TestExportCommand:
@@ -19,6 +31,13 @@ class TestExportCommand:
         path = tmp_path / "map.nc"
         write_map(path, example_map())
         return path
+
+    def test_help_and_page_name_every_control(self) -> None:
+        page = (EXAMPLES.parent.parent / "docs" / "machine.md").read_text(encoding="utf-8")
+        shown = run("export", "--help")
+        for name in [*CONTROLS, "csv"]:
+            assert name in shown
+            assert f"--to {name}" in page
 
     def test_csv_of_effective_radii(self, tmp_path: Path, map_file: Path) -> None:
         run("export", map_file, "--to", "csv", "-o", tmp_path / "r.csv")
@@ -37,6 +56,58 @@ class TestExportCommand:
         for text in (path.read_text() for path in out.iterdir()):
             assert max(map(len, text.splitlines())) <= 250
 
+    def test_a_text_of_the_map_is_no_line_of_a_program(self, tmp_path: Path) -> None:
+        """No line of any file moves or switches anything, whatever the map says of its source."""
+        path = tmp_path / "smuggled.nc"
+        # A narrow range of directions, because errors of tables are found by trying them all.
+        support = DirectionSupport(ring_pattern(np.array([85.0, 90.0]) * DEGREE, 24))
+        usual = replace(example_map(), support=support)
+        source = 'x\nM3 S20000\nG0 Z-80\n)(G0 Z-90)\r\n#3000=1\n%\n"SETAL(1)'
+        smuggled = replace(usual, provenance=replace(usual.provenance, source=source))
+        write_map(path, smuggled)
+        write_map(tmp_path / "plain.nc", usual)
+        # The JSON of radii is no program; it escapes its texts.
+        for to, control in [item for item in CONTROLS.items() if item[0] != "radii"]:
+            out = tmp_path / (to if control.folder else f"{to}.txt")
+            run("export", path, "--to", to, "-o", out, "--tolerance", 50)
+            plain = tmp_path / f"plain-{out.name}"
+            run("export", tmp_path / "plain.nc", "--to", to, "-o", plain, "--tolerance", 50)
+            for one, other in zip(texts(out), texts(plain), strict=True):
+                changed = [
+                    line
+                    for line, before in zip(one.splitlines(), other.splitlines(), strict=True)
+                    if line != before
+                ]
+                assert len(changed) <= 1
+                for line in changed:
+                    assert re.fullmatch(r"\([^()]*\)|; [^;]*", line)
+                assert one.count("%") == other.count("%")
+
+    def test_console_and_file_state_angles_units_and_residual(
+        self, tmp_path: Path, map_file: Path
+    ) -> None:
+        out = tmp_path / "radii.nc"
+        printed = run("export", map_file, "--to", "renishaw", "-o", out)
+        assert "THE ANGLES ARE OUTWARD NORMALS" in printed
+        assert "UNITS MM" in printed
+        assert "UM AT MOST" in printed
+        options = ["--angles", "travel", "--units", "inch", "--base", 600, "--program", 1234]
+        printed = run("export", map_file, "--to", "renishaw", "-o", out, *options)
+        assert "THE ANGLES ARE DIRECTIONS OF TRAVEL" in printed
+        assert "UNITS INCH" in printed
+        text = out.read_text()
+        assert all(line in text for line in printed.splitlines()[1:])
+        assert "O1234 (" in text
+        assert "#617=" in text
+        for to in ("fanuc", "haas", "siemens"):
+            printed = run("export", map_file, "--to", to, "-o", tmp_path / to, "--tolerance", 50)
+            assert "NEVER RUN ON A" in printed.upper()
+            assert "UNITS MM" in printed.upper()
+            # The filter of comments has found nothing to replace in our own sentences.
+            assert "_" not in re.sub(r"PT_[A-Z]+|PRETRAVEL_[A-Z]+", "", printed.partition("\n")[2])
+        printed = run("export", map_file, "--to", "heidenhain", "-o", tmp_path / "h.3DTC")
+        assert "UNVERIFIED" in printed.splitlines()[1]
+
     def test_a_delay_wants_the_feed(self, tmp_path: Path) -> None:
         path = tmp_path / "rest.nc"
         write_map(path, replace(example_map(), delay=0.01, u_delay=1e-4, feed=None))
@@ -54,12 +125,27 @@ class TestExportCommand:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            (["--to", "siemens", "-o", "x"], "--to siemens: it is not known; there are linuxcnc"),
+            (["--to", "fagor", "-o", "x"], "--to fagor: it is not known; there are linuxcnc"),
             (["--to", "renishaw"], "no output was given"),
             (["--to", "linuxcnc", "-o", "x.ngc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "/nowhere/x.txt"], "does not exist"),
-            (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "not all common ones"),
-            (["--to", "fanuc", "-o", "x.txt", "--base", "900"], "not all common ones"),
+            (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "5 does not belong to the user"),
+            (["--to", "renishaw", "-o", "x.txt", "--base", "990"], "would end at #1007"),
+            (["--to", "renishaw", "-o", "x.txt", "--program", "10000"], "program number 10000"),
+            (["--to", "fanuc", "-o", "x", "--base", "100"], "100 does not belong to the user"),
+            (["--to", "fanuc", "-o", "x", "--base", "990"], "variables are too few for a table"),
+            (["--to", "fanuc", "-o", "x", "--program", "9999"], "program number 9999"),
+            (
+                ["--to", "fanuc", "-o", "x", "--angles", "travel"],
+                "--angles does not apply to fanuc",
+            ),
+            (["--to", "haas", "-o", "x", "--base", "560"], "560 does not belong to the user"),
+            (["--to", "siemens", "-o", "x", "--base", "500"], "--base does not apply to siemens"),
+            (["--to", "haas", "-o", "x", "--azimuth", "5"], "it is for heidenhain"),
+            (["--to", "fanuc", "-o", "x", "--criterion", "max"], "it is for renishaw"),
+            (["--to", "siemens", "-o", "x", "--form", "table"], "it is for linuxcnc"),
+            (["--to", "linuxcnc", "-o", "x", "--units", "inch"], "it is for renishaw, fanuc, haas"),
+            (["--to", "fanuc", "-o", "x.nc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "not one of 'max', 'rms'"),
             (["--to", "linuxcnc", "-o", "x", "--tolerance", "0"], "greater than or equal to"),
         ],

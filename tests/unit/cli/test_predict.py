@@ -49,7 +49,9 @@ class TestPredict:
         mine = tmp_path / "mine.toml"
         mine.write_text(text.replace("preload_N = 5.91", "preload_N = 4.0"))
         out = tmp_path / "map.json"
-        assert "0.507" in run("predict", mine, "--azimuth", 0, "--polar", 90, "-o", out)
+        text = run("predict", mine, "--azimuth", 0, "--polar", 90, "-o", out)
+        assert "0.507" in text
+        assert "in the probe's frame" in " ".join(text.split())
 
     def test_a_predicted_map_compensates(self, tmp_path: Path) -> None:
         for ending in (".nc", ".csv"):

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.lookup import Lookup
+from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
+from pretravel.maps.provenance import Provenance
 from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.units import DEGREE
+from tests.support.example_maps import mean_map
 from tests.support.examples import ROOT
 
 PART = ROOT / "examples" / "linuxcnc" / "part.step"
@@ -175,10 +182,33 @@ class TestTargetsAndParts:
         with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*Leave these"):
             plan_program(both, MACHINE, title="p", obstacles=[part])
 
+    @pytest.mark.parametrize("feed", [0.0, -1.0, 99999.0, float("nan"), float("inf")])
+    def test_feeds_that_the_machine_cannot_use(self, feed: float) -> None:
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        with pytest.raises(PretravelError, match="measuring feed"):
+            plan_program(one, MACHINE, title="p", feeds=[50, feed])
+
+    def test_a_map_of_another_tip_or_feed(self) -> None:
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        program = plan_program(one, MACHINE, title="p", feeds=[50, 60])
+        with pytest.raises(PretravelError, match=r"tip of 4\.000 mm .* has one of 6\.000 mm"):
+            linuxcnc_program(program, "a.log", compensated=mean_map(0.016, tip_radius=2.0))
+        with pytest.raises(PretravelError, match=r"made at 50 mm/min, but .* measures at 60"):
+            linuxcnc_program(program, "a.log", compensated=replace(mean_map(0.016), feed=50.0))
+        known = replace(mean_map(0.016), feed=50.0, delay=0.003)
+        assert "o<pretravel_identity> call" in linuxcnc_program(program, "a.log", compensated=known)
+
     def test_a_feed_twice(self) -> None:
         one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
         with pytest.raises(PretravelError, match="a feed occurs twice"):
             plan_program(one, MACHINE, title="p", feeds=[50, 50])
+
+
+@cache
+def _mean_form() -> Lookup:
+    form = exact_lookup(mean_map(0.016))
+    assert form is not None
+    return form
 
 
 class TestText:
@@ -188,16 +218,61 @@ class TestText:
             far, replace(MACHINE, safe_height=999.0), title="a (b) #1; ä", feeds=[50, 200],
             repeats=2,
         )  # fmt: skip
-        text = linuxcnc_program(program, "a.log", compensated=True)
+        text = linuxcnc_program(program, "a.log", compensated=mean_map(0.016), allow_misses=True)
         assert max(map(len, text.splitlines())) <= 250
         assert text.isascii()
         logs = [line for line in text.splitlines() if line.startswith("(LOG,%.4ftouch")]
         assert len(logs) == 4
-        assert program.labels[0] == "x" * 40 + "@50.1"
+        assert program.labels[0] == "x" * 40 + "_f50.1"
         for line in logs:
             assert line.endswith(",end)")
             assert line.count(",") == len(TOUCH_COLUMNS) + 2
-        assert "a _b_ _1_ ?" in text.splitlines()[0]
+        assert "a _b_ _1_ _" in text.splitlines()[0]
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "mill\nM3 S20000\nG0 Z-80\n",
+            "mill\r\nG0 Z-80",
+            "mill) G0 Z-80 (",
+            "mill)\nG0 Z-80\n(",
+            "mill\x0bG0 Z-80\x0c\x85\u2028G0 Z-80",
+            "LOGOPEN,other.log",
+            "PROBEOPEN other.txt",
+            "mill #<_value> %",
+            "; G0 Z-80",
+        ],
+    )
+    def test_text_from_outside_adds_no_move(self, text: str) -> None:
+        """Names of machines, plans and sources of maps; the same lines run whatever they are."""
+
+        def lines(name: str) -> list[str]:
+            one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=("top",))
+            program = plan_program(one, replace(MACHINE, name=name), title=name)
+            pretravel_map = replace(mean_map(0.016), provenance=Provenance(source=name))
+            texts = [
+                linuxcnc_program(program, "a.log", compensated=pretravel_map),
+                *linuxcnc_subroutines(pretravel_map, _mean_form()).values(),
+            ]
+            return [line for whole in texts for line in whole.splitlines()]
+
+        hostile, usual = lines(text), lines("usual")
+        assert len(hostile) == len(usual)
+        different = [pair for pair in zip(hostile, usual, strict=True) if pair[0] != pair[1]]
+        assert different
+        for line, same in different:
+            # The text is within one comment, and after its first word: no comment becomes active.
+            head, _, tail = same.partition("usual")
+            assert re.match(r"\((program|for|pretravel:|LOG,) ?", head)
+            assert line.startswith(head)
+            assert line.endswith(tail)
+            assert re.fullmatch(r"[A-Za-z0-9 _.-]*", line[len(head) : len(line) - len(tail)])
+        with pytest.raises(PretravelError, match="its label"):
+            plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=(text,)), MACHINE, title="t")
+        with pytest.raises(PretravelError, match="log file"):
+            linuxcnc_program(
+                plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="t"), text
+            )
 
     @pytest.mark.parametrize("length", [300, 1000])
     def test_a_line_that_the_control_would_refuse(self, length: int) -> None:
@@ -206,13 +281,26 @@ class TestText:
             linuxcnc_program(plan_program(one, MACHINE, title="t" * length), "a.log")
 
     def test_tool_and_work_offset(self) -> None:
-        machine = replace(MACHINE, tool=99, work_offset="G59.1")
+        """The order: up, tool change, length, offset; only then the log and the first move."""
+        machine = replace(
+            MACHINE, tool=99, tool_length=80.5, change_height=-2.0, work_offset="G59.1"
+        )
         program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), machine, title="t")
         lines = linuxcnc_program(program, "a.log").splitlines()
-        start = lines.index("T99 M6")
-        assert lines[start : start + 3] == ["T99 M6", "G43", "G59.1"]
+        order = [
+            "M5 M9", "M70", "G59.1", "G53 G0 Z-2", "T99 M6", "#<length> = [#<_z>-#<with_z>]", "G43",
+            "(LOGOPEN,a.log)", "o<pretravel_move> call [0] [0] [#<_z>] [1000]", "M72", "M2",
+        ]  # fmt: skip
+        # M72 is also in every stop: the last one counts.
+        where = [len(lines) - 1 - lines[::-1].index(line) for line in order]
+        assert where == sorted(where)
+        asked = replace(machine, change_height=None)
+        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), asked, title="t")
+        assert "T99 M6\n" not in linuxcnc_program(program, "a.log")
 
-    @pytest.mark.parametrize("log", ["", "a b.log", "a).log", "a#.log"])
+    @pytest.mark.parametrize(
+        "log", ["", "a b.log", "a).log", "a#.log", "logs/a.log", "/a.log", ".."]
+    )
     def test_log_names(self, log: str) -> None:
         program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="t")
         with pytest.raises(PretravelError, match="log file"):

@@ -51,6 +51,9 @@ class TestCatalogue:
         table = ROOT / "docs" / "formats.md"
         text = table.read_text(encoding="utf-8")
         for entry in FORMATS:
+            if entry.refusal:
+                assert f"| `{entry.name}` | {entry.what} | {entry.refusal} |" in text
+                continue
             row = f"| `{entry.name}` | {entry.what} | {entry.reads} | {entry.writes} | "
             assert row + f"{entry.needs} | {entry.verified} |" in text
 
@@ -98,6 +101,7 @@ class TestCatalogue:
             ("G21\nG1 X0 Y0 Z2,990\n", "line 2: .*use points as decimal signs"),
             ("G21\nG1 X1.2.3 Y0 Z1\n", "line 2: .* is not a position"),
             ("G21 G91\nG1 X0 Y0 Z1\n", "line 1: G91"),
+            ("G21\nX0 Y0 Z1 A0\nX0 Y0 Z1 A90\n", "line 3: the rotary axis A has moved"),
         ],
     )
     def test_log_lines_refused(self, tmp_path: Path, text: str, words: str) -> None:

@@ -24,6 +24,15 @@ class TestDmis:
         assert inch.touches.positions[0, 2] == pytest.approx(0.01 * 25.4 + 3.0)
         assert read_dmis(tmp_path / "file.txt", 0.0).touches.positions[0, 2] == 0.01
 
+    def test_features_are_named(self, tmp_path: Path) -> None:
+        found = read_dmis(written(tmp_path, DMIS_OUTPUT), 3.0)
+        assert found.warnings == ("features are left out, because they are no touches: C1 CIRCLE",)
+        circles = "FA(C1)=FEAT/CIRCLE,INNER,CART,50,50,40,0,0,1,50\n"
+        with pytest.raises(InputError, match=r"contains features \(C1 CIRCLE\), but no measured"):
+            read_dmis(written(tmp_path, circles))
+        with pytest.raises(InputError, match="is this a program"):
+            read_dmis(written(tmp_path, "F(P1)=FEAT/POINT,CART,0,0,0,0,0,1\nMEAS/POINT,F(P1),1\n"))
+
     @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [

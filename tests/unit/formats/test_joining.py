@@ -43,6 +43,18 @@ class TestJoin:
             join(FilePositions("log", np.array(seen), lines), PLAN, 3.0)
         assert f"line {len(seen)}:" in str(caught.value)
 
+    def test_a_stated_miss_can_be_anywhere(self) -> None:
+        """grbl reports zeros for a miss, or the end of the move."""
+        seen = np.array([[0.0, 0, 2.99], [500, 500, 500], [20.0 + 3 + 9, 0, -5], [10, 0, 2.98]])
+        positions = FilePositions("log", seen, (4, 5, 6, 7), (True, False, False, True))
+        found = join(positions, PLAN, 3.0)
+        assert found.touches.labels == ("a", "b.1")
+        assert found.missed == ("wall",)
+        assert found.notes()[1].endswith("line of no target, or of several: line 5")
+        stray = FilePositions("log", seen, (4, 5, 6, 7), (True, True, False, True))
+        with pytest.raises(InputError, match=r"line 5: .*line of no target"):
+            join(stray, PLAN, 3.0)
+
     def test_crossing_lines_are_told_apart_or_refused(self) -> None:
         cross = Targets([[0.0, 0, 0], [-3.0, 0, 3.0]], [[0.0, 0, 1], [-1.0, 0, 0]])
         # Both lines pass (0, 0, 3): the first target's contact is there, the second's 6 mm away.

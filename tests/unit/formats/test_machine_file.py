@@ -19,7 +19,8 @@ from tests.support.commands import run
 class TestMachineFile:
     def test_out_and_in_again(self, tmp_path: Path) -> None:
         machine = Machine(
-            name="mill", tool=3, tip_diameter=4.0, stem_diameter=2.0, work_offset="G55",
+            name='a "mill"\nM3 S20000', tool=3, tool_length=-81.25, change_height=5.0,
+            tip_diameter=4.0, stem_diameter=2.0, work_offset="G55",
             work=work_placement(1.25, -2.5, 3.75, 30 * DEGREE),
             limits=np.array([[-1.0, 2.0], [-3.0, 4.0], [-5.0, 6.0]]),
         )  # fmt: skip
@@ -48,8 +49,28 @@ class TestMachineFile:
                 True,
                 "must be a number, got 'fast'",
             ),
-            ("measuring_mm_min = 50 -> measuring_mm_min = -3", True, "a positive number"),
-            ("tool = 0 -> tool = 1.5", True, "must be an integer, got 1.5"),
+            (
+                "measuring_mm_min = 50 -> measuring_mm_min = -3",
+                True,
+                "must lie between 0.1 and 3000",
+            ),
+            ("measuring_mm_min = 50 -> measuring_mm_min = 99999", True, "between 0.1 and 3000"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = nan", True, "finite"),
+            ("overtravel_mm = 2 -> overtravel_mm = 60", True, "stylus of 50 mm bears 10 mm"),
+            ("overtravel_mm = 2 -> overtravel_mm = 900000", True, "between 0.01 and 100"),
+            (
+                "positioning_mm_min = 1000 -> positioning_mm_min = 12000",
+                True,
+                "travels 160 mm further .*bears 10 mm",
+            ),
+            (
+                'tool = "none" -> tool = 1.5',
+                True,
+                'number of the probe in the tool table, or "none"',
+            ),
+            ('tool = "none" -> tool = 7', True, "needs tool_length_mm, the length of T7"),
+            ('tool = "none" -> tool = 0', True, "numbers tools from 1|needs tool_length_mm"),
+            ('tool = "none" -> # tool', True, r"\[probe\] needs tool"),
             (
                 "stem_diameter_mm = 4.5 -> stem_diameter_mm = 6",
                 True,
@@ -97,6 +118,8 @@ class TestMachineFile:
         path.write_text(text)
         machine = read_machine(path)
         assert (machine.tool, machine.tip_diameter, machine.work_offset) == (99, 4.0, "G55")
+        assert machine.tool_length == 101.5
+        assert "--tools" in run("machine", "--tool", 99, code=2)
         assert machine.work is not None
         assert machine.work.shift == pytest.approx([10.0, 21.0, -30.0])
 

@@ -11,6 +11,7 @@ import pytest
 
 from pretravel.errors import InputError
 from pretravel.formats.file_format import FilePositions, FileReadings
+from pretravel.formats.format_registry import format_of
 from pretravel.formats.logs.qif import read_point_sets, read_qif, write_qif
 from pretravel.formats.touches_csv import read_touches
 from pretravel.touches import Touches
@@ -40,6 +41,66 @@ class TestQif:
         assert found.touches.labels == ("7-1", "7-2")
         assert found.tip_radius == 2.5
 
+    def test_comments_among_the_numbers_and_before_the_document(self, tmp_path: Path) -> None:
+        """The official sample of points begins each list with a comment."""
+        text = QIF_FILE.replace("UNITS", MM)
+        text = text.replace("<Points>0 0 3", "<!-- a 1 --><Points><!-- of 5 -->0 0<!-- b --> 3")
+        text = text.replace("<QIFDocument", "<!--" + "\nlicence" * 200 + "-->\n<QIFDocument")
+        path = written(tmp_path, text, "a.txt")
+        assert format_of(path).name == "qif"
+        assert read_point_sets(path)[0].points.tolist() == [[0, 0, 3], [10, 0, 3]]
+
+    def test_points_have_the_lines_of_the_file(self, tmp_path: Path) -> None:
+        text = QIF_FILE.replace("UNITS", MM + "\n\n")
+        text = text.replace("<Points>0 0 3", "<Points>\n<!-- a\nb --> 0\n0 3")
+        (found,) = read_point_sets(written(tmp_path, text))
+        assert found.lines == (5, 6)
+        assert text.split("\n")[4].endswith("--> 0")
+        readings = read_qif(tmp_path / "file.txt")
+        assert isinstance(readings, FileReadings)
+        assert readings.touches.lines == (5, 6)
+
+    @pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1"])
+    def test_encodings(self, tmp_path: Path, encoding: str) -> None:
+        text = QIF_FILE.replace("UNITS", MM + "<!-- Prüfung -->")
+        text = text.replace('version="1.0"', f'version="1.0" encoding="{encoding}"')
+        found = read_point_sets(written(tmp_path, text.encode(encoding)))
+        assert found[0].points[1].tolist() == [10, 0, 3]
+
+    def test_version_2(self, tmp_path: Path) -> None:
+        point = (
+            '<MeasurePoint id="{id}"><Point>{x} 0 3</Point>{normal}<Compensated>false</Compensated>'
+            "<ProbeRadius>2.5</ProbeRadius></MeasurePoint>"
+        )
+        normal = "<Normal>0 0 1</Normal>"
+
+        def document(*points: str) -> str:
+            return (
+                '<QIFDocument xmlns="http://qifstandards.org/xsd/qif2" versionQIF="2.1.0">'
+                f"{MM}<MeasurementResults><PlaneFeatureActual><PointList>{''.join(points)}"
+                "</PointList></PlaneFeatureActual></MeasurementResults></QIFDocument>"
+            )
+
+        bare = document(point.format(id=7, x=1, normal=""), point.format(id=8, x=2, normal=normal))
+        positions = read_qif(written(tmp_path, bare))
+        assert isinstance(positions, FilePositions)
+        assert positions.positions.tolist() == [[1, 0, 3], [2, 0, 3]]
+        full = document(point.format(id=8, x=2, normal=normal))
+        readings = read_qif(written(tmp_path, full))
+        assert isinstance(readings, FileReadings)
+        assert readings.touches.labels == ("8",)
+        assert readings.tip_radius == 2.5
+        for old, new, words in (
+            ("<Point>2 0 3", "<Point>2 0", "MeasurePoint 8: Point '2 0' is not 3"),
+            ("<Compensated>false</Compensated>", "", "MeasurePoint 8: it does not state"),
+            ("<Compensated>false", "<Compensated>true", "taken off point 8"),
+            ("<ProbeRadius>", "<Transform>1</Transform><ProbeRadius>", "contains Transform"),
+            ("MeasurePoint", "Gauge", "contains no measured points"),
+            ("0 0 1", "0 0 2", "MeasurePoint 8: normal 1 has length 2"),
+        ):
+            with pytest.raises(InputError, match=words):
+                read_qif(written(tmp_path, full.replace(old, new)))
+
     def test_no_units_are_metres(self, tmp_path: Path) -> None:
         (found,) = read_point_sets(written(tmp_path, QIF_FILE.replace("UNITS", ""), "a.qif"))
         assert found.points[0].tolist() == [0, 0, 3000]
@@ -63,7 +124,7 @@ class TestQif:
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
-            ("/qif3", "/qif2", "QIF 3 is read"),
+            ("/qif3", "/qif1", "QIF 3 and 2 are read"),
             ('count="2"', 'count="3"', "its count asks for 9"),
             ("0 0 3 10", "0 0 NaN 10", "'NaN' is not a finite"),
             ("<Compensated>false", "<Compensated>true", "already taken off"),

@@ -103,7 +103,16 @@ def test_words_of_earlier_versions(
 
 def test_provenance_through_plain_values() -> None:
     made = Provenance(
-        Origin.QUALIFIED, "a", "b", "c.csv", "d", False, "", QualificationSetup(25.0), {"x": 1.0}
+        Origin.QUALIFIED,
+        "a",
+        "b",
+        "c.csv",
+        "d",
+        False,
+        "",
+        QualificationSetup(25.0),
+        {"x": 1.0},
+        "separator ';'",
     )
     assert Provenance.from_dict(made.as_dict()) == made
 

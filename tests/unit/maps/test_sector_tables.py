@@ -60,7 +60,7 @@ class TestSectors:
         assert table.largest == pytest.approx(1.0)
 
     def test_variables_in_the_order_of_the_control(self) -> None:
-        text = renishaw_variables(lobes(3), base=500)
+        text = renishaw_variables(lobes(3))
         values = {int(n): float(v) for n, v in re.findall(r"^#(\d+)=([\d.]+)", text, re.M)}
         assert sorted(values) == [500, 501, *range(510, 518)]
         # The effective radius is largest where the pretravel is smallest.

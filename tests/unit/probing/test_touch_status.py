@@ -19,6 +19,8 @@ from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
+from pretravel.surface.contact import Lines, ball_center
+from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.shapes import Plane, Sphere
 
 
@@ -40,6 +42,19 @@ def step(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 UP = [0.0, 0.0, 1.0]
+_PINS = tuple(31.3 + 240.0 * i for i in range(12))
+
+
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory: pytest.TempPathFactory) -> Part:
+    """A plate 2700 x 400 x 0.2 mm with 12 pins of 1 x 1 x 0.2 mm."""
+    from netgen.occ import Box, Fuse
+
+    pins = [Box((x, 200, 0.2), (x + 1, 201, 0.4)) for x in _PINS]
+    solid = Fuse([Box((0, 0, 0), (2700, 400, 0.2)), *pins])
+    file = tmp_path_factory.mktemp("plate") / "plate.step"
+    solid.WriteStep(str(file))
+    return read_step_part(file)
 
 
 def _one(
@@ -160,6 +175,46 @@ class TestOnABlock:
             for x in (20.0, 35.99)
         }
         assert "plane" in kinds
+
+
+class TestLargePart:
+    """A plate of 2.7 m: samples are 18 mm apart on it, and much closer on the small faces."""
+
+    def test_the_nearest_face_is_found_among_small_ones(
+        self, tip: PredictedTip, plate: Part
+    ) -> None:
+        """The nearest samples are all on a pin; the nearest face is that of the plate. On a flat
+        face the first contact is the target itself."""
+        points = [[x + beside, 200.5, 0.2] for x in _PINS for beside in (-3.5, 4.5, 7.0)]
+        done = touch(tip, plate, Targets(points, np.tile(UP, (len(points), 1))))
+        assert np.all(done.status == TouchStatus.CONVERGED)
+        assert np.abs(done.first_point - points).max() < 1e-9
+
+    def test_both_sides_of_a_thin_plate(self, tip: PredictedTip, plate: Part) -> None:
+        """The other side is 0.2 mm away, the next sample up to 9 mm."""
+        points = [[x + 20.0, y, z] for x in _PINS for y in (50.0, 333.0) for z in (0.0, 0.2)]
+        normals = [[0.0, 0.0, 1.0 if point[2] > 0.1 else -1.0] for point in points]
+        search = ContactSearch(plate, len(points))
+        lines = Lines(np.array(points) + 3.0 * np.array(normals), -np.array(normals))
+        rigid = ball_center(3.0)
+        search.solve(np.array(points), ContactProblem(lines, lambda _: rigid, -np.array(normals)))
+        found = search.contacts()
+        assert np.all(found.solved)
+        assert np.abs(found.local.point - points).max() < 1e-9
+
+    def test_a_pin_in_the_way_is_named(self, tip: PredictedTip, plate: Part) -> None:
+        """The ball of 6 mm stands 0.5 mm beside a pin; 0.5 mm off its axis it is 0.04 mm high."""
+        status, face = _one(tip, plate, [_PINS[3] + 1.5, 200.5, 0.2], UP)
+        assert status == TouchStatus.OTHER_FACE
+        low, high = plate.faces[face - 1].bounds
+        assert low[0] >= _PINS[3] - 0.1
+        assert high[0] <= _PINS[3] + 1.1
+
+    def test_only_beside_the_plate_it_is_missed(self, tip: PredictedTip, plate: Part) -> None:
+        """2.9 mm beside the plate's edge a ball of 3 mm meets the edge, 3.1 mm beside it nothing;
+        the samples of the edge are 18 mm apart."""
+        for beside, status in ((2.9, TouchStatus.EDGE), (3.1, TouchStatus.MISSED)):
+            assert _one(tip, plate, [1234.5, -beside, 0.2], UP)[0] == status
 
 
 class TestOthers:

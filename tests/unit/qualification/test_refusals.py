@@ -52,7 +52,7 @@ def _one_wrong_normal(touches: Touches) -> Touches:
         (lambda t: t.take([0, 1, 2]), {}, "in 1 direction are too few"),
         (_plane, {}, "in one plane (perpendicular to Z)"),
         (_in_inches, {}, "look like inches"),
-        (_in_inches, {"tip_diameter": None}, "may be inches"),
+        (_in_inches, {"tip_diameter": None}, "look like inches"),
         (
             lambda t: t,
             {"diameter": 24.9987 / 25.4, "tip_diameter": 6 / 25.4},

@@ -7,6 +7,7 @@ import sqlite3
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.verification import Verification, verify
+from pretravel.report.verification_report import plot_verification
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
@@ -254,6 +256,22 @@ class TestHistory:
         assert entries[1]["size_um"] == pytest.approx(1e3 * results[1].size.value)
         assert bool(entries[1]["changed"])
         assert entries[1]["turn_deg"] == pytest.approx(results[1].turn.value / DEGREE)
+
+    def test_the_chart_leaves_room_for_the_colour_bar(self, tmp_path: Path) -> None:
+        """No two of the four axes of the picture (with their labels) overlap."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        path = tmp_path / "probe.sqlite"
+        result = check(touches(1))
+        _write(path, result, 3)
+        figure = plot_verification(result, read_history(path))
+        FigureCanvasAgg(figure).draw()
+        boxes = [axes.get_tightbbox() for axes in figure.axes]
+        assert len(boxes) == 4
+        for one, two in combinations(boxes, 2):
+            assert one is not None
+            assert two is not None
+            assert not one.overlaps(two)
 
     def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
         result = check(touches(1))

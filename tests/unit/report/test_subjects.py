@@ -12,6 +12,8 @@ import pytest
 from pretravel.compensation.comparison import compare_corrections
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, grid
+from pretravel.features.measured_feature import measure_feature
+from pretravel.features.tolerances import FeatureTolerances, inspect_feature
 from pretravel.formats.rig_csv import read_rig_trace
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.touches_csv import read_touches
@@ -31,6 +33,7 @@ from pretravel.report.as_json import document_values
 from pretravel.report.certificate_report import TEMPLATE, certificate_document
 from pretravel.report.comparison_report import comparison_document
 from pretravel.report.document import Document
+from pretravel.report.feature_report import features_document
 from pretravel.report.formatting import figure_text
 from pretravel.report.map_update_report import map_update_document
 from pretravel.report.page import page_text
@@ -46,6 +49,7 @@ from pretravel.report.touch_plan_report import touch_plan_document
 from pretravel.trigger.predict import predict
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
+from tests.support.feature_points import feature_points, features
 from tests.support.reference_touches import sphere_touches
 
 SPHERE = EXAMPLES / "sphere_touches.csv"
@@ -112,6 +116,13 @@ def _touch_plan() -> Document:
     return touch_plan_document(plan_touches(example_map(), 6), map_name="old.nc")
 
 
+def _features() -> Document:
+    positions, normals = features()["cone"]
+    cone = measure_feature(feature_points(positions, normals), "cone", at=(0.0, 0.0, 1.0))
+    tolerances = FeatureTolerances((12.0, 13.0), position=0.01, form=0.002)
+    return features_document([inspect_feature(cone, tolerances)], points_name="points.csv")
+
+
 def _catalogue() -> Document:
     return catalogue_document({"omp40-2": load_probe("omp40-2")})
 
@@ -131,6 +142,7 @@ def _catalogue() -> Document:
         _catalogue,
         _map_update,
         _touch_plan,
+        _features,
     ],
 )
 def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:

@@ -14,6 +14,7 @@ from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.cad.step_reader import read_step_solids
+from pretravel.surface.cad.trim import Trim
 from pretravel.surface.specification import parse_surface
 from tests.support.examples import EXAMPLES
 
@@ -141,6 +142,43 @@ def test_normals_point_out_of_the_material(name: str, tmp_path: Path) -> None:
                 ball = Sphere(Pnt(*(point + 2.0 * side * radius * normal)), radius)
                 common = sum((solid * ball).mass for solid in solids)
                 assert common / whole == pytest.approx(share, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "name", ["drilled", "quarter sphere", "hollow", "part of a torus", "cone", "loft", "mirrored"]
+)
+def test_the_middle_of_a_face_is_far_from_its_edges(name: str, tmp_path: Path) -> None:
+    """At least half as far as the farthest of 2000 random points: on a curved face the largest
+    circle of the parameters is not exactly the largest circle on the face."""
+    from scipy.spatial import cKDTree
+
+    part, _ = _written(name, tmp_path)
+    for face in part.faces:
+        assert face.inside(face.middle[None])[0]
+        if not face.borders:
+            continue
+        size = float(np.linalg.norm(face.bounds[1] - face.bounds[0]))
+        edges = cKDTree(face.derivatives(face.edge_samples(1e-3 * size))[0])
+        own, _ = edges.query(face.derivatives(face.middle[None])[0])
+        best, _ = edges.query(face.derivatives(_inner(face, 2000))[0])
+        assert own[0] > 0.5 * best.max()
+
+
+def test_the_middle_of_slivers_and_bands() -> None:
+    """In a ring and in an L (the centre of area of both is outside), in a strip of 1000 x 0.1,
+    and halfway along a full turn, whose seam is no edge."""
+    square = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
+    open_plane = (math.inf, math.inf)
+    assert Trim([square, square / 9.0 * 7.0 + 1.0], open_plane).inside(
+        Trim([square, square / 9.0 * 7.0 + 1.0], open_plane).middle(np.ones(2))[None]
+    )[0]
+    corner = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 1.0], [1.0, 1.0], [1.0, 9.0], [0.0, 9.0]])
+    at = Trim([corner], open_plane).middle(np.ones(2))
+    assert at.min() == pytest.approx(0.55, abs=0.1)  # the circle in the corner is the largest
+    strip = Trim([square / 9.0 * [1000.0, 0.1]], open_plane).middle(np.ones(2))
+    assert strip[1] == pytest.approx(0.05, abs=0.005)
+    band = Trim([square / 9.0 * [2.0 * math.pi, 500.0]], (2.0 * math.pi, math.inf))
+    assert band.middle(np.array([3.0, 1.0]))[1] == pytest.approx(250.0, abs=25.0)
 
 
 def test_kinds_are_named(tmp_path: Path) -> None:
@@ -275,8 +313,8 @@ class TestBrepText:
         from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
 
         from pretravel.surface.cad.brep import parse_brep
-        from pretravel.surface.cad.step_part import part_from_step
-        from pretravel.surface.cad.step_reader import StepContent
+        from pretravel.surface.cad.kernel_process import CadContent
+        from pretravel.surface.cad.step_part import part_from_content
 
         def there(*moves: Any) -> Any:
             whole = moves[0]
@@ -290,7 +328,7 @@ class TestBrepText:
         both = Compound([group, group.Located(there(gp_Trsf.Translation(Vec(0, 50, 0))))])
         file = tmp_path / "groups.brep"
         both.WriteBrep(str(file), withTriangles=False)
-        part = part_from_step(StepContent(parse_brep(file.read_text(encoding="ascii")), ()), file)
+        part = part_from_content(CadContent(parse_brep(file.read_text(encoding="ascii")), ()), file)
         assert len(part.faces) == 24
         ours = np.array([f.derivatives(f.samples(np.inf))[0].mean(axis=0) for f in part.faces])
         theirs = np.array([[f.center.x, f.center.y, f.center.z] for f in both.faces])
@@ -303,8 +341,8 @@ class TestBrepText:
         from netgen.occ import Box
 
         from pretravel.surface.cad.brep import parse_brep
-        from pretravel.surface.cad.step_part import part_from_step
-        from pretravel.surface.cad.step_reader import StepContent
+        from pretravel.surface.cad.kernel_process import CadContent
+        from pretravel.surface.cad.step_part import part_from_content
 
         file = tmp_path / "box.brep"
         Box((0, 0, 0), (1, 2, 3)).WriteBrep(str(file), withTriangles=False)
@@ -317,9 +355,9 @@ class TestBrepText:
             moved = head + "Locations 1\n1 " + matrix + tail.rstrip()[: -len("+1 0")] + "+1 1"
             if refused:
                 with pytest.raises(InputError, match="mirror image"):
-                    part_from_step(StepContent(parse_brep(moved), ("",) * 6), file)
+                    part_from_content(CadContent(parse_brep(moved), ("",) * 6), file)
             else:
-                part = part_from_step(StepContent(parse_brep(moved), ("",) * 6), file)
+                part = part_from_content(CadContent(parse_brep(moved), ("",) * 6), file)
                 assert part.box == pytest.approx(np.array([[7.0, 0, 0], [9, 1, 3]]))
 
 

@@ -8,6 +8,7 @@ import pytest
 from pretravel.errors import PretravelError
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.circle import fit_circle
+from pretravel.uncertainty.fitting.cone import fit_cone
 from pretravel.uncertainty.fitting.cylinder import fit_cylinder
 from pretravel.uncertainty.fitting.plane import fit_plane
 from pretravel.uncertainty.fitting.sphere import fit_sphere
@@ -88,6 +89,53 @@ class TestCylinder:
     def test_too_few(self) -> None:
         with pytest.raises(PretravelError, match="at least 5 points"):
             fit_cylinder(np.eye(3))
+
+
+def _cone(
+    rng: np.random.Generator, half_angle: float, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of a cone with radius 10 mm at its middle, its outward normals and its axis."""
+    frame = _frame(rng)
+    angle = rng.uniform(0.0, 2.0 * np.pi, count)
+    outward = np.cos(angle)[:, None] * frame[0] + np.sin(angle)[:, None] * frame[1]
+    height = rng.uniform(-5.0, 5.0, count) / max(1.0, np.tan(half_angle))
+    radius = 10.0 + height * np.tan(half_angle)
+    points = [1e3, -2e3, 50.0] + radius[:, None] * outward + height[:, None] * frame[2]
+    return points, np.cos(half_angle) * outward - np.sin(half_angle) * frame[2], frame[2]
+
+
+class TestCone:
+    @pytest.mark.parametrize("degrees", [1.0, 7.0, 30.0, 45.0, 60.0, 80.0])
+    def test_any_angle_without_a_start(self, degrees: float) -> None:
+        points, _, axis = _cone(np.random.default_rng(int(degrees)), np.radians(degrees), 30)
+        fit = fit_cone(points)
+        assert np.abs(fit.residuals).max() < 1e-9  # rounding of coordinates of 2000 mm
+        assert fit.axis @ axis == pytest.approx(1.0, abs=1e-12)
+        assert np.degrees(fit.half_angle) == pytest.approx(degrees, abs=1e-7)
+        along = (np.array([1e3, -2e3, 50.0]) - fit.point) @ fit.axis
+        assert fit.radius + along * np.tan(fit.half_angle) == pytest.approx(10.0, abs=1e-8)
+
+    def test_covariance_against_trials(self) -> None:
+        rng = np.random.default_rng(8)
+        points, normals, axis = _cone(rng, np.radians(20.0), 25)
+        sigma = 1e-3
+        exact = fit_cone(points, axis=axis)
+        found = []
+        for _ in range(1000):
+            fit = fit_cone(points + sigma * rng.normal(size=(25, 1)) * normals, axis=axis)
+            # The centroid moves along the axis with the noise; the height of the exact one counts.
+            along = (exact.point - fit.point) @ exact.axis
+            point = fit.point + along * fit.axis
+            radius = fit.radius + along * np.tan(fit.half_angle)
+            found.append(np.concatenate([point, fit.axis, [radius, fit.half_angle]]))
+        stated = np.sqrt(np.diag(exact.cofactor)) * sigma
+        # A deviation of 1000 trials scatters by 2.2 %; four of that.
+        assert np.std(found, axis=0) == pytest.approx(stated, rel=0.09)
+
+    def test_one_circle(self) -> None:
+        angle = np.linspace(0.0, 5.0, 8)
+        with pytest.raises(PretravelError, match="cone"):
+            fit_cone(np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1))
 
 
 class TestPlane:

@@ -13,12 +13,15 @@ from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 
 _POINT = re.compile(r"^(FA?)\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*POINT\s*,\s*(.*)$", re.I)
+_FEATURE = re.compile(r"^FA\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*(\w+)", re.I)
 _MEASURED = re.compile(r"FA?\s*\(.*\)\s*=\s*FEAT\s*/", re.I)
 _PC_DMIS = re.compile(r"^\w+\s*=\s*FEAT/POINT", re.I)
 _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
 _ROUNDED = 5e-3
 """Normals are printed with few decimals; they are scaled to length one."""
+_SHOWN = 8
+"""Most features that a message names."""
 
 
 def read_dmis(
@@ -52,36 +55,83 @@ def read_dmis(
     """
     file = opened(source)
     lines = file.lines("a DMIS file")
-    if radius_taken_off is None:
-        raise file.error(
-            "a DMIS file does not state whether the tip's radius was taken off its points; give "
-            "the radius taken off: 0 for tip centres, or the radius in mm",
-            inputs=("radius_taken_off",),
-        )
-    if not 0.0 <= radius_taken_off < 1000.0:
-        raise file.error(
-            f"the radius taken off is {radius_taken_off:g}; a radius in mm, or 0, is needed",
-            inputs=("radius_taken_off",),
-        )
     output = _Output(file, units)
     for number, statement in _statements(lines):
         output.read_statement(statement, number)
     if not output.actual:
-        raise file.error("the file contains no measured point, FA(label)=FEAT/POINT,CART,…")
+        raise file.error(_without_points(output))
+    radius_taken_off = checked_radius_taken_off(file, "a DMIS file", radius_taken_off)
     scale = file.scale(output.units, "the file has no UNITS")
     missed = tuple(label for label in output.nominal if label not in output.actual)
-    return FileReadings(_touches(output, scale, radius_taken_off), missed=missed)
+    return FileReadings(
+        _touches(output, scale, radius_taken_off), missed=missed, warnings=_warnings(output)
+    )
+
+
+def checked_radius_taken_off(file: SourceFile, what: str, radius: float | None) -> float:
+    """Return the radius that the user states, in mm.
+
+    Parameters
+    ----------
+    file : SourceFile
+    what : str
+        What the file is, for the message: "a DMIS file".
+    radius : float or None
+        [mm]
+
+    Raises
+    ------
+    InputError
+        The radius is missing, or is no radius.
+    """
+    if radius is None:
+        raise file.error(
+            f"{what} does not state whether the tip's radius was taken off its points; give "
+            "the radius taken off: 0 for tip centres, or the radius in mm",
+            inputs=("radius_taken_off",),
+        )
+    if not 0.0 <= radius < 1000.0:
+        raise file.error(
+            f"the radius taken off is {radius:g}; a radius in mm, or 0, is needed",
+            inputs=("radius_taken_off",),
+        )
+    return radius
+
+
+def _without_points(output: _Output) -> str:
+    """The refusal of a file without measured points."""
+    if output.features:
+        return (
+            f"the file contains features ({_shown(output.features)}), but no measured point, "
+            "FA(label)=FEAT/POINT,CART,…: no touches can be made of features. Let the program "
+            "output its points, each measured as a FEAT/POINT"
+        )
+    return (
+        "the file contains no measured point, FA(label)=FEAT/POINT,CART,…: is this a program, "
+        "rather than its output?"
+    )
+
+
+def _warnings(output: _Output) -> tuple[str, ...]:
+    if not output.features:
+        return ()
+    return (f"features are left out, because they are no touches: {_shown(output.features)}",)
+
+
+def _shown(features: list[str]) -> str:
+    return ", ".join(features[:_SHOWN]) + ("…" if len(features) > _SHOWN else "")
 
 
 @dataclass
 class _Output:
-    """What was read of an output file so far: points x, y, z, i, j, k by label, and lines."""
+    """What was read of an output file so far: points x, y, z, i, j, k by label, lines, features."""
 
     file: SourceFile
     units: str | None
     nominal: dict[str, list[float]] = field(default_factory=dict)
     actual: dict[str, list[float]] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
+    features: list[str] = field(default_factory=list)
 
     def read_statement(self, statement: str, number: int) -> None:
         """Read one statement: units or a point; others are skipped."""
@@ -93,6 +143,8 @@ class _Output:
             self._read_units(found[1], number)
         elif found := _POINT.match(statement):
             self._read_point(found[1].upper(), found[2], found[3].split(","), number)
+        elif found := _FEATURE.match(statement):
+            self.features.append(f"{found[1]} {found[2].upper()}")
 
     def _read_units(self, name: str, number: int) -> None:
         own = _UNIT_NAMES.get(name.upper())
@@ -127,19 +179,11 @@ class _Output:
 def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
     file, labels = output.file, tuple(output.actual)
     table = np.array(list(output.actual.values()))
-    lengths = np.linalg.norm(table[:, 3:], axis=1)
-    for label, length in zip(labels, lengths.tolist(), strict=True):
-        if abs(length - 1.0) > _ROUNDED:
-            raise file.error(
-                f"point {label}: i, j, k has length {length:.4g}; the unit normal is needed (some "
-                "systems write zeros, or angles, there)",
-                output.lines[label],
-            )
-    normals = table[:, 3:] / lengths[:, None]
+    lines = tuple(output.lines.values())
+    normals = with_unit_normals(file, table[:, 3:], labels, lines)
     nominal_points: FloatArray | None = None
     if all(label in output.nominal for label in labels):
         nominal_points = scale * np.array([output.nominal[label][:3] for label in labels])
-    lines = tuple(output.lines.values())
     with file.named_in_errors(lines):
         return Touches(
             positions=scale * table[:, :3] + radius_taken_off * normals,
@@ -149,6 +193,34 @@ def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
             source=file.name,
             lines=lines,
         )
+
+
+def with_unit_normals(
+    file: SourceFile, vectors: FloatArray, labels: tuple[str, ...], lines: tuple[int, ...]
+) -> FloatArray:
+    """Return vectors i, j, k scaled to length one, (n, 3).
+
+    Parameters
+    ----------
+    file : SourceFile
+    vectors : (n, 3) float
+    labels : n str
+    lines : n int
+
+    Raises
+    ------
+    InputError
+        The length of a vector differs from one by more than its last printed digits.
+    """
+    lengths = np.linalg.norm(vectors, axis=1)
+    for label, length, line in zip(labels, lengths.tolist(), lines, strict=True):
+        if abs(length - 1.0) > _ROUNDED:
+            raise file.error(
+                f"point {label}: i, j, k has length {length:.4g}; the unit normal is needed (some "
+                "systems write zeros, or angles, there)",
+                line,
+            )
+    return np.asarray(vectors / lengths[:, None])
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:

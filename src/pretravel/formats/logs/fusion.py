@@ -14,6 +14,7 @@ from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import exact_number
 from pretravel.formats.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers
+from pretravel.formats.logs.plain_labels import plain_labels, plain_name
 from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.frames import turned_about_axes
 from pretravel.touches import Touches
@@ -254,7 +255,7 @@ def write_fusion(
     centers, normals, nominal_points : (n, 3) float
         [mm]
     labels : tuple of str
-        Written as comments: the format numbers its points.
+        Written as comments, in plain signs: the format numbers its points.
     tip_radius : float
         [mm]
 
@@ -268,9 +269,9 @@ def write_fusion(
             "a Fusion results file needs the nominal points: columns nominal_x_mm, nominal_y_mm, "
             "nominal_z_mm"
         )
-    lines = ["START", f"RESULTSFILE {Path(path).stem}"]
+    lines = ["START", f"RESULTSFILE {plain_name(Path(path).stem)}"]
     rows = zip(
-        labels,
+        plain_labels(labels),
         np.asarray(centers, dtype=np.float64),
         np.asarray(normals, dtype=np.float64),
         np.asarray(nominal_points, dtype=np.float64),

@@ -1,4 +1,8 @@
-"""Logs of grbl, grblHAL and FluidNC: reports ``[PRB:x,y,z:1]``, as senders log them; reading."""
+"""Logs of grbl, grblHAL and FluidNC: reports ``[PRB:x,y,z:1]``, as senders log them; reading.
+
+Older versions report ``[PRB:x,y,z]``, ``[Probe:x,y,z]`` or ``<Probe,MPos:x,y,z,WPos:x,y,z>``, which
+do not state whether the probe made contact.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +15,11 @@ import numpy.typing as npt
 from pretravel.formats.file_format import FileFormat, FilePositions
 from pretravel.formats.source_file import Source, SourceFile, opened
 
-_PROBE = re.compile(r"\[PRB:([^\]:]*):?([^\]]*)\]")
+_PROBE = re.compile(r"\[(?:PRB|Probe):([^\]:]*):?([^\]]*)\]")
+_PROBE_BEGINS = re.compile(r"\[(?:PRB|Probe):|<Probe,")
+_OLD_STATUS = re.compile(r"<(\w+),MPos:([-\d.,]+),WPos:([-\d.]+,[-\d.]+,[-\d.]+)[^>]*>")
 _OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\]]*)\]")
-_STATUS_LINE = re.compile(r"<\w+\|[^>]*>")
+_STATUS_LINE = re.compile(r"<\w+[|,][^>]*>")
 _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
 _ACTIVE_OFFSET = re.compile(r"\[(?:GC:)?[^\]]*\b(G5[4-9](?:\.[123])?)\b[^\]]*\]")
@@ -21,6 +27,8 @@ _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G
 """Parameters after which ``$#`` repeats the last report."""
 _MOVED = 2e-3
 """Other axes that differ by more than this have moved. [deg or mm, reports have two digits]"""
+_ROUNDED = 2e-3
+"""MPos less WPos differs by less than this when the work coordinates are the same. [log's unit]"""
 
 
 def read_grbl_log(
@@ -37,12 +45,12 @@ def read_grbl_log(
         mm or inch: the units of the reports, where the log does not contain ``$13``.
     offset : (3,) float, optional
         Origin of the work coordinates in the machine's, where the log contains neither ``WCO:``
-        nor ``$#`` with ``$G``. [mm]
+        or ``WPos:`` nor ``$#`` with ``$G``. [mm]
 
     Returns
     -------
     FilePositions
-        Each report marks whether it is a contact.
+        Each report marks whether it is a contact, except those of old versions of grbl.
 
     Raises
     ------
@@ -66,7 +74,10 @@ def read_grbl_log(
         if text.strip() and not _STATUS_LINE.search(text):
             previous = text
     if not log.positions:
-        raise file.error("the file contains no report [PRB:…]")
+        raise file.error(
+            "the file contains no report [PRB:…] of a touch (the one among the parameters, $#, "
+            "repeats an earlier one)"
+        )
     scale = file.scale(
         log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
     )
@@ -75,7 +86,7 @@ def read_grbl_log(
         file.path,
         scale * np.array(log.positions) - origin,
         tuple(log.lines),
-        tuple(log.contact),
+        log.contacts(),
     )
 
 
@@ -86,26 +97,33 @@ class _GrblLog:
     Attributes
     ----------
     positions, contact, lines
-        Of the reports, in machine coordinates and the log's units.
+        Of the reports, in machine coordinates and the log's units; contact is None where a report
+        does not state it.
     offsets : mapping of str to values and line
         WCO, G54 …, G92 and TLO, as last stated.
     first_offsets
         The same when the first report came.
     active : str or None
-        The work offset that is active.
+        The work offset that was active when the first report came.
+    stated_later : str or None
+        The work offset that the log first states among the touches.
     other_axes
         Values of the first report beyond x, y and z.
+    changed : message and line, or None
+        A change of the work coordinates after a report: an error once another report follows.
     """
 
     file: SourceFile
     units: str | None
     positions: list[list[float]] = field(default_factory=list)
-    contact: list[bool] = field(default_factory=list)
+    contact: list[bool | None] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
     first_offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
     active: str | None = None
+    stated_later: str | None = None
     other_axes: list[float] | None = None
+    changed: tuple[str, int] | None = None
 
     def read_units(self, text: str, number: int) -> None:
         """Read the setting $13: whether reports are in inches."""
@@ -123,36 +141,53 @@ class _GrblLog:
     def read_offsets(self, text: str, number: int) -> None:
         """Read work offsets, the tool length and the active work offset."""
         if found := _STATUS_OFFSET.search(text):
-            self._keep_offset("WCO", found[1], number)
+            self._keep_offset("WCO", self._offset("WCO", found[1], number), number)
+        if found := _OLD_STATUS.search(text):
+            machine, work = (self._offset("MPos, WPos", found[i], number) for i in (2, 3))
+            origin = [round(m - w, 4) for m, w in zip(machine, work, strict=True)]
+            self._keep_offset("WCO", origin, number, rounded=_ROUNDED)
         for name, values in _OFFSET.findall(text):
-            self._keep_offset(name, values, number)
+            self._keep_offset(name, self._offset(name, values, number), number)
         if "[GC:" in text and (found := _ACTIVE_OFFSET.search(text)):
-            if self.positions and self.active != found[1]:
-                raise self.file.error(
-                    f"{found[1]} became active among the touches; split the log there", number
-                )
-            self.active = found[1]
+            self._keep_active(found[1], number)
 
-    def _keep_offset(self, name: str, text: str, number: int) -> None:
+    def _offset(self, name: str, text: str, number: int) -> list[float]:
         values = self.file.numbers([cell for cell in text.split(",") if cell], number)
         if name != "TLO" and len(values) < 3:
             raise self.file.error(f"{name} has {len(values)} values; x, y and z are needed", number)
-        if self.positions and name in self.offsets and self.offsets[name][0] != values:
-            before, line = self.offsets[name]
-            raise self.file.error(
-                f"{name} was {before} (line {line}) and is {values} here, among the touches; split "
-                "the log there",
-                number,
-            )
-        self.offsets[name] = (values, number)
+        return values
+
+    def _keep_active(self, name: str, number: int) -> None:
+        if not self.positions:
+            self.active = name
+            return
+        known = self.active or self.stated_later
+        if known is not None and known != name:
+            self._changed(f"{name} became active here", number)
+        self.stated_later = name
+
+    def _keep_offset(
+        self, name: str, values: list[float], number: int, rounded: float = 0.0
+    ) -> None:
+        before, line = self.offsets.get(name, (values, number))
+        same = len(values) == len(before) and np.allclose(values, before, rtol=0.0, atol=rounded)
+        if self.positions and not same:
+            self._changed(f"{name} was {before} (line {line}) and is {values} here", number)
+        if not (self.positions and same):
+            self.offsets[name] = (values, number)
+
+    def _changed(self, what: str, number: int) -> None:
+        self.changed = (f"{what}, among the touches; split the log there", number)
 
     def read_reports(self, text: str, number: int, *, repeated: bool) -> None:
         """Read the probe reports of a line; repeated ones ($#) are checked and left out."""
-        reports = _PROBE.findall(text)
-        if text.count("[PRB:") != len(reports):
+        reports: list[tuple[str, str]] = _PROBE.findall(text)
+        reports += [(machine, "") for state, machine, _ in _OLD_STATUS.findall(text)
+                    if state == "Probe"]  # fmt: skip
+        if len(_PROBE_BEGINS.findall(text)) != len(reports):
             raise self.file.error("this report is cut off; [PRB:x,y,z:1] is needed", number)
         for cells, flag in reports:
-            if flag not in ("0", "1"):
+            if flag not in ("0", "1", ""):
                 raise self.file.error(
                     "this report does not end in :1 or :0; [PRB:x,y,z:1] is needed", number
                 )
@@ -161,14 +196,24 @@ class _GrblLog:
                 raise self.file.error(
                     f"a report of {len(values)} axes; x, y and z are needed", number
                 )
-            if repeated:
-                continue
-            self._check_other_axes(values[3:], number)
-            if not self.positions:
-                self.first_offsets = dict(self.offsets)
-            self.positions.append(values[:3])
-            self.contact.append(flag == "1")
-            self.lines.append(number)
+            if not repeated:
+                self._keep_report(values, flag == "1" if flag else None, number)
+
+    def _keep_report(self, values: list[float], contact: bool | None, number: int) -> None:
+        if self.changed is not None:
+            raise self.file.error(*self.changed)
+        self._check_other_axes(values[3:], number)
+        if not self.positions:
+            self.first_offsets = dict(self.offsets)
+        elif (contact is None) != (self.contact[0] is None):
+            raise self.file.error(
+                "this report states whether there was contact (:1 or :0), the first one does not, "
+                "or the reverse: are these logs of two machines?",
+                number,
+            )
+        self.positions.append(values[:3])
+        self.contact.append(contact)
+        self.lines.append(number)
 
     def _check_other_axes(self, values: list[float], number: int) -> None:
         if self.other_axes is None:
@@ -177,6 +222,11 @@ class _GrblLog:
             np.abs(np.subtract(values, self.other_axes)) > _MOVED
         ):
             raise self.file.error("a fourth axis has moved since the first report", number)
+
+    def contacts(self) -> tuple[bool, ...] | None:
+        """Return whether each report is a contact; None where the log does not state it."""
+        stated = tuple(contact for contact in self.contact if contact is not None)
+        return stated if len(stated) == len(self.contact) else None
 
     def work_offset(self) -> npt.NDArray[np.float64]:
         """Return the origin of the work coordinates in the machine's, in the log's units, (3,)."""
@@ -192,7 +242,8 @@ class _GrblLog:
         if self.active is None or self.active not in known:
             raise self.file.error(
                 "reports are in machine coordinates, and the log does not show before the first "
-                "report where the work coordinates are (WCO: in a status line, or $# and $G); give "
+                "report where the work coordinates are (WCO: or WPos: in a status line, or $# and "
+                "$G); give "
                 "the offset x,y,z of the work coordinates in the machine's, in mm",
                 inputs=("offset",),
             )
@@ -208,10 +259,10 @@ class _GrblLog:
 
 GRBL = FileFormat(
     name="grbl",
-    what="log of a sender for grbl, grblHAL, FluidNC: [PRB:…]",
+    what="log of a sender for grbl, grblHAL, FluidNC: [PRB:…], <Probe,MPos:…>",
     reads="positions",
-    needs="plan; units without $13; offset without WCO",
-    verified="public logs of five senders: their form",
-    recognises=lambda lines: any("[PRB:" in line for line in lines),
+    needs="plan; units without $13; offset without WCO or WPos",
+    verified="public logs of seven senders: their form",
+    recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
     parse=lambda file, options: read_grbl_log(file, options.units, options.offset),
 )

@@ -27,6 +27,8 @@ _OUTLYING = 0.5
 """A position this much further along its line than the median is named in a warning. [mm]"""
 _SHOWN = 10
 """Most labels that a message shows."""
+_NO_TARGET = -1
+"""Stands for the row of the plan of a miss that lies on no target's line."""
 
 
 def join(
@@ -69,12 +71,12 @@ def join(
     if not np.any(contact):
         raise InputError("none of the readings is a contact", path=found.path)
     rows = np.flatnonzero(contact)
-    warnings = _absent(lines, owners)
+    warnings = _absent(lines, owners) + _misses_elsewhere(found, owners)
     if found.contact is None and overtravel is None:
         warnings.append(_possible_misses(lines, owners, beyond))
     return FileReadings(
         _touches(found, plan, lines, owners[rows], rows),
-        missed=tuple(lines.labels[owner] for owner in owners[~contact]),
+        missed=tuple(lines.labels[owner] for owner in owners[~contact] if owner != _NO_TARGET),
         warnings=tuple(warnings),
     )
 
@@ -122,7 +124,10 @@ def _lines_of(plan: Targets, tip_radius: float, path: str) -> _TargetLines:
 
 
 def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatArray]:
-    """Return for each position its row of the plan, and its distance beyond the target. [mm]"""
+    """Return for each position its row of the plan, and its distance beyond the target. [mm]
+
+    A control can report any position for a miss, for example zeros.
+    """
     from scipy.spatial import cKDTree
 
     reach = float(np.hypot(ALONG, ACROSS))
@@ -130,7 +135,16 @@ def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatA
     waiting = [list(rows) for rows in lines.repeats]
     owners, beyond = [], []
     for row, near in enumerate(near_by):
-        line, along = _line_through(found, row, lines, np.sort(np.asarray(near, dtype=np.int64)))
+        try:
+            line, along = _line_through(
+                found, row, lines, np.sort(np.asarray(near, dtype=np.int64))
+            )
+        except InputError:
+            if found.contact is None or found.contact[row]:
+                raise
+            owners.append(_NO_TARGET)
+            beyond.append(np.nan)
+            continue
         if not waiting[line]:
             raise found.error(
                 f"the target {lines.label(line)} has more readings than the plan has touches of "
@@ -222,6 +236,15 @@ def _absent(lines: _TargetLines, owners: IntArray) -> list[str]:
         "reading that equals the one before; or the run ended early.)"
     )
     return [warning]
+
+
+def _misses_elsewhere(found: FilePositions, owners: IntArray) -> list[str]:
+    """Return a warning about stated misses whose position tells no target."""
+    rows = np.flatnonzero(owners == _NO_TARGET)[:_SHOWN]
+    if not len(rows):
+        return []
+    lines = ", ".join(str(found.lines[row]) for row in rows)
+    return [f"misses whose position lies on the line of no target, or of several: line {lines}"]
 
 
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:

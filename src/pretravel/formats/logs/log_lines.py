@@ -14,6 +14,9 @@ _NUMBER = r"[-+.\d]"
 _POSITION = re.compile(
     rf"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*{_NUMBER}.*Y\s*{_NUMBER}.*Z\s*{_NUMBER}", re.IGNORECASE
 )
+_ROTARY = "ABC"
+_MOVED = 1e-4
+"""Rotary axes that differ by more than this have moved. [deg]"""
 _HEAD = 20
 """Lines among which the first position is expected, to recognise the format."""
 
@@ -34,7 +37,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     Raises
     ------
     InputError
-        The units are missing or contradict the file; a line is not a position with X, Y and Z.
+        The units are missing or contradict the file; a line is not a position with X, Y and Z; a
+        rotary axis has moved.
         The message contains the line.
 
     >>> file = SourceFile("a.txt", b"G21\nG1 X1.0 Y2.0 Z3.0\n")
@@ -43,6 +47,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     """
     file = opened(source)
     rows, numbers = [], []
+    rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
         line = re.sub(r"\(.*?\)", "", text).strip()
         if not line or line.startswith((";", "%")):
@@ -50,7 +55,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         units = _units(file, line, number, units)
         if re.search(r"\bG91\b", line, re.IGNORECASE):
             raise file.error("G91: relative positions are not read", number)
-        if position := _position(file, line, number):
+        if position := _position(file, line, number, rotary):
             rows.append(position)
             numbers.append(number)
     scale = file.scale(units, "the file does not state its units (G20 or G21)")
@@ -75,8 +80,10 @@ def _units(file: SourceFile, line: str, number: int, units: str | None) -> str |
     return own
 
 
-def _position(file: SourceFile, line: str, number: int) -> list[float] | None:
-    """Read X, Y and Z of a line; None if the line has no coordinate."""
+def _position(
+    file: SourceFile, line: str, number: int, rotary: dict[str, float]
+) -> list[float] | None:
+    """Read X, Y and Z of a line; None if the line has none. `rotary` keeps the other axes."""
     remainder = _WORD.sub("", line).strip()
     if remainder:
         raise file.error(
@@ -84,13 +91,21 @@ def _position(file: SourceFile, line: str, number: int) -> list[float] | None:
             + ("; use points as decimal signs" if "," in remainder else ""),
             number,
         )
-    pairs = [(name.upper(), value) for name, value in _WORD.findall(line) if name.upper() in "XYZ"]
+    pairs = [(name.upper(), value) for name, value in _WORD.findall(line)]
+    pairs = [(name, value) for name, value in pairs if name in "XYZ" + _ROTARY]
     words = dict(pairs)
     if len(words) < len(pairs):
         raise file.error("a coordinate occurs twice", number)
-    if not words:
+    if not set(words) & set("XYZ"):
         return None
-    if len(words) < 3:
+    for axis in set(words) & set(_ROTARY):
+        if abs(float(words[axis]) - rotary.setdefault(axis, float(words[axis]))) > _MOVED:
+            raise file.error(
+                f"the rotary axis {axis} has moved; positions at different rotary angles cannot be "
+                "joined with one plan",
+                number,
+            )
+    if not set("XYZ") <= set(words):
         missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
         raise file.error(f"'{line[:40]}' has no {missing}", number)
     return [float(words[axis]) for axis in "XYZ"]

@@ -8,6 +8,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.controls.program_log import (
+    FAULTS,
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
@@ -63,6 +64,8 @@ class _Log:
         self.planned: int | None = None
         """Touches of the program; None before the first line, 0 where no line states them."""
         self.finished = False
+        self.stopped = ""
+        """Label and cause, where the program stopped at a touch."""
         self.rotation: float | None = None
         self.columns: tuple[str, ...] = ()
         self.touched: dict[str, list[float]] = {}
@@ -75,6 +78,7 @@ class _Log:
             "columns": self._take_columns,
             "touch": self._take_touch,
             "point": self._take_point,
+            "stopped": self._take_stopped,
         }
 
     def take(self, line: str, number: int) -> None:
@@ -143,6 +147,13 @@ class _Log:
         self._check_values(values, SURFACE_POINT_COLUMNS, number)
         self.points[values[0]] = MICROMETRE * np.array(self.file.numbers(values[1:4], number))
 
+    def _take_stopped(self, values: list[str], number: int) -> None:
+        if len(values) != 2:
+            raise self.file.error("a line 'stopped' has a label and the number of a cause", number)
+        cause = int(self.file.numbers(values[1:], number)[0])
+        words = FAULTS[cause - 1] if 1 <= cause <= len(FAULTS) else f"cause {cause}"
+        self.stopped = f" (stopped at {values[0]}: {words})"
+
     def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
         if self.rotation is None or not self.columns:
             raise self.file.error(
@@ -157,7 +168,7 @@ class _Log:
         """All that the log contains."""
         if not self.touched or self.rotation is None:
             missed = f"; {len(self.missed)} were missed" if self.missed else ""
-            raise self.file.error(f"the log contains no touch{missed}")
+            raise self.file.error(f"the log contains no touch{missed}{self.stopped}")
         scales = [_SCALES.get(name.rpartition("_")[2], 1.0) for name in self.columns[1:]]
         table = np.array(list(self.touched.values())) * np.array(scales)
         with self.file.named_in_errors(self.lines):
@@ -183,7 +194,7 @@ class _Log:
             return (f"lines have been lost: {found}, though the program ran to its end",)
         # A program of the user's own states no number of touches, and no end.
         if not self.finished and self.planned:
-            return (f"the program did not run to its end: {found}",)
+            return (f"the program did not run to its end{self.stopped}: {found}",)
         return ()
 
 

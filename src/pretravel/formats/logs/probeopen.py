@@ -84,7 +84,9 @@ def _row(file: SourceFile, text: str, number: int, last: int) -> list[float]:
 
 
 def _is_probeopen(lines: list[str]) -> bool:
-    return re.fullmatch(r"[-+.,\deE\s]+", lines[0]) is not None and len(lines[0].split()) >= 3
+    return (
+        re.fullmatch(r"[-+.,\deE\s]+", lines[0]) is not None and len(lines[0].split()) == _COLUMNS
+    )
 
 
 PROBEOPEN = FileFormat(

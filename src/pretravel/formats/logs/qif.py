@@ -1,10 +1,10 @@
-"""QIF 3 (ISO 23952): MeasuredPointSet; reading and writing."""
+"""QIF 3 (ISO 23952): MeasuredPointSet; reading and writing. QIF 2: reading of its points."""
 
 from __future__ import annotations
 
+import re
 import uuid
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,54 +20,32 @@ from pretravel.formats.file_format import (
     PointsOrigin,
     labels_or_numbers,
 )
-from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.formats.logs.plain_labels import plain_labels
+from pretravel.formats.logs.qif_document import (
+    COMPENSATED,
+    NAMESPACE,
+    UNIT_NAMES,
+    PointSet,
+    QifDocument,
+    finite_number,
+    own_text,
+    unit_normals,
+)
+from pretravel.formats.logs.qif_measure_points import read_measure_points
+from pretravel.formats.source_file import Source, opened
 from pretravel.touches import Touches
-from pretravel.units import INCH
 from pretravel.whole_file import whole_file
 
-NAMESPACE = "http://qifstandards.org/xsd/qif3"
 _Q = f"{{{NAMESPACE}}}"
-_SETS = (
-    f"{_Q}Results/{_Q}MeasurementResultsSet/{_Q}MeasurementResults/{_Q}MeasuredPointSets/"
-    f"{_Q}MeasuredPointSet"
-)
-_LINEAR_UNIT = f"{_Q}FileUnits/{_Q}PrimaryUnits/{_Q}LinearUnit"
-_METRE = 1000.0
-"""The unit of lengths where the file states none. [mm]"""
-_UNIT_NAMES = {"mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "inch": INCH, "in": INCH,
-               "m": _METRE, "meter": _METRE, "metre": _METRE}  # fmt: skip
-_ROUNDED = 5e-3
-"""Normals whose length differs from one by less are scaled to length one."""
+_SETS = "Results", "MeasurementResultsSet", "MeasurementResults", "MeasuredPointSets"
+_RADIUS_DIGITS = 9
+"""Radii are compared to this digit of a millimetre: systems print them with their rounding."""
 _LABELS = "labels:"
 """Begins the comment that contains the labels of a set."""
 
 
-@dataclass(frozen=True, eq=False)
-class PointSet:
-    """One MeasuredPointSet.
-
-    Attributes
-    ----------
-    points : (n, 3) float
-        Tip centres, or surface points where they are compensated. [mm]
-    compensated : (n,) bool
-        Whether the probe radius was taken off.
-    normals : (n, 3) float or None
-    radii : (n,) float or None
-        Effective radii of the probe. [mm]
-    labels : tuple of str
-        From the comment that pretravel writes, or the set's id and the number of the point in it.
-    """
-
-    points: FloatArray
-    compensated: tuple[bool, ...]
-    normals: FloatArray | None
-    radii: FloatArray | None
-    labels: tuple[str, ...]
-
-
 def read_point_sets(source: Source) -> list[PointSet]:
-    """Read every MeasuredPointSet of a QIF 3 document.
+    """Read every MeasuredPointSet of a QIF 3 document, or the MeasurePoints of QIF 2 as one set.
 
     Parameters
     ----------
@@ -84,18 +62,20 @@ def read_point_sets(source: Source) -> list[PointSet]:
         a number is not finite; a list is binary.
     """
     file = opened(source)
-    root = _document(file)
-    scale = _file_scale(file, root)
-    main_unit = root.findtext(f"{_LINEAR_UNIT}/{_Q}UnitName")
-    sets = []
-    for element in root.findall(_SETS):
-        element_set = _SetElement(file, element)
-        own_scale = element_set.scale(main_unit)
-        sets.append(element_set.point_set(scale if own_scale is None else own_scale))
+    document = QifDocument(file)
+    if document.is_version_2:
+        found = read_measure_points(document)
+        sets = [] if found is None else [found]
+    else:
+        scale, main_unit = document.scale(), document.main_unit()
+        elements = document.root.findall(document.path(*_SETS, "MeasuredPointSet"))
+        sets = [_SetElement(document, element).point_set(scale, main_unit) for element in elements]
     if not sets:
         raise file.error(
-            "the document contains no MeasuredPointSet (Results/MeasurementResultsSet/"
-            "MeasurementResults/MeasuredPointSets)"
+            "the document contains no measured points (QIF 3: Results/MeasurementResultsSet/"
+            "MeasurementResults/MeasuredPointSets; QIF 2: MeasurePoint), at most features and "
+            "characteristics, from which no touches can be made. Let the system that wrote it "
+            "export its points too"
         )
     return sets
 
@@ -121,22 +101,25 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
     sets = read_point_sets(file)
     for point_set in sets:
         if any(point_set.compensated):
+            label = point_set.labels[point_set.compensated.index(True)]
             raise file.error(
-                f"the set {point_set.labels[0].rpartition('-')[0]} contains points whose probe "
-                "radius was already taken off (Compensated true); tip centres are needed. In "
-                "Python, pretravel.formats.logs.qif.read_point_sets reads them"
+                f"the probe radius was already taken off point {label} (Compensated true); tip "
+                "centres are needed. In Python, pretravel.formats.logs.qif.read_point_sets reads "
+                "such points"
             )
     points = np.concatenate([s.points for s in sets])
+    lines = tuple(line for s in sets for line in s.lines)
     normals = [s.normals for s in sets if s.normals is not None]
     if len(normals) < len(sets):
-        return FilePositions(file.path, points, tuple(range(1, len(points) + 1)))
-    radii = np.unique(np.concatenate([_radii(s) for s in sets]))
-    with file.named_in_errors():
+        return FilePositions(file.path, points, lines)
+    radii = np.unique(np.concatenate([_radii(s) for s in sets]).round(_RADIUS_DIGITS))
+    with file.named_in_errors(lines):
         touches = Touches(
             positions=points,
             normals=np.concatenate(normals),
             labels=tuple(label for s in sets for label in s.labels),
             source=file.name,
+            lines=lines,
         )
     common = len(radii) == 1 and radii[0] > 0.0
     return FileReadings(touches, tip_radius=float(radii[0]) if common else None)
@@ -148,65 +131,29 @@ def _radii(point_set: PointSet) -> FloatArray:
     return unknown if point_set.radii is None else point_set.radii
 
 
-def _document(file: SourceFile) -> ET.Element:
-    """Return the root of a QIF 3 document."""
-    text = "\n".join(file.lines("a QIF document"))
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise file.error("a QIF document must not contain a document type or entities")
-    try:
-        builder = ET.TreeBuilder(insert_comments=True)
-        root = ET.fromstring(text, ET.XMLParser(target=builder))
-    except ET.ParseError as error:
-        raise file.error(f"not well-formed XML: {error}") from None
-    if root.tag != f"{_Q}QIFDocument":
-        space = root.tag.rpartition("}")[0].lstrip("{") or "no namespace"
-        raise file.error(
-            f"{root.tag.rpartition('}')[2]} in {space}: QIF 3 is read (QIFDocument in {NAMESPACE})"
-        )
-    return root
-
-
-def _file_scale(file: SourceFile, root: ET.Element) -> float:
-    """Return the millimetres in the document's unit of length."""
-    unit = root.find(_LINEAR_UNIT)
-    if unit is None:
-        return _METRE
-    if float(unit.findtext(f"{_Q}UnitConversion/{_Q}Offset") or 0.0) != 0.0:
-        raise file.error("a length unit with an offset is not read")
-    factor = unit.findtext(f"{_Q}UnitConversion/{_Q}Factor")
-    if factor is not None:
-        try:
-            return float(factor) * _METRE
-        except ValueError:
-            raise file.error(f"the factor '{factor}' of the length unit is not a number") from None
-    name = (unit.findtext(f"{_Q}UnitName") or "meter").strip().lower()
-    if name not in _UNIT_NAMES:
-        raise file.error(f"the length unit '{name}' is not known and has no factor")
-    return _UNIT_NAMES[name]
-
-
 class _SetElement:
     """The element of a MeasuredPointSet, and errors that name it."""
 
-    def __init__(self, file: SourceFile, element: ET.Element) -> None:
-        self.file = file
+    def __init__(self, document: QifDocument, element: ET.Element) -> None:
+        self.document = document
         self.element = element
         self.name = f"MeasuredPointSet {element.get('id', '?')}"
 
     def error(self, message: str) -> InputError:
-        return self.file.error(f"{self.name}: {message}")
+        return self.document.file.error(f"{self.name}: {message}")
 
-    def scale(self, main_unit: str | None) -> float | None:
-        """Return the millimetres in the set's own unit; None if it has the document's unit."""
+    def _own_scale(self, scale: float, main_unit: str | None) -> float:
+        """Return the millimetres in the set's own unit, or else in the document's."""
         unit = self.element.get("linearUnit")
         if unit is None or unit == main_unit:
-            return None
-        if unit.strip().lower() not in _UNIT_NAMES:
+            return scale
+        if unit.strip().lower() not in UNIT_NAMES:
             raise self.error(f"its length unit '{unit}' is not known")
-        return _UNIT_NAMES[unit.strip().lower()]
+        return UNIT_NAMES[unit.strip().lower()]
 
-    def point_set(self, scale: float) -> PointSet:
-        """Read everything that the set contains; `scale` is the millimetres in its unit."""
+    def point_set(self, scale: float, main_unit: str | None) -> PointSet:
+        """Read the whole set; the unit's millimetres and its name are the document's."""
+        scale = self._own_scale(scale, main_unit)
         self._refuse_what_is_not_read()
         try:
             count = int(self.element.get("count", ""))
@@ -220,9 +167,12 @@ class _SetElement:
         return PointSet(
             scale * points.reshape(-1, 3),
             self._compensated(count),
-            None if normals is None else self._unit_normals(normals.reshape(-1, 3)),
+            None
+            if normals is None
+            else unit_normals(normals.reshape(-1, 3), lambda _, message: self.error(message)),
             None if radii is None else scale * radii,
             self._labels(count),
+            self._lines(),
         )
 
     def _refuse_what_is_not_read(self) -> None:
@@ -240,7 +190,7 @@ class _SetElement:
             )
 
     def _numbers(self, tag: str, count: int) -> FloatArray | None:
-        text = self.element.findtext(f"{_Q}{tag}")
+        text = self._text(tag)
         if text is None:
             return None
         values = np.array([self._number(word) for word in text.split()])
@@ -248,40 +198,32 @@ class _SetElement:
             raise self.error(f"{tag} has {len(values)} numbers, its count asks for {count}")
         return values
 
+    def _text(self, tag: str) -> str | None:
+        return own_text(self.element.find(f"{_Q}{tag}"))
+
     def _number(self, word: str) -> float:
-        try:
-            value = float(word)
-        except ValueError:
-            value = np.nan
-        if not np.isfinite(value):
+        value = finite_number(word)
+        if np.isnan(value):
             raise self.error(f"'{word}' is not a finite number")
         return value
 
-    def _unit_normals(self, normals: FloatArray) -> FloatArray:
-        length = np.linalg.norm(normals, axis=1)
-        bad = np.flatnonzero(np.abs(length - 1.0) > _ROUNDED)
-        if len(bad):
-            raise self.error(
-                f"normal {bad[0] + 1} has length {length[bad[0]]:.4g}; unit vectors are needed"
-            )
-        rounded = np.abs(length - 1.0) > 1e-15
-        return np.where(rounded[:, None], normals / length[:, None], normals)
-
     def _radii(self, count: int) -> FloatArray | None:
         radii = self._numbers("ProbeRadii", count)
-        common = self.element.findtext(f"{_Q}ProbeRadius")
-        return radii if common is None else np.full(count, self._number(common))
+        common = self._text("ProbeRadius")
+        return radii if common is None else np.full(count, self._number(common.strip()))
 
     def _compensated(self, count: int) -> tuple[bool, ...]:
         """Read whether each point is compensated: one flag for all points, or one for each."""
-        single = self.element.findtext(f"{_Q}Compensated")
-        words = (single or self.element.findtext(f"{_Q}Compensations") or "").split()
-        meaning = {"true": True, "1": True, "false": False, "0": False}
-        if len(words) not in (1, count) or any(word not in meaning for word in words):
+        words = (self._text("Compensated") or self._text("Compensations") or "").split()
+        if len(words) not in (1, count) or any(word not in COMPENSATED for word in words):
             raise self.error(
                 "it does not state whether its points are compensated (Compensated true or false)"
             )
-        return tuple(meaning[word] for word in words) * (count if len(words) == 1 else 1)
+        return tuple(COMPENSATED[word] for word in words) * (count if len(words) == 1 else 1)
+
+    def _lines(self) -> tuple[int, ...]:
+        points = self.element.find(f"{_Q}Points")
+        return () if points is None else tuple(self.document.lines(points)[::3])
 
     def _labels(self, count: int) -> tuple[str, ...]:
         comments = [str(c.text or "").strip() for c in self.element if callable(c.tag)]
@@ -311,6 +253,7 @@ def write_qif(
         Tip centres, or surface points. [mm]
     normals : (n, 3) float
     labels : tuple of str
+        Written as a comment, in plain signs without spaces.
     compensated : bool
         Whether they are surface points.
     tip_radius : float or None
@@ -332,8 +275,8 @@ def write_qif(
     sets = _child(results, "MeasuredPointSets", n="1")
     own = _child(sets, "MeasuredPointSet", count=str(len(points)), id="2")
     # The set has no element for the labels of points; a comment is valid anywhere.
-    if all(label and not set(label) & set(" \t\n") and "--" not in label for label in labels):
-        own.append(ET.Comment(f" {_LABELS} {' '.join(labels)} "))
+    plain = plain_labels(tuple(re.sub(r" |(?<=-)-", "_", label) for label in labels))
+    own.append(ET.Comment(f" {_LABELS} {' '.join(plain)} "))
     _child(own, "Points", _text(points))
     _child(own, "Normals", _text(normals))
     _child(own, "Compensated", "true" if compensated else "false")
@@ -358,7 +301,8 @@ def _text(values: FloatArray) -> str:
 
 
 def _is_qif(lines: list[str]) -> bool:
-    return lines[0].startswith("<") and any("QIFDocument" in line for line in lines[:50])
+    # A comment of any length can stand before the root.
+    return lines[0].startswith("<") and any("QIFDocument" in line for line in lines)
 
 
 def _write_touches(path: Path, touches: Touches, tip_radius: float | None) -> None:
@@ -386,12 +330,12 @@ def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
 
 QIF = FileFormat(
     name="qif",
-    what="QIF 3 MeasuredPointSet (.qif)",
+    what="QIF 3 MeasuredPointSet, QIF 2 MeasurePoint (.qif)",
     reads="touches, positions",
     writes="touches, points",
     needs="plan without normals",
-    verified="one public file of a CMM, whose deviation was computed again; the schema's "
-    "path to the set, transcribed (not the whole schema)",
+    verified="public files of a CMM in versions 2.0, 2.1 and 3, whose deviation and features were "
+    "computed again; the schema's path to the set, transcribed (not the whole schema)",
     endings=(".qif",),
     recognises=_is_qif,
     parse=lambda file, _: read_qif(file),

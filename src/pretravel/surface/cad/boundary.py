@@ -84,6 +84,8 @@ def _edge_in_parameters(
         if of_surface == face.surface:
             which = other_side if backwards and other_side else curve
             shape = brep.plane_curves[which - 1]
+            if shape.is_straight:
+                return shape.value(np.array([first, last]))
             _, du, dv = surface.derivatives(shape.value(np.linspace(first, last, 9)))
             lengths = np.array([np.nanmax(np.linalg.norm(d, axis=1)) for d in (du, dv)])
             return polyline(shape, first, last, _CHORD, np.maximum(lengths, 1e-9))

@@ -22,6 +22,34 @@ _MOST_ON_EDGE = 100_000
 """Largest number of samples of one piece of an edge."""
 
 
+_PIECES = 200
+"""Least number of pieces of an edge: a straight line in the parameters can be an arc in space."""
+_CHORD = 1e-3
+"""More than the distance between an edge and its samples. [mm]"""
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseSamples:
+    """A few points of a face.
+
+    Attributes
+    ----------
+    uv : (m, 2) float
+        First those of a grid, then those on edges.
+    points : (m, 3) float
+        [mm]
+    inner : int
+        Number of those of the grid.
+    gap : float
+        Largest distance between neighbours of the grid. [mm]
+    """
+
+    uv: FloatArray
+    points: FloatArray
+    inner: int
+    gap: float
+
+
 @dataclass(frozen=True, eq=False)
 class Face:
     """A face of a part: a region of a surface, with material on one side.
@@ -104,8 +132,42 @@ class Face:
     def _seeds(self) -> tuple[FloatArray, Any]:
         from scipy.spatial import cKDTree
 
-        uv = self.samples(np.inf)
-        return uv, cKDTree(self.derivatives(uv)[0])
+        return self.coarse.uv, cKDTree(self.coarse.points)
+
+    @cached_property
+    def coarse(self) -> CoarseSamples:
+        """A few points spread over the face, which show its shape."""
+        if self.kind == "plane" and self.borders:  # its edges show all of it
+            uv = np.concatenate(self.borders)
+            return CoarseSamples(uv, self.derivatives(uv)[0], 0, 0.0)
+        grid, gap = self._grid(np.inf)
+        uv = np.concatenate([grid, self.edge_samples(np.inf)])
+        return CoarseSamples(uv, self.derivatives(uv)[0], len(grid), gap)
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        """Parameters of a point of the face that is far from its edges, (2,)."""
+        low, high = self.box
+        if self.trim is None:
+            return 0.5 * (low + high)
+        if self.kind == "plane":  # its parameters are lengths
+            return self.trim.middle(np.ones(2))
+        _, du, dv = self.derivatives(lattice(low, high, np.array([5, 5])))
+        lengths = np.array([np.nanmedian(np.linalg.norm(d, axis=1)) for d in (du, dv)])
+        longest = float(lengths.max()) or 1.0
+        return self.trim.middle(np.maximum(lengths, 1e-6 * longest))
+
+    @cached_property
+    def bounds(self) -> FloatArray:
+        """Smallest and largest coordinates, (2, 3): no point of the face lies outside. [mm]"""
+        coarse = self.coarse
+        low, high = np.nanmin(coarse.points, axis=0), np.nanmax(coarse.points, axis=0)
+        slack = _CHORD
+        if self.kind != "plane":
+            # Between samples the face rises over them by its curvature, at most by their distance.
+            bend = float(np.nanmax(np.abs(self.local(coarse.uv).principal_curvatures), initial=0.0))
+            slack += min(coarse.gap, bend * coarse.gap**2)
+        return np.stack([low - slack, high + slack])
 
     def samples(self, spacing: float) -> FloatArray:
         """Parameters of points spread over the face and its edges.
@@ -126,6 +188,11 @@ class Face:
 
         The number of points is limited, so the distance can be larger than the spacing.
         """
+        grid, gap = self._grid(spacing)
+        return np.concatenate([grid, self.edge_samples(spacing)]), gap
+
+    def _grid(self, spacing: float) -> tuple[FloatArray, float]:
+        """Parameters of a grid on the face, and the distance between its neighbours."""
         low, high = self.box
         counts = np.array([25, 25])
         _, du, dv = self.derivatives(lattice(low, high, np.array([9, 9])))
@@ -137,8 +204,7 @@ class Face:
                 counts = np.maximum(counts * 3 // 4, 9)
         grid = lattice(low, high, counts)
         grid = grid[self.inside(grid)]
-        gap = float(np.max(lengths / (counts - 1)))
-        return np.concatenate([grid, self.edge_samples(spacing)]), gap
+        return grid, float(np.max(lengths / (counts - 1)))
 
     @cached_property
     def largest_convex_curvature(self) -> float:
@@ -197,7 +263,7 @@ class Face:
         return np.concatenate([np.empty((0, 2)), *self.edge_lines(spacing)])
 
     def _along(self, ring: FloatArray, spacing: float) -> FloatArray:
-        pieces = max(1, 200 // len(ring))
+        pieces = max(1, _PIECES // len(ring))
         counts = np.full(len(ring) - 1, pieces)
         if np.isfinite(spacing):
             # A straight line in the parameters can be curved in space: measured in pieces.

@@ -14,6 +14,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.surface.cad.face import Face
+from pretravel.surface.cad.face_boxes import FaceBoxes
 
 _logger = logging.getLogger("pretravel")
 
@@ -72,7 +73,7 @@ class Part:
     @cached_property
     def box(self) -> FloatArray:
         """Smallest and largest coordinates, (2, 3). [mm]"""
-        points = np.concatenate([face.derivatives(face.samples(np.inf))[0] for face in self.faces])
+        points = np.concatenate([face.coarse.points for face in self.faces])
         return np.stack([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])
 
     @cached_property
@@ -108,6 +109,16 @@ class Part:
             self.__dict__[key] = Cloud.of(self.faces, wanted)
         cloud: Cloud = self.__dict__[key]
         return cloud
+
+    @cached_property
+    def boxes(self) -> FaceBoxes:
+        """Boxes around all faces."""
+        return FaceBoxes.around(self.faces, range(len(self.faces)))
+
+    @cached_property
+    def boxes_of_chosen(self) -> FaceBoxes:
+        """Boxes around the faces to touch."""
+        return FaceBoxes.around(self.faces, self.chosen)
 
     @cached_property
     def cloud_of_chosen(self) -> Cloud:

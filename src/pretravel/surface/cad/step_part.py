@@ -1,7 +1,8 @@
-"""Parts from STEP files: every face as a surface, with its edges and its outside."""
+"""Parts from the content of CAD files: every face as a surface, with its edges and its outside."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +14,18 @@ from pretravel.surface.cad.boundary import face_boundary
 from pretravel.surface.cad.brep import Brep, ShapeUse
 from pretravel.surface.cad.brep_geometry import SurfaceRecord
 from pretravel.surface.cad.face import Face, lattice
+from pretravel.surface.cad.kernel_process import CadContent
 from pretravel.surface.cad.part import Part
-from pretravel.surface.cad.step_reader import StepContent, read_step
+from pretravel.surface.cad.step_reader import read_step
 from pretravel.surface.cad.trim import Trim
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes_of_revolution import Torus
 from pretravel.surface.swept import Offset, Placed
+
+_logger = logging.getLogger("pretravel")
+
+_PROGRESS = 50
+"""Number of faces after which progress is reported."""
 
 
 def read_step_part(path: str | Path) -> Part:
@@ -40,15 +47,15 @@ def read_step_part(path: str | Path) -> Part:
         No STEP file, or one without faces.
     """
     path = Path(path)
-    return part_from_step(read_step(path), path)
+    return part_from_content(read_step(path), path)
 
 
-def part_from_step(content: StepContent, path: Path) -> Part:
-    """The faces of a STEP file that was read.
+def part_from_content(content: CadContent, path: Path) -> Part:
+    """The faces of a CAD file that was read.
 
     Parameters
     ----------
-    content : StepContent
+    content : CadContent
     path : Path
         Of the file, for its name and for messages.
 
@@ -71,8 +78,10 @@ def part_from_step(content: StepContent, path: Path) -> Part:
     names = content.face_names if len(content.face_names) == len(uses) else ("",) * len(uses)
     faces, unreadable = [], {}
     for number, (use, name) in enumerate(zip(uses, names, strict=True), start=1):
+        if number % _PROGRESS == 0:
+            _logger.info("face %d of %d", number, len(uses))
         try:
-            faces.append(_face(content.brep, use, number, name))
+            faces.append(_face(content, use, number, name))
         except (PretravelError, ValueError, FloatingPointError) as error:
             unreadable[number] = str(error)
     if not faces:
@@ -104,7 +113,8 @@ def _face_uses(brep: Brep) -> Iterator[ShapeUse]:
         )
 
 
-def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
+def _face(content: CadContent, use: ShapeUse, number: int, name: str) -> Face:
+    brep = content.brep
     shape = brep.shapes[use.index]
     record = brep.surfaces[shape.surface - 1]
     if record.surface is None:
@@ -113,7 +123,8 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
     turn = placement[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-6:
         raise PretravelError("its placement in the part changes its scale")
-    if float(np.linalg.det(turn)) < 0.0:
+    mirrored = float(np.linalg.det(turn)) < 0.0
+    if mirrored and not content.closed + content.open:
         raise PretravelError("its placement in the part makes its mirror image")
     rings, borders = face_boundary(brep, shape, record.surface)
     trim = Trim(rings, record.surface.domain.period) if rings else None
@@ -127,7 +138,8 @@ def _face(brep: Brep, use: ShapeUse, number: int, name: str) -> Face:
     if trim is None and not np.all(np.isfinite([*surface.domain.lower, *surface.domain.upper])):
         raise PretravelError(f"{record.kind} without edges, which is unbounded")
     against = record.along_parameters < 0
-    flips = use.reverses ^ against
+    # The kernel's normal is that of the placed derivatives, and a mirror turns it over.
+    flips = use.reverses ^ against ^ mirrored
     return Face(number, name, record.kind, surface, trim, flips, tuple(borders))
 
 

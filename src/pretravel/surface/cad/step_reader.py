@@ -1,20 +1,23 @@
-"""The reader of STEP files: the CAD kernel reads each file in a process of its own."""
+"""The reader of STEP files."""
 
 from __future__ import annotations
 
-import json
 import logging
 import re
-import shutil
 import subprocess
-import sys
 import tempfile
-from dataclasses import dataclass
+import warnings
 from pathlib import Path
 from typing import Any
 
 from pretravel.errors import InputError
-from pretravel.surface.cad.brep import Brep, parse_brep
+from pretravel.surface.cad.kernel_process import (
+    CadContent,
+    kernel_content,
+    kernel_message,
+    run_kernel,
+)
+from pretravel.surface.cad.step_text import with_names
 
 _logger = logging.getLogger("pretravel")
 
@@ -24,23 +27,7 @@ _HEAD = 4096
 """Part of a file in which the mark of STEP must stand. [bytes]"""
 
 
-@dataclass(frozen=True, eq=False)
-class StepContent:
-    """The content of a STEP file, in mm.
-
-    Attributes
-    ----------
-    brep : Brep
-        Surfaces, curves and the tree of shapes.
-    face_names : tuple of str
-        Names of the faces in the kernel's order; empty where the file has no name.
-    """
-
-    brep: Brep
-    face_names: tuple[str, ...]
-
-
-def read_step(path: str | Path) -> StepContent:
+def read_step(path: str | Path) -> CadContent:
     """Read a STEP file.
 
     Parameters
@@ -50,7 +37,7 @@ def read_step(path: str | Path) -> StepContent:
 
     Returns
     -------
-    StepContent
+    CadContent
 
     Raises
     ------
@@ -60,9 +47,7 @@ def read_step(path: str | Path) -> StepContent:
     path = Path(path)
     with tempfile.TemporaryDirectory() as folder:
         _convert(path, Path(folder))
-        brep = parse_brep((Path(folder) / "part.brep").read_text("ascii", errors="replace"))
-        names = json.loads((Path(folder) / "names.json").read_text("utf-8"))
-    return StepContent(brep, tuple(names))
+        return kernel_content(Path(folder))
 
 
 def read_step_solids(path: str | Path) -> list[Any]:
@@ -115,19 +100,19 @@ def _convert(path: Path, folder: Path) -> None:
     _logger.info("reading %s", path.name)
     # The kernel recognizes a format by its ending, and only in lower case.
     copy = folder / "part.step"
-    shutil.copyfile(path, copy)
-    # The kernel prints messages, and some files make it crash.
-    kernel = subprocess.run(
-        [sys.executable, "-m", "pretravel.surface.cad.step_to_brep", str(copy), str(folder)],
-        capture_output=True,
-        text=True,
-        errors="replace",
-        check=False,
-    )
+    text, nameless = with_names(path.read_bytes())
+    copy.write_bytes(text)
+    kernel = run_kernel(copy, folder)
     if kernel.returncode != 0:
         raise InputError(
             f"{_reason(path, kernel)}. Export it again as AP214 or AP242, with exact geometry",
             path=path,
+        )
+    if nameless:
+        warnings.warn(
+            f"{path.name}: {nameless} items of geometry have no name ($), which STEP requires; "
+            "they are read as if their names were empty",
+            stacklevel=4,
         )
 
 
@@ -138,21 +123,11 @@ def _reason(path: Path, kernel: subprocess.CompletedProcess[str]) -> str:
     if re.search(rb"FILE_SCHEMA\s*\(\s*\(\s*'IFC", text):
         return "is a building model (IFC), not a part"
     if b"END-ISO-10303-21" not in text[-2000:] and len(text) < _SCANNED:
-        return f"is not complete: it does not end with END-ISO-10303-21 ({_last_message(kernel)})"
+        return f"is not complete: it does not end with END-ISO-10303-21 ({kernel_message(kernel)})"
     if not re.search(rb"ADVANCED_FACE|FACE_SURFACE", text):
         if re.search(rb"TRIANGULATED|TESSELLATED", text):
             return "contains only triangles, no exact geometry"
         if b"DOCUMENT_FILE" in text:
             return "contains only references to other files; the parts are in those files"
         return "contains no faces"
-    return f"the CAD kernel cannot read it: {_last_message(kernel)}"
-
-
-def _last_message(kernel: subprocess.CompletedProcess[str]) -> str:
-    """The kernel's last message about an error."""
-    if kernel.returncode < 0:
-        return f"it crashed (signal {-kernel.returncode})"
-    lines = [line for line in (kernel.stdout + kernel.stderr).splitlines() if line.strip()]
-    errors = [line for line in lines if "ERR" in line] or lines
-    plain = re.sub(r"\x1b\[[0-9;]*m|\*{4}", "", " ".join(errors[-1:])).strip()
-    return " ".join(plain.split())[:200] or "it does not state why"
+    return f"the CAD kernel cannot read it: {kernel_message(kernel)}"

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 _SLACK = 1e-9
 """Distance beyond an edge, as a share of the region's size, at which a point counts as inside."""
 
+_ROUGH = 0.02
+"""Error of the distance of the middle from the edges, as a share of the region's width."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trim:
@@ -74,6 +77,39 @@ class Trim:
             for low, high, period in zip(domain.lower, domain.upper, domain.period, strict=True)
         ]
         return self.area >= sides[0] * sides[1] * (1.0 - 1e-9)
+
+    def middle(self, lengths: FloatArray) -> FloatArray:
+        """The point of the region with the largest distance from its rings.
+
+        Parameters
+        ----------
+        lengths : (2,) float
+            Lengths of a unit of u and of v. [mm]
+
+        Returns
+        -------
+        (2,) float
+
+        >>> strip = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 2.0], [0.0, 2.0]])
+        >>> Trim([strip], (math.inf, math.inf)).middle(np.ones(2)).round(1).tolist()[1]
+        1.0
+        """
+        import shapely
+
+        lengths = np.array(lengths, dtype=np.float64)
+        sides = np.subtract(self.upper, self.lower) * lengths
+        for axis, period in enumerate(self.periods):
+            if sides[axis] > 0.999 * period * lengths[axis]:
+                # The seam is no edge: the circle must not be bounded by it.
+                lengths[axis] *= max(1.0, 2.0 * sides[1 - axis] / sides[axis])
+        region = self._region  # type: ignore[attr-defined]
+        scaled = shapely.transform(region, lambda points: points * lengths)
+        width = float(scaled.area / np.linalg.norm(np.subtract(self.upper, self.lower) * lengths))
+        rough = shapely.simplify(scaled, _ROUGH * width)
+        radius = shapely.maximum_inscribed_circle(
+            scaled if rough.is_empty else rough, tolerance=_ROUGH * width
+        )
+        return np.asarray(shapely.get_coordinates(radius)[0] / lengths)
 
     def inside(self, uv: FloatArray) -> BoolArray:
         """Which parameters lie in the region, (n,)."""

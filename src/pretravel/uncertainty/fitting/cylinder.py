@@ -8,20 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import fibonacci_cap, unit
-from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.directions import unit
+from pretravel.errors import PretravelError
 from pretravel.uncertainty.fitting.feature import (
     FLAT,
     Fit,
+    ScaledPoints,
     across,
     checked_points,
+    fitted_from_axes,
     least_squares_parameters,
 )
 from pretravel.uncertainty.fitting.sphere import algebraic_sphere, fit_sphere
-
-_CANDIDATES = 200
-_STARTS = 5
-_SAME_NEIGHBOURHOOD = 0.95  # cosine of the angle between two axes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -119,45 +117,20 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
     ([0.0, 0.0, 1.0], 2.0)
     """
     p = checked_points(points, "cylinder", 5)
-    middle = p.mean(axis=0)
-    extent = np.linalg.svd(p - middle, compute_uv=False)
-    if extent[1] <= FLAT * extent[0]:
-        raise PretravelError(
-            "all points lie in one line (or one place); they do not determine a cylinder"
-        )
-    scale = float(np.linalg.norm(p - middle)) / np.sqrt(len(p))
-    q = (p - middle) / scale
-    starts = _likely_axes(q) if axis is None else [unit(np.asarray(axis, dtype=np.float64))]
-    found = [cylinder for start in starts if (cylinder := _fitted_from(q, start)) is not None]
-    if not found:
-        raise ConvergenceError(
-            "the cylinder fit did not converge: these points do not look like a cylinder"
-        )
-    best = min(found, key=lambda cylinder: float(np.sum(cylinder.distances(q) ** 2)))
+    scaled = ScaledPoints.of(p, "cylinder")
+    q, scale = scaled.q, scaled.scale
+    best = fitted_from_axes(
+        q, "cylinder", axis, lambda start: algebraic_sphere(q @ across(start).T)[1], _fitted_from
+    )
     sign = float(np.sign(best.axis[np.argmax(np.abs(best.axis))]))
     return CylinderFit(
-        point=frozen(middle + scale * best.foot),
+        point=frozen(scaled.middle + scale * best.foot),
         axis=frozen(sign * best.axis),
         radius=float(best.radius * scale),
         cofactor=frozen(_cofactor(q, best, scale, sign)),
         residuals=frozen(best.distances(q) * scale),
         dof=len(p) - 5,
     )
-
-
-def _likely_axes(q: FloatArray) -> list[FloatArray]:
-    """Axes along which the points look most like a circle, the best of each neighbourhood."""
-    candidates = np.concatenate(
-        [fibonacci_cap(_CANDIDATES), np.linalg.svd(q, full_matrices=False)[2]]
-    )
-    costs = [algebraic_sphere(q @ across(candidate).T)[1] for candidate in candidates]
-    chosen: list[FloatArray] = []
-    for index in np.argsort(costs):
-        if all(abs(float(candidates[index] @ a)) < _SAME_NEIGHBOURHOOD for a in chosen):
-            chosen.append(candidates[index])
-        if len(chosen) == _STARTS:
-            break
-    return chosen
 
 
 def _fitted_from(q: FloatArray, axis: FloatArray) -> _Cylinder | None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import unit
-from pretravel.errors import PretravelError
+from pretravel.directions import fibonacci_cap, unit
+from pretravel.errors import ConvergenceError, PretravelError
 
 FLAT = 1e-4
 """Ratio of the smallest to the largest extent of points below which they lie in one plane or line.
@@ -19,6 +20,9 @@ FLAT = 1e-4
 It also limits the singular values of a cylinder's Jacobian.
 """
 _TOLERANCE = 1e-15
+_CANDIDATES = 200
+_STARTS = 5
+_SAME_NEIGHBOURHOOD = 0.95  # cosine of the angle between two axes
 _LAST_STEPS = 2
 _LARGEST_LAST_STEP = 1e-6  # a larger step shows that the search stopped before the minimum
 
@@ -98,6 +102,101 @@ def across(direction: FloatArray) -> FloatArray:
     helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
     first = unit(np.cross(helper, direction))
     return np.stack([first, np.cross(direction, first)])
+
+
+class OfRevolution(Protocol):
+    """A feature with an axis."""
+
+    def distances(self, q: FloatArray) -> FloatArray:
+        """Of points (n, 3) from the feature, (n,)."""
+
+
+Found = TypeVar("Found", bound=OfRevolution)
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledPoints:
+    """Points, centred and scaled to a size of about 1: `q` = (points - middle) / scale."""
+
+    q: FloatArray
+    middle: FloatArray
+    scale: float
+
+    @staticmethod
+    def of(p: FloatArray, name: str) -> ScaledPoints:
+        """Scale points; those in one line do not determine a feature with an axis."""
+        middle = p.mean(axis=0)
+        extent = np.linalg.svd(p - middle, compute_uv=False)
+        if extent[1] <= FLAT * extent[0]:
+            raise PretravelError(
+                "all points lie in one line (or one place); they do not determine a " + name
+            )
+        scale = float(np.linalg.norm(p - middle)) / np.sqrt(len(p))
+        return ScaledPoints((p - middle) / scale, middle, float(scale))
+
+
+def fitted_from_axes(
+    q: FloatArray,
+    name: str,
+    axis: npt.ArrayLike | None,
+    cost: Callable[[FloatArray], float],
+    fitted: Callable[[FloatArray, FloatArray], Found | None],
+) -> Found:
+    """The best feature with an axis, of searches from a given axis or from the likely ones.
+
+    Parameters
+    ----------
+    q : (n, 3) float
+        Scaled points.
+    name : str
+        Of the feature, for messages.
+    axis : (3,) float or None
+        To start from.
+    cost : callable
+        How badly the points fit a feature with an axis.
+    fitted : callable
+        From the points and an axis to the fitted feature; None where the search does not converge.
+
+    Raises
+    ------
+    ConvergenceError
+        No search converged.
+    """
+    starts = likely_axes(q, cost) if axis is None else [unit(np.asarray(axis, dtype=np.float64))]
+    found = [feature for start in starts if (feature := fitted(q, start)) is not None]
+    if not found:
+        raise ConvergenceError(
+            f"the {name} fit did not converge: these points do not look like a {name}"
+        )
+    return min(found, key=lambda feature: float(np.sum(feature.distances(q) ** 2)))
+
+
+def likely_axes(q: FloatArray, cost: Callable[[FloatArray], float]) -> list[FloatArray]:
+    """Axes from which the search for a feature of revolution starts.
+
+    Parameters
+    ----------
+    q : (n, 3) float
+        The points, centred.
+    cost : callable
+        How badly the points fit a feature with this axis.
+
+    Returns
+    -------
+    list of (3,) float
+        Unit vectors over the half-sphere, the best of each neighbourhood, the best first.
+    """
+    candidates = np.concatenate(
+        [fibonacci_cap(_CANDIDATES), np.linalg.svd(q, full_matrices=False)[2]]
+    )
+    costs = [cost(candidate) for candidate in candidates]
+    chosen: list[FloatArray] = []
+    for index in np.argsort(costs):
+        if all(abs(float(candidates[index] @ a)) < _SAME_NEIGHBOURHOOD for a in chosen):
+            chosen.append(candidates[index])
+        if len(chosen) == _STARTS:
+            break
+    return chosen
 
 
 def least_squares_parameters(

@@ -1,11 +1,12 @@
 %
-O{{ program }} (pretravel: vector radii, variables {{ base }} to {{ last }})
-(from a map of kind {{ map.kind }}; radius minus pretravel, mm)
-(with the nearest sector a residual of {{ "%.2f"|format(resampled.largest / micrometre) }} um at most, {{ "%.2f"|format(resampled.rms / micrometre) }} um rms remains in the XY plane)
-(radii from touches at the sectors' angles would leave {{ "%.2f"|format(touched.largest / micrometre) }} um at most, {{ "%.2f"|format(touched.rms / micrometre) }} um rms)
-(stylus offsets, variables {{ base + 2 }} and {{ base + 3 }}, do not change)
+O{{ program }} (PRETRAVEL RADII)
+(SETS #{{ base }} TO #{{ last }}, THE RADII OF A VECTOR CALIBRATION. RUN IT ONCE)
+{% for statement in statements %}
+({{ statement|comment|upper }})
+{% endfor %}
+(#{{ base + 2 }} AND #{{ base + 3 }}, THE OFFSETS OF THE STYLUS, DO NOT CHANGE)
 {% for variable, radius, name in radii %}
-#{{ variable }}={{ "%.5f"|format(radius) }} ({{ name }})
+#{{ variable }}={{ radius }} ({{ name|comment|upper }})
 {% endfor %}
 M99
 %

@@ -1,0 +1,233 @@
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
+from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.options import PictureFile, Verbose
+from pretravel.cli.showing import save_picture, show
+from pretravel.errors import PretravelError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pretravel.features.tolerances import InspectedFeature
+    from pretravel.report.document import Document
+
+_NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
+
+
+class ToleranceText(NamedTuple):
+    """Limits, or deviations from a nominal size, in mm."""
+
+    low: float
+    high: float
+    are_limits: bool
+
+
+@parser(ToleranceText)
+def tolerance(text: str) -> ToleranceText:
+    """Limits ``20.000..20.021``, or deviations ``+0.021/0`` or ``±0.01``.
+
+    >>> tolerance("20..20.021"), tolerance("+0.021/0")
+    (ToleranceText(low=20.0, high=20.021, are_limits=True), \
+ToleranceText(low=0.0, high=0.021, are_limits=False))
+    >>> tolerance("±0.01")
+    ToleranceText(low=-0.01, high=0.01, are_limits=False)
+    """
+    tight = text.replace(" ", "").replace("−", "-")
+    if both := re.fullmatch(rf"(?:±|\+-|\+/-)({_NUMBER})", tight):
+        half = abs(float(both[1]))
+        return _nonempty(text, -half, half, False)
+    if limits := re.fullmatch(rf"({_NUMBER})\.\.({_NUMBER})", tight):
+        return _nonempty(text, float(limits[1]), float(limits[2]), True)
+    if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
+        return _nonempty(text, float(parts[2]), float(parts[1]), False)
+    raise typer.BadParameter(
+        f"{text}: expected limits as 20.000..20.021, or with a nominal size the upper and lower "
+        "deviation as +0.021/0 or ±0.01, in mm"
+    )
+
+
+def _nonempty(text: str, low: float, high: float, are_limits: bool) -> ToleranceText:
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        order = "the lower limit comes first" if are_limits else "the upper deviation comes first"
+        raise typer.BadParameter(f"{text}: this tolerance is empty; {order}")
+    return ToleranceText(low, high, are_limits)
+
+
+def _features() -> list[str]:
+    from pretravel.features.association import ASSOCIATIONS
+
+    return list(ASSOCIATIONS)
+
+
+def measure(
+    points: Annotated[
+        Path, typer.Argument(help="Points from compensate: .csv, .parquet, .json or .nc.")
+    ],
+    feature: Annotated[
+        str,
+        typer.Option(
+            parser=one_of(_features),
+            metavar="FEATURE",
+            help="circle, bore, boss, sphere, plane, line, cylinder or cone.",
+        ),
+    ],
+    select: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LABELS",
+            help='Points by label, with * and ?: "bore1*". Each --select is one feature.',
+        ),
+    ] = None,
+    group: Annotated[
+        bool,
+        typer.Option("--group", help="One feature for each name before a number: bore1-1, …"),
+    ] = False,
+    axis: Annotated[
+        Vector | None,
+        typer.Option(
+            parser=unit_vector,
+            metavar="X,Y,Z",
+            help="Axis of a circle, bore or boss; without it, across the plane of the points. Of a "
+            "cylinder or cone: where the search starts.",
+        ),
+    ] = None,
+    at: Annotated[
+        Vector | None,
+        typer.Option(
+            parser=vector,
+            metavar="X,Y,Z",
+            help="Nominal position, in mm. Axes, planes and the diameter of a cone are evaluated "
+            "at their point nearest to it.",
+        ),
+    ] = None,
+    size_tolerance: Annotated[
+        ToleranceText | None,
+        typer.Option(
+            "--tolerance",
+            parser=tolerance,
+            metavar="LIMITS",
+            help="Of the diameter, in mm: 20.000..20.021; or with --nominal +0.021/0, ±0.01.",
+        ),
+    ] = None,
+    nominal: Annotated[
+        float | None, typer.Option(min=0.0, max=1e5, help="Nominal diameter, in mm.")
+    ] = None,
+    position_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-6,
+            max=1e3,
+            help="Diameter of the zone around the nominal position (plane, line: width), in mm.",
+        ),
+    ] = None,
+    form_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-6, max=1e3, help="Roundness, flatness, straightness, cylindricity, form, in mm."
+        ),
+    ] = None,
+    probability: Annotated[
+        float,
+        typer.Option(min=0.5, max=0.9999, help="At which a decision is proven (ISO 14253-1)."),
+    ] = 0.95,
+    u_machine: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=1e4,
+            help="Standard uncertainty of a length by the machine's geometry, temperature and "
+            "clamping, in µm.",
+        ),
+    ] = 0.0,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Results: .csv, .parquet or .json; or a page, .html."),
+    ] = None,
+    plot: PictureFile = None,
+    verbose: Verbose = False,
+) -> None:
+    """Measure features from compensated points: form, size, position, conformity.
+
+    Example: pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021
+    -o bore.html
+    """
+    from pretravel.features.measured_feature import measure_feature
+    from pretravel.features.selection import points_of_features
+    from pretravel.features.tolerances import FeatureTolerances, inspect_feature
+    from pretravel.formats.points_reading import read_points
+    from pretravel.report.feature_report import features_document
+    from pretravel.units import MICROMETRE
+
+    check_files(
+        [(output, (".csv", ".parquet", ".json", ".html")), (plot, PICTURES)],
+        [points],
+    )
+    tolerances = FeatureTolerances(
+        _limits(size_tolerance, nominal), position_tolerance, form_tolerance, probability
+    )
+    found = []
+    chosen = points_of_features(read_points(points), select or (), by_prefix=group)
+    if at is not None and len(chosen) > 1:
+        raise PretravelError(
+            f"--at is the nominal position of one feature, and there are {len(chosen)}: "
+            f"{', '.join(chosen)}. Measure them one at a time (--select)"
+        )
+    for label, mine in chosen.items():
+        try:
+            measured = measure_feature(
+                mine, feature, axis=axis, at=at, u_machine=u_machine * MICROMETRE, label=label
+            )
+            found.append(inspect_feature(measured, tolerances))
+        except PretravelError as error:
+            if not label:
+                raise
+            raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
+    warnings = []
+    if tolerances.any_stated and not u_machine:
+        warnings.append(
+            "u contains the errors of probing alone; a verdict also needs those of the machine's "
+            "geometry, of temperature and clamping: --u-machine"
+        )
+    report = features_document(found, points_name=points.name, warnings=warnings)
+    if output is not None:
+        _write(output, found, report)
+    save_picture(report, plot)
+    show(report, verbose=verbose)
+
+
+def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, float] | None:
+    """The limits of a diameter, in mm."""
+    if size is None:
+        if nominal is not None:
+            raise PretravelError("--nominal needs the deviations from it: --tolerance +0.021/0")
+        return None
+    if size.are_limits:
+        if nominal is not None:
+            raise PretravelError("--tolerance has limits already; leave out --nominal")
+        return size.low, size.high
+    if nominal is None:
+        raise PretravelError("deviations in --tolerance need the nominal diameter: --nominal 20")
+    return nominal + size.low, nominal + size.high
+
+
+def _write(output: Path, found: Sequence[InspectedFeature], report: Document) -> None:
+    from pretravel.formats.feature_results import features_json, features_table
+    from pretravel.formats.tables import write_table
+    from pretravel.report.page import write_page
+    from pretravel.whole_file import write_json
+
+    ending = output.suffix.lower()
+    if ending == ".html":
+        write_page(output, report)
+    elif ending == ".json":
+        write_json(output, features_json(found))
+    else:
+        write_table(output, features_table(found))

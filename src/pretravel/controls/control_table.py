@@ -1,0 +1,232 @@
+"""What tables for controls have in common: settings, numbers, an identity, statements of a head."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.controls.lookup_table import LookupTable
+from pretravel.controls.map_identity import map_identity
+from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.units import DEGREE, INCH, MICROMETRE
+
+TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
+"""Units of a table, with the factor from mm."""
+_DIGITS = 8
+"""A Fanuc control accepts this number of digits in an assignment, zeros included."""
+_SLACK_DEG = 1e-3
+"""By so much a direction may lie outside the polar angles of a table. [degrees]"""
+
+
+@dataclass(frozen=True)
+class TableSettings:
+    """Settings of a table for a control.
+
+    Attributes
+    ----------
+    base : int, optional
+        First variable of the table; a default for each control.
+    program : int, optional
+        Number of the first program; a default for each control.
+    travel : float
+        Travel of the machine during the signal delay, which is added to a map of the probe at
+        rest. [mm]
+    feed : float, optional
+        Measuring feed of that travel; None for a map that contains the travel. [mm/min]
+    units : str
+        Unit of the table and of the programs that use it: mm or inch.
+    """
+
+    base: int | None = None
+    program: int | None = None
+    travel: float = 0.0
+    feed: float | None = None
+    units: str = "mm"
+
+    def __post_init__(self) -> None:
+        if self.units not in TABLE_UNITS:
+            raise PretravelError(
+                f"units '{self.units}': a table is in {' or '.join(TABLE_UNITS)}", inputs=("units",)
+            )
+        if not math.isfinite(self.travel):
+            raise PretravelError(f"a delay travel of {self.travel} mm: it must be finite")
+
+    def scaled(self, lengths: FloatArray | float) -> FloatArray:
+        """Lengths in mm in the unit of the table."""
+        return np.asarray(np.asarray(lengths) * TABLE_UNITS[self.units])
+
+
+def plain_number(value: float) -> str:
+    """A number of at most eight digits, with a decimal point and without an exponent.
+
+    Raises
+    ------
+    PretravelError
+        The number is not finite, or has more than seven digits before the point.
+
+    >>> plain_number(0.00812345), plain_number(-3.0), plain_number(-1e-9), plain_number(359.9999996)
+    ('0.0081235', '-3.0', '0.0', '360.0')
+    """
+    if not (math.isfinite(value) and abs(value) < 10 ** (_DIGITS - 1) - 1):
+        raise PretravelError(f"{value} cannot be written for a control: it has too many digits")
+    decimals = _DIGITS - max(len(str(int(abs(value)))), 1)
+    text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0")
+    return text + "0" if text.endswith(".") else text
+
+
+def table_identity(numbers: Iterable[str]) -> int:
+    """A number of six digits that another table hardly has.
+
+    >>> table_identity(["0.0081235"]) != table_identity(["0.0081236"])
+    True
+    """
+    return zlib.crc32(" ".join(numbers).encode()) % 900_000 + 100_000
+
+
+def check_radii(pretravel_map: PretravelMap, pretravel: FloatArray) -> None:
+    """Refuse pretravel that is not smaller than the radius of the tip, and numbers not finite.
+
+    Raises
+    ------
+    PretravelError
+    """
+    radius = pretravel_map.tip_radius
+    if not (math.isfinite(radius) and np.all(np.isfinite(pretravel))):
+        raise PretravelError("tip radius and pretravel must be finite for a table of a control")
+    largest = float(np.max(np.abs(pretravel)))
+    if not largest < radius:
+        raise PretravelError(
+            f"a pretravel of {largest:.4f} mm is not smaller than the tip radius of {radius:.4f} "
+            "mm: this is not the map of a touch-trigger probe",
+            inputs=("tip_diameter",),
+        )
+
+
+def map_statement(pretravel_map: PretravelMap) -> str:
+    """The map of a table: its number, its kind, and what it was made from."""
+    source = pretravel_map.provenance.source
+    number = map_identity(pretravel_map).number
+    return f"pretravel map {number} of kind {pretravel_map.kind}" + (
+        f" - {source}" if source else ""
+    )
+
+
+def feed_statement(pretravel_map: PretravelMap, settings: TableSettings) -> str:
+    """The measuring feed for which a table holds.
+
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> pretravel_map = PretravelMap(
+    ...     MeanBasis(), np.array([0.016]), Covariance.none(1),
+    ...     DirectionSupport([[0.0, 0.0, 1.0]]), tip_radius=3.0, feed=60.0)
+    >>> feed_statement(pretravel_map, TableSettings())
+    'made at 60 mm/min - measure at that feed'
+    """
+    if pretravel_map.delay is not None:
+        if settings.feed is None:
+            return "contains the signal delay at one feed - measure at that feed"
+        return f"contains the signal delay at {settings.feed:g} mm/min - measure at that feed"
+    if pretravel_map.feed is not None:
+        return f"made at {pretravel_map.feed:g} mm/min - measure at that feed"
+    return "the map states no feed - measure at the feed at which the probe was qualified"
+
+
+@dataclass(frozen=True, eq=False)
+class ControlTable:
+    """A lookup table in the numbers of a control.
+
+    Attributes
+    ----------
+    form : LookupTable
+    values : tuple of str
+        Row by row, in the unit of the table.
+    axes : (3, 3) str
+        The probe's axes in machine coordinates, one in each row.
+    lowest_deg, polar_step_deg, azimuth_step_deg : str
+        [degrees]
+    within_deg : tuple of str
+        Polar angles beyond which the control gives an alarm. [degrees]
+    number : int
+        The identity that the programs compare.
+    """
+
+    form: LookupTable
+    values: tuple[str, ...]
+    axes: tuple[tuple[str, ...], ...]
+    lowest_deg: str
+    polar_step_deg: str
+    azimuth_step_deg: str
+    within_deg: tuple[str, str]
+    number: int
+
+    @property
+    def rows(self) -> int:
+        """Number of rows, with both borders."""
+        return int(self.form.values.shape[0])
+
+    @property
+    def columns(self) -> int:
+        """Number of columns."""
+        return int(self.form.values.shape[1])
+
+
+def control_table(
+    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings
+) -> ControlTable:
+    """The numbers of a lookup table for a control.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    form : LookupTable
+        The table of that map.
+    settings : TableSettings
+
+    Returns
+    -------
+    ControlTable
+
+    Raises
+    ------
+    PretravelError
+        Numbers that are not those of a touch-trigger probe.
+    """
+    pretravel = form.values + settings.travel
+    check_radii(pretravel_map, pretravel)
+    values = tuple(plain_number(value) for value in settings.scaled(pretravel).flat)
+    axes = tuple(tuple(plain_number(c) for c in axis) for axis in pretravel_map.rotation.T)
+    lowest, highest = form.band.lowest / DEGREE, form.band.highest / DEGREE
+    scales = (
+        plain_number(lowest),
+        plain_number(form.polar_step / DEGREE),
+        plain_number(form.azimuth_step / DEGREE),
+    )
+    within = (plain_number(lowest - _SLACK_DEG), plain_number(highest + _SLACK_DEG))
+    texts = [*values, *(c for axis in axes for c in axis), *scales, *within, settings.units]
+    return ControlTable(form, values, axes, *scales, within, table_identity(texts))
+
+
+def table_statements(
+    pretravel_map: PretravelMap, table: ControlTable, settings: TableSettings
+) -> list[str]:
+    """The statements about a table that the head of each of its files contains."""
+    band = table.form.band
+    size = f"{table.form.rows} x {table.columns}"
+    error = f"{table.form.largest_error / MICROMETRE:.3f} um"
+    range_deg = f"{band.lowest / DEGREE:.2f} to {band.highest / DEGREE:.2f} degrees"
+    radius = settings.scaled(pretravel_map.tip_radius)
+    return [
+        map_statement(pretravel_map),
+        f"table of {size} - cubic between. Largest error against the map {error}",
+        f"holds from {range_deg} from the probe axis. Outside there is an alarm",
+        f"units {settings.units}. Tip radius {plain_number(float(radius))}",
+        feed_statement(pretravel_map, settings),
+        "the normal is a unit vector out of the part - along the axes of the machine",
+    ]

@@ -1,0 +1,52 @@
+"""Macro programs for Haas controls."""
+
+from __future__ import annotations
+
+from pretravel.controls.control_table import TableSettings
+from pretravel.controls.lookup_table import LookupTable
+from pretravel.controls.macro_b import MacroDialect, macro_programs
+from pretravel.maps.pretravel_map import PretravelMap
+
+HAAS = MacroDialect(
+    "Haas",
+    free=((101, 149), (500, 549), (600, 699), (800, 999), (10001, 10149), (10200, 10549),
+          (10600, 10699), (10800, 10999)),
+    base=10200,
+    digits=5,
+    angles="haas/angles.nc",
+    verified=(
+        "never run on a Haas control",
+        "its arithmetic was run by an interpreter of pretravel",
+    ),
+)  # fmt: skip
+"""Macros of Haas: variables 10000 and above on the Next Generation Control, 800 to 999 on all.
+
+150 to 199 and 550 to 599 belong to the probe, 700 to 749 to the control.
+"""
+
+
+def haas_macro(
+    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings | None = None
+) -> dict[str, str]:
+    """Two programs for a Haas control: one fills a table, one interpolates it for a direction.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    form : LookupTable
+        The table of that map.
+    settings : TableSettings, optional
+        As for `pretravel.controls.macro_b.fanuc_macro`. The default base is a variable of the Next
+        Generation Control; 800 is one of all controls.
+
+    Returns
+    -------
+    dict of str to str
+        A program for each file name. Not tried on a Haas control.
+
+    Raises
+    ------
+    PretravelError
+        The variables do not belong to the user.
+    """
+    return macro_programs(pretravel_map, form, settings or TableSettings(), HAAS)

@@ -1,0 +1,73 @@
+"""O-word subroutines of LinuxCNC that measure features, called from MDI or a program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pretravel.controls.gcode import render
+from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
+from pretravel.controls.program_log import LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
+from pretravel.units import INCH
+
+_TEMPLATES: Mapping[str, tuple[str, bool]] = {
+    "pretravel_bore": ("round.ngc", False),
+    "pretravel_boss": ("round.ngc", True),
+    "pretravel_pocket": ("square.ngc", False),
+    "pretravel_web": ("square.ngc", True),
+    "pretravel_edge": ("pretravel_edge.ngc", False),
+}
+"""Template of each cycle, and whether it touches from outside, with moves above the part."""
+
+
+def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
+    """Cycles that measure a bore, boss, pocket, web or edge with the subroutines of a map.
+
+    Parameters
+    ----------
+    common : mapping
+        What the templates of `linuxcnc_subroutines` share: the map and its description.
+
+    Returns
+    -------
+    mapping of str to str
+        Text by file name.
+    """
+    return {
+        f"{name}.ngc": render(
+            f"linuxcnc/{template}",
+            **{**common, "name": name, "outside": outside, "causes": cause_words()},
+        )
+        for name, (template, outside) in _TEMPLATES.items()
+    }
+
+
+def sphere_subroutines() -> dict[str, str]:
+    """The subroutine pretravel_sphere and those that it calls: they need no map.
+
+    Returns
+    -------
+    mapping of str to str
+        Text by file name, for the folder that SUBROUTINE_PATH states.
+
+    Raises
+    ------
+    PretravelError
+        A line is too long for the control.
+
+    >>> sorted(sphere_subroutines())
+    ['pretravel_move.ngc', 'pretravel_sphere.ngc', 'pretravel_touch.ngc']
+    """
+    files = {
+        name: render(
+            f"linuxcnc/{name}",
+            name="pretravel_sphere",
+            inch=INCH,
+            causes=cause_words(),
+            log_head=LOG_HEAD,
+            subroutine_touch_columns=SUBROUTINE_TOUCH_COLUMNS,
+        )
+        for name in ("pretravel_sphere.ngc", "pretravel_move.ngc", "pretravel_touch.ngc")
+    }
+    for text in files.values():
+        check_line_lengths(text)
+    return files

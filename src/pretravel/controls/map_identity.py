@@ -1,0 +1,123 @@
+"""The identity of a map on a control: a number that differs between maps."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.maps.pretravel_map import PretravelMap
+
+_NUMBERS = 900_000_000
+_FIRST = 100_000_000
+"""Nine digits: controls keep such integers exactly."""
+_SAME_TIP = 0.05
+"""Difference between the effective radius of a map and the radius of its tip that is usual. [mm]"""
+_SAME_FEED = 0.02
+"""Part of a feed within which it is the same."""
+
+
+@dataclass(frozen=True)
+class MapIdentity:
+    """What a control compares before a program uses subroutines of a map.
+
+    Attributes
+    ----------
+    number : int
+        Differs between maps of different pretravel, tip, signal delay, feed or rotation.
+    text : str
+        The map in words, for comments.
+    """
+
+    number: int
+    text: str
+
+
+def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
+    """The identity of a map.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    MapIdentity
+
+    >>> from dataclasses import replace
+    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> one = PretravelMap(
+    ...     MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
+    ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
+    >>> map_identity(one) == map_identity(replace(one))
+    True
+    >>> map_identity(one).number == map_identity(replace(one, tip_radius=2.0)).number
+    False
+    >>> check_map_of_program(one, 1.0, np.array([50.0]))
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: the map belongs to a tip of 6.000 mm diameter, but the
+    machine has one of 2.000 mm
+    """
+    basis = pretravel_map.basis
+    contents: list[npt.ArrayLike] = [
+        pretravel_map.kind,
+        pretravel_map.coefficients,
+        pretravel_map.rotation,
+        pretravel_map.tip_radius,
+        -1.0 if pretravel_map.delay is None else pretravel_map.delay,
+        -1.0 if pretravel_map.feed is None else pretravel_map.feed,
+        *(array.values for _, array in sorted(basis.arrays().items())),
+        *(value for _, value in sorted(basis.attributes().items())),
+    ]
+    digest = hashlib.sha256()
+    for content in contents:
+        array = np.asarray(content)
+        # Files give numbers back as other types of number.
+        texts = array.dtype.kind in "US"
+        digest.update(" ".join(array.ravel()).encode() if texts else array.astype("<f8").tobytes())
+    number = int.from_bytes(digest.digest()[:8], "big") % _NUMBERS + _FIRST
+    feed = "" if pretravel_map.feed is None else f", at {pretravel_map.feed:g} mm per min"
+    return MapIdentity(
+        number, f"number {number}, tip radius {pretravel_map.tip_radius:.4f} mm{feed}"
+    )
+
+
+def check_map_of_program(pretravel_map: PretravelMap, tip_radius: float, feeds: FloatArray) -> None:
+    """Refuse a map that does not hold for the tip or the feeds of a program.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    tip_radius : float
+        [mm]
+    feeds : (n,) float
+        [mm/min]
+
+    Raises
+    ------
+    PretravelError
+    """
+    if abs(pretravel_map.tip_radius - tip_radius) > _SAME_TIP:
+        raise PretravelError(
+            f"the map belongs to a tip of {2.0 * pretravel_map.tip_radius:.3f} mm diameter, but "
+            f"the machine has one of {2.0 * tip_radius:.3f} mm",
+            inputs=("compensated",),
+        )
+    own = pretravel_map.feed
+    if pretravel_map.delay is None and own is not None:
+        other = feeds[np.abs(feeds - own) > _SAME_FEED * own]
+        if len(other):
+            raise PretravelError(
+                f"the map was made at {own:g} mm/min, but the program measures at {other[0]:g}: "
+                "measure at the feed of the map, or qualify at several feeds, so that the signal "
+                "delay is known",
+                inputs=("compensated",),
+            )

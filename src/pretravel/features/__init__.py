@@ -1,0 +1,1 @@
+"""Features of a part from compensated points: form, size, position, conformity."""

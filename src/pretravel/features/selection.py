@@ -1,0 +1,101 @@
+"""The points of each feature, chosen by their labels."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import frozen
+from pretravel.compensation.points import Points
+from pretravel.errors import PretravelError
+
+_SHOWN = 8
+
+
+def points_at(points: Points, rows: npt.ArrayLike) -> Points:
+    """Some of the points.
+
+    Parameters
+    ----------
+    points : Points
+    rows : (k,) int
+
+    Returns
+    -------
+    Points
+    """
+    index = np.asarray(rows, dtype=np.int64)
+    shared, plain = points.shared, points.uncompensated
+    return replace(
+        points,
+        positions=frozen(points.positions[index]),
+        normals=frozen(points.normals[index]),
+        pretravel=frozen(points.pretravel[index]),
+        covariance=frozen(points.covariance[index]),
+        deviation=None if points.deviation is None else frozen(points.deviation[index]),
+        labels=tuple(points.labels[row] for row in index.tolist()),
+        shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
+        uncompensated=None if plain is None else frozen(plain[index]),
+    )
+
+
+def label_prefix(label: str) -> str:
+    """A label without the number at its end; the label itself where nothing else is left.
+
+    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
+    ('bore1', 'A', '12')
+    """
+    return re.sub(r"[\s._:#/-]*\d+$", "", label) or label
+
+
+def points_of_features(
+    points: Points, patterns: Sequence[str] = (), *, by_prefix: bool = False
+) -> dict[str, Points]:
+    """The points of each feature.
+
+    Parameters
+    ----------
+    points : Points
+    patterns : sequence of str
+        Of labels, with * and ? as in names of files; each is one feature. All points when empty.
+    by_prefix : bool
+        Points whose labels differ only in the number at the end are one feature each.
+
+    Returns
+    -------
+    dict of str to Points
+        By the name of the feature: its pattern or prefix; "" for all points.
+
+    Raises
+    ------
+    PretravelError
+        A pattern without points; numbers as labels, which do not say what belongs together.
+    """
+    found: dict[str, list[int]] = {}
+    for pattern in patterns or ("*",):
+        rows = [i for i, label in enumerate(points.labels) if fnmatchcase(label, pattern)]
+        if not rows:
+            shown = ", ".join(points.labels[:_SHOWN]) + ("…" if len(points) > _SHOWN else "")
+            raise PretravelError(
+                f"no label of the {len(points)} points matches '{pattern}'; there are {shown}",
+                inputs=("select",),
+            )
+        if not by_prefix:
+            found[pattern if patterns else ""] = rows
+            continue
+        for row in rows:
+            mine = found.setdefault(label_prefix(points.labels[row]), [])
+            if row not in mine:
+                mine.append(row)
+    if by_prefix and all(label_prefix(label) == label for label in points.labels):
+        raise PretravelError(
+            "the labels of the points do not end with numbers behind a common name (bore1-1, "
+            f"bore1-2, …), so they form no groups; the first is {points.labels[0]}",
+            inputs=("group", "select"),
+        )
+    return {name: points_at(points, rows) for name, rows in found.items()}

@@ -1,0 +1,189 @@
+"""Compensated points, read from the files that `write_points` writes."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.compensation.points import Points
+from pretravel.directions import checked_unit
+from pretravel.errors import InputError
+from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.formats.parquet import read_parquet_table
+from pretravel.formats.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
+from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.units import MICROMETRE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_WHAT = "compensated points"
+
+
+def read_points(source: Source) -> Points:
+    r"""Read the points that `write_points` wrote to CSV, Parquet, JSON or NetCDF.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+        A table needs x_mm, y_mm, z_mm, nx, ny, nz and u_um; the other columns may be missing.
+
+    Returns
+    -------
+    Points
+        `Points.shared` is None where the file does not state which errors points have in common.
+        A table has the uncertainty along the normal alone, and the covariance is that.
+
+    Raises
+    ------
+    InputError
+        No such file, another format, or values that are not points.
+
+    >>> text = b"x_mm,y_mm,z_mm,nx,ny,nz,u_um\n1,0,0,-1,0,0,0.5\n"
+    >>> points = read_points(SourceFile("points.csv", text))
+    >>> (points.standard_uncertainty * 1e3).round(9).tolist(), points.shared
+    ([0.5], None)
+    """
+    file = opened(source)
+    if file.ending == ".nc":
+        return _from_dataset(file)
+    if file.ending == ".parquet":
+        return _from_table(file, read_parquet_table(file))
+    if file.ending == ".json":
+        return _from_table(file, _json_table(file))
+    if file.ending in ("", ".csv", ".txt"):
+        return _from_table(file, read_csv_table(file))
+    raise file.error(
+        f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
+        f"{file.ending}; write them in one of these formats when the touches are compensated"
+    )
+
+
+def _from_table(file: SourceFile, table: CsvTable) -> Points:
+    if table.has("x_mm", "nx") and not table.has("u_um"):
+        raise file.error(
+            "these are positions without uncertainties (no column u_um): touches, perhaps. "
+            "Compensate them with a map first",
+            table.header_line or None,
+        )
+    table.require("x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "u_um", what=_WHAT)
+    with file.named_in_errors(table.lines):
+        normals = checked_unit(table.numbers("nx", "ny", "nz"), "normals of points")
+    u = table.numbers("u_um")[:, 0] * MICROMETRE
+    if np.any(u < 0.0):
+        raise file.error("u_um is negative", table.lines[int(np.argmin(u))])
+
+    def column(name: str) -> FloatArray:
+        return table.numbers(name)[:, 0] * MICROMETRE
+
+    names = [name for name in table.columns if name.startswith(SHARED) and name.endswith("_um")]
+    shared = {_cause(name): frozen(column(name)) for name in names}
+    return _checked(
+        file,
+        Points(
+            positions=frozen(table.numbers("x_mm", "y_mm", "z_mm")),
+            normals=frozen(normals),
+            pretravel=frozen(
+                column("pretravel_um") if table.has("pretravel_um") else np.full(len(u), np.nan)
+            ),
+            covariance=frozen(u[:, None, None] ** 2 * normals[:, :, None] * normals[:, None, :]),
+            deviation=frozen(column("deviation_um")) if table.has("deviation_um") else None,
+            labels=table.columns.get("label") or tuple(str(i + 1) for i in range(len(u))),
+            shared={k: v for k, v in shared.items() if k != NO_CAUSE} if names else None,
+            uncompensated=(
+                frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None
+            ),
+        ),
+    )
+
+
+def _cause(column: str) -> str:
+    return column.removeprefix(SHARED).removesuffix("_um").replace("_", " ")
+
+
+def _checked(file: SourceFile, points: Points) -> Points:
+    """Refuse shared errors that are larger than the uncertainty of their point."""
+    common = np.zeros(len(points))
+    for part in (points.shared or {}).values():
+        common = common + part**2
+    u = points.standard_uncertainty
+    wrong = np.flatnonzero(common > u**2 * (1.0 + 1e-6) + 1e-18)
+    if len(wrong):
+        row = int(wrong[0])
+        raise file.error(
+            f"point {points.labels[row]}: its shared errors ({np.sqrt(common[row]) * 1e3:.4g} µm) "
+            f"are larger than its standard uncertainty ({u[row] * 1e3:.4g} µm), which contains them"
+        )
+    return points
+
+
+def _json_table(file: SourceFile) -> CsvTable:
+    """The rows of a JSON file as a table of cells."""
+    try:
+        rows = json.loads(file.content)
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise file.error(f"not JSON: {error}") from None
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise file.error("compensated points in JSON are a list of rows; this is something else")
+    names = list(rows[0])
+    odd = next((i for i, row in enumerate(rows) if list(row) != names), None)
+    if odd is not None:
+        raise file.error(f"row {odd + 1} has other columns than the first row")
+    columns = {
+        name: tuple("" if row[name] is None else str(row[name]) for row in rows) for name in names
+    }
+    return CsvTable(file.path, columns, tuple(range(1, len(rows) + 1)), 0)
+
+
+def _from_dataset(file: SourceFile) -> Points:
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(io.BytesIO(file.content), engine="h5netcdf") as opened_dataset:
+            data = opened_dataset.load()
+    except (OSError, ValueError) as error:
+        raise InputError(f"not a NetCDF file: {error}", path=file.path) from None
+    if not {"position", "normal", "covariance"} <= set(data):
+        raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")
+
+    def values(name: str) -> FloatArray | None:
+        if name not in data:
+            return None
+        return frozen(np.asarray(data[name].values, dtype=np.float64))
+
+    positions, normals, covariance = (values(n) for n in ("position", "normal", "covariance"))
+    assert positions is not None
+    assert normals is not None
+    assert covariance is not None
+    for name, part in (("positions", positions), ("covariances", covariance)):
+        if not np.all(np.isfinite(part)):
+            raise file.error(f"the {name} of the points are not finite")
+    with file.named_in_errors():
+        checked_unit(normals, "normals of points")
+    pretravel = values("pretravel")
+    return _checked(
+        file,
+        Points(
+            positions=positions,
+            normals=normals,
+            pretravel=np.full(len(positions), np.nan) if pretravel is None else pretravel,
+            covariance=covariance,
+            deviation=values("deviation"),
+            labels=tuple(str(label) for label in data["label"].values.tolist()),
+            shared=_shared_of(data),
+            uncompensated=values("uncompensated"),
+        ),
+    )
+
+
+def _shared_of(data: xr.Dataset) -> Mapping[str, FloatArray] | None:
+    if "shared" not in data:
+        return None
+    factors = np.asarray(data["shared"].values, dtype=np.float64)
+    causes = [str(cause) for cause in data["cause"].values.tolist()]
+    return dict(zip(causes, map(frozen, factors), strict=True))

@@ -1,0 +1,205 @@
+"""Touches of several files as one series: a list of files, a folder, a name with wildcards."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import InputError, PretravelError
+from pretravel.formats.file_format import FileReadings, ReadingOptions
+from pretravel.formats.format_registry import FORMATS
+from pretravel.formats.readings import read_readings
+from pretravel.touches import Touches, without
+
+_TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
+"""Endings of text files that can have touches, beside those of the formats."""
+_NO_TOUCHES = (".nc", ".json")
+_SHOWN = 10
+"""Most names of files that a sentence shows."""
+
+
+def files_of(places: Sequence[Path | str]) -> list[Path]:
+    """Return the files that are meant: a folder is its files, a name with * those that match.
+
+    Parameters
+    ----------
+    places : sequence of Path or str
+
+    Returns
+    -------
+    list of Path
+        In the order that is given; within a folder or a wildcard by name, where 2 comes before 10.
+
+    Raises
+    ------
+    InputError
+        Nothing matches; a file is named twice.
+
+    >>> files_of(["touches.csv"])
+    [PosixPath('touches.csv')]
+    """
+    found: list[Path] = []
+    for place in map(Path, places):
+        if place.is_dir():
+            inside = [p for p in _in_order(place.iterdir()) if _can_have_touches(p)]
+            if not inside:
+                raise InputError(
+                    "the folder has no file of touches (.csv, .txt, .xyz, .asc, .parquet …)",
+                    path=place,
+                )
+            found += inside
+        elif re.search(r"[*?\[]", str(place)) and not place.exists():
+            matching = [p for p in _in_order(_matching(place)) if p.is_file()]
+            if not matching:
+                raise InputError("no file has a name like this", path=place)
+            found += matching
+        else:
+            found.append(place)
+    resolved = [path.resolve() for path in found]
+    for path in found:
+        if resolved.count(path.resolve()) > 1:
+            raise InputError("this file is given twice", path=path)
+    return found
+
+
+def _matching(pattern: Path) -> list[Path]:
+    inside = str(pattern.relative_to(pattern.anchor)) if pattern.anchor else str(pattern)
+    return list(Path(pattern.anchor or ".").glob(inside))
+
+
+def _in_order(paths: object) -> list[Path]:
+    """Sorted by name, with numbers by their value."""
+
+    def key(path: Path) -> list[tuple[int, int, str]]:
+        parts = re.split(r"(\d+)", str(path))
+        return [(0, int(part), "") if part.isdecimal() else (1, 0, part.lower()) for part in parts]
+
+    return sorted(paths, key=key)  # type: ignore[call-overload, no-any-return]
+
+
+def _can_have_touches(path: Path) -> bool:
+    endings = {e for known in FORMATS if known.parse for e in known.endings}
+    ending = path.suffix.lower()
+    return (
+        path.is_file()
+        and not path.name.startswith(".")
+        and ending in endings.union(_TABLES).difference(_NO_TOUCHES)
+    )
+
+
+def read_series(
+    paths: Sequence[Path], options: ReadingOptions | None = None, *, file_format: str | None = None
+) -> FileReadings:
+    """Read the touches of files one after the other, as one series.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    options : ReadingOptions, optional
+        For every file. A touch is excluded by its label in the series, or as ``name.csv:17``.
+    file_format : str, optional
+        Of every file.
+
+    Returns
+    -------
+    FileReadings
+        In the machine's axes where there are several files. Labels that occur in several files
+        have the name of their file before them.
+
+    Raises
+    ------
+    InputError
+        As `read_readings`; some files state feeds or nominal points and others do not.
+    """
+    if len(paths) == 1:
+        return read_readings(paths[0], options, file_format=file_format)
+    options = options or ReadingOptions()
+    own = [tuple(n for n in options.exclude if _is_line_of(n, path)) for path in paths]
+    found = [
+        read_readings(path, replace(options, exclude=exclude), file_format=file_format)
+        for path, exclude in zip(paths, own, strict=True)
+    ]
+    found = [readings.in_machine_axes() for readings in found]
+    touches = _one_series(paths, [readings.touches for readings in found])
+    rest = [name for name in options.exclude if not any(name in names for names in own)]
+    for name in rest:
+        if name not in (touches.labels or ()):
+            raise PretravelError(
+                f"there is no touch with the label '{name}' in the series; a line is stated with "
+                f"its file: {paths[0].name}:17",
+                inputs=("exclude",),
+            )
+    names = [path.name for path in paths]
+    kept = without(touches, rest)
+    if rest:
+        kept = replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(rest)}")
+    return FileReadings(
+        kept,
+        missed=tuple(
+            f"{path.stem}.{label}"
+            for path, readings in zip(paths, found, strict=True)
+            for label in readings.missed
+        ),
+        warnings=tuple(
+            f"{name}: {warning}"
+            for name, readings in zip(names, found, strict=True)
+            for warning in readings.warnings
+        ),
+        tip_radius=found[0].tip_radius,
+    )
+
+
+def _is_line_of(name: str, path: Path) -> bool:
+    place, _, line = name.rpartition(":")
+    return line.isdecimal() and place in (path.name, str(path))
+
+
+def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
+    names = [path.name for path in paths]
+    listed = ", ".join(names[:_SHOWN]) + (f" … {names[-1]}" if len(names) > _SHOWN else "")
+    each = sorted({part.reading for part in parts})
+    same = each[0].partition("; ")[2] if len({r.partition("; ")[2] for r in each}) == 1 else ""
+    reading = f"{sum(map(len, parts))} touches of {len(parts)} files in this order: {listed}"
+    details = [same] if same else [f"{n}: {p.reading}" for n, p in zip(names, parts, strict=True)]
+    return Touches(
+        positions=np.vstack([part.positions for part in parts]),
+        normals=np.vstack([part.normals for part in parts]),
+        approaches=np.vstack([part.approach_directions for part in parts]),
+        feeds=_joined_values(paths, [part.feeds for part in parts], "feeds"),
+        labels=_unique_labels(paths, parts),
+        nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
+        source=f"{names[0]} … {names[-1]} ({len(names)} files)",
+        reading="; ".join([reading, *(d for d in details if not d.endswith(": "))]),
+    )
+
+
+def _joined_values(
+    paths: Sequence[Path], values: Sequence[FloatArray | None], what: str
+) -> FloatArray | None:
+    stated = [value for value in values if value is not None]
+    if not stated:
+        return None
+    if len(stated) < len(values):
+        there = next(p for p, value in zip(paths, values, strict=True) if value is not None)
+        absent = next(p for p, value in zip(paths, values, strict=True) if value is None)
+        raise InputError(f"states no {what}, but {there.name} does", path=absent)
+    return np.concatenate(stated)
+
+
+def _unique_labels(paths: Sequence[Path], parts: Sequence[Touches]) -> tuple[str, ...]:
+    """The labels, with the name of the file before them where they are not unique without it."""
+    own = [part.labels or tuple(str(i + 1) for i in range(len(part))) for part in parts]
+    flat = [label for labels in own for label in labels]
+    if len(set(flat)) == len(flat) and all(part.labels for part in parts):
+        return tuple(flat)
+    stems = [path.stem for path in paths]
+    if len(set(stems)) < len(stems):
+        stems = [f"{i + 1}.{stem}" for i, stem in enumerate(stems)]
+    return tuple(
+        f"{stem}.{label}" for stem, labels in zip(stems, own, strict=True) for label in labels
+    )

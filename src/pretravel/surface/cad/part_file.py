@@ -1,0 +1,70 @@
+"""Parts from CAD files of any kind that has exact geometry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pretravel.errors import InputError
+from pretravel.surface.cad.iges_reader import read_iges
+from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.step_part import part_from_content, read_step_part
+
+STEP_ENDINGS = (".step", ".stp", ".p21")
+IGES_ENDINGS = (".iges", ".igs")
+MESH_ENDINGS = (".stl", ".obj", ".3mf", ".ply", ".off", ".amf")
+_NATIVE = {
+    ".sldprt": "SolidWorks",
+    ".ipt": "Inventor",
+    ".f3d": "Fusion",
+    ".fcstd": "FreeCAD",
+    ".catpart": "CATIA",
+    ".prt": "NX or Creo",
+    ".3dm": "Rhino",
+    ".par": "Solid Edge",
+    ".x_t": "Parasolid",
+    ".x_b": "Parasolid",
+    ".sat": "ACIS",
+    ".dwg": "AutoCAD",
+    ".dxf": "AutoCAD",
+    ".brep": "OpenCASCADE",
+}
+CAD_ENDINGS = (*STEP_ENDINGS, *IGES_ENDINGS, *MESH_ENDINGS, *_NATIVE)
+"""Endings of files that contain a part, whether they can be read or not."""
+
+
+def read_part(path: str | Path) -> Part:
+    """All faces of a CAD file, STEP or IGES.
+
+    Parameters
+    ----------
+    path : str or Path
+        STEP (AP203, AP214, AP242) or IGES, in any unit of length.
+
+    Returns
+    -------
+    Part
+        In mm. `Part.unreadable` contains the faces that cannot be used, with the reasons.
+
+    Raises
+    ------
+    InputError
+        A file of another kind, with what to do; a file that cannot be read; one without faces.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending in IGES_ENDINGS:
+        return part_from_content(read_iges(path), path)
+    if ending in MESH_ENDINGS:
+        raise InputError(
+            f"is a mesh ({ending[1:].upper()}): triangles have no exact normals and no curvature, "
+            "so neither the contact nor the pretravel there can be computed. Export the part from "
+            "its CAD program as STEP (AP214 or AP242); a mesh converted to STEP is still a mesh",
+            path=path,
+        )
+    if ending in _NATIVE:
+        raise InputError(
+            f"is a file of {_NATIVE[ending]}, which is not read; export the part as STEP (AP214 or "
+            "AP242)",
+            path=path,
+        )
+    return read_step_part(path)

@@ -1,0 +1,85 @@
+"""The text of STEP files, mended where the CAD kernel would crash."""
+
+from __future__ import annotations
+
+import re
+
+_SPACE = rb"(?:\s|/\*[^*]*\*+(?:[^/*][^*]*\*+)*/)*"
+"""White space and comments, which may stand between any two tokens (ISO 10303-21)."""
+
+_TOPOLOGY = """
+VERTEX VERTEX_POINT EDGE EDGE_CURVE ORIENTED_EDGE SUBEDGE PATH OPEN_PATH ORIENTED_PATH LOOP
+EDGE_LOOP VERTEX_LOOP POLY_LOOP FACE FACE_BOUND FACE_OUTER_BOUND FACE_SURFACE ADVANCED_FACE
+ORIENTED_FACE SUBFACE OPEN_SHELL CLOSED_SHELL ORIENTED_OPEN_SHELL ORIENTED_CLOSED_SHELL
+CONNECTED_FACE_SET CONNECTED_FACE_SUB_SET CONNECTED_EDGE_SET VERTEX_SHELL WIRE_SHELL
+MANIFOLD_SOLID_BREP BREP_WITH_VOIDS FACETED_BREP SHELL_BASED_SURFACE_MODEL
+FACE_BASED_SURFACE_MODEL SHELL_BASED_WIREFRAME_MODEL EDGE_BASED_WIREFRAME_MODEL GEOMETRIC_SET
+GEOMETRIC_CURVE_SET
+"""
+_GEOMETRY = """
+CARTESIAN_POINT POINT_ON_CURVE POINT_ON_SURFACE DEGENERATE_PCURVE DIRECTION VECTOR PLACEMENT
+AXIS1_PLACEMENT AXIS2_PLACEMENT_2D AXIS2_PLACEMENT_3D LINE CIRCLE ELLIPSE HYPERBOLA PARABOLA
+POLYLINE B_SPLINE_CURVE B_SPLINE_CURVE_WITH_KNOTS BEZIER_CURVE UNIFORM_CURVE QUASI_UNIFORM_CURVE
+TRIMMED_CURVE COMPOSITE_CURVE COMPOSITE_CURVE_ON_SURFACE BOUNDARY_CURVE OUTER_BOUNDARY_CURVE
+OFFSET_CURVE_2D OFFSET_CURVE_3D PCURVE BOUNDED_PCURVE SURFACE_CURVE SEAM_CURVE INTERSECTION_CURVE
+BOUNDED_SURFACE_CURVE CURVE_REPLICA PLANE CYLINDRICAL_SURFACE CONICAL_SURFACE SPHERICAL_SURFACE
+TOROIDAL_SURFACE DEGENERATE_TOROIDAL_SURFACE SURFACE_OF_LINEAR_EXTRUSION SURFACE_OF_REVOLUTION
+B_SPLINE_SURFACE B_SPLINE_SURFACE_WITH_KNOTS BEZIER_SURFACE UNIFORM_SURFACE QUASI_UNIFORM_SURFACE
+RECTANGULAR_TRIMMED_SURFACE CURVE_BOUNDED_SURFACE RECTANGULAR_COMPOSITE_SURFACE OFFSET_SURFACE
+SURFACE_REPLICA
+"""
+_OTHERS = """
+MAPPED_ITEM STYLED_ITEM OVER_RIDING_STYLED_ITEM MEASURE_REPRESENTATION_ITEM TEXT_LITERAL
+COMPOSITE_TEXT PLANAR_EXTENT PLANAR_BOX
+"""
+_ITEMS = "|".join(sorted(f"{_TOPOLOGY}{_GEOMETRY}{_OTHERS}".split())).encode("ascii")
+"""Representation items of ISO 10303-42 and -43: their first attribute is a mandatory name."""
+
+_NAMELESS = (
+    rb"=" + _SPACE + rb"(?:" + _ITEMS + rb")" + _SPACE + rb"\(" + _SPACE + rb"\$"
+    rb"|\bREPRESENTATION_ITEM" + _SPACE + rb"\(" + _SPACE + rb"\$"
+)
+_TOKENS = re.compile(
+    rb"'[^']*(?:'|\Z)"  # a string; '' within it is read as the start of a second one
+    rb"|/\*.*?(?:\*/|\Z)"
+    rb"|(?P<nameless>" + _NAMELESS + rb")",
+    re.DOTALL,
+)
+_CANDIDATE = re.compile(_NAMELESS)
+
+
+def with_names(text: bytes) -> tuple[bytes, int]:
+    """The text of a STEP file in which every item of geometry has a name, if only an empty one.
+
+    Parameters
+    ----------
+    text : bytes
+
+    Returns
+    -------
+    text : bytes
+        With ``''`` for each ``$`` that stands for the name of a representation item. Strings,
+        comments and all other attributes are as they were.
+    count : int
+        Number of names that were absent.
+
+    Notes
+    -----
+    ISO 10303-43 requires the name of a representation item. Some programs write ``$`` (no value)
+    for it, and OpenCASCADE 7.8 then reads through a null pointer.
+
+    >>> with_names(b"#1=PLANE($,#2); #3=SI_UNIT($,.METRE.); /* =PLANE($ */")
+    (b"#1=PLANE('',#2); #3=SI_UNIT($,.METRE.); /* =PLANE($ */", 1)
+    """
+    if _CANDIDATE.search(text) is None:
+        return text, 0
+    count = 0
+
+    def mended(token: re.Match[bytes]) -> bytes:
+        nonlocal count
+        if token.group("nameless") is None:
+            return token.group()
+        count += 1
+        return token.group()[:-1] + b"''"
+
+    return _TOKENS.sub(mended, text), count

@@ -1,0 +1,213 @@
+"""Cycles of LinuxCNC on the model of the machine: results, refusals, and every fault of a probe."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.controls.linuxcnc_cycles import sphere_subroutines
+from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.lookup_formula import exact_lookup
+from tests.support.commands import run as run_command
+from tests.support.machine_model.coordinates import WorkOffset
+from tests.support.machine_model.judgement import Plan, state_is_restored
+from tests.support.machine_model.machine import Machine, Trace, run
+from tests.support.machine_model.modes import Vector
+from tests.support.machine_model.probe import Fault, Probe
+from tests.support.machine_model.world import Ball, Box, Ring, Thing, World
+from tests.support.simulated_probe import simulated_map, simulated_pretravel
+
+# Call, place of the tip before it, what is on the table, number of contacts.
+LARGEST = 1.0
+CYCLES: dict[str, tuple[str, Vector, Thing, int]] = {
+    "bore": ("[40.2] [100] [5] [1]", (0.4, -0.3, 0.0), Ring((0.0, 0.0, 0.0), 25.0, 5.0), 9),
+    "boss": ("[25] [30] [100] [5] [1]", (0.2, 0.1, 30.0), Ball((0.0, 0.0, 0.0), 12.5), 9),
+    "pocket": ("[40] [40] [100] [1]", (0.0, 0.0, 0.0), Ring((0.0, 0.0, 0.0), 25.0, 5.0), 4),
+    "web": ("[80] [60] [14] [100] [1]", (0.5, -0.5, 8.0), Box((0, 0, -10), (40, 30, 10)), 4),
+    "edge": ("[90] [3.7] [100] [1]", (3.0, -37.0, -6.0), Box((0, 0, -10), (40, 30, 10)), 1),
+    "sphere": ("[0.3] [0] [0] [25] [6] [100] [6] [3] [1]", (9.0, 2.0, 50.0),
+               Ball((0.0, 0.0, 0.0), 12.5), 11),
+}  # fmt: skip
+FAULTS = ("dead", "stuck", "early", "late")
+
+
+@cache
+def subroutines() -> dict[str, str]:
+    pretravel_map = simulated_map()
+    form = exact_lookup(pretravel_map)
+    assert form is not None
+    return linuxcnc_subroutines(pretravel_map, form)
+
+
+def made(name: str, *faults: Fault, before: str = "", after: str = "", call: str = "") -> Trace:
+    """One call on the model, from the place where the cycle expects the tip."""
+    arguments, place, thing, _ = CYCLES[name]
+    machine = Machine(World((thing,)), position=place, acceleration=2000.0)
+    probe = Probe(lambda n: float(simulated_pretravel(np.array([n]))[0]), faults=faults)
+    text = f"G21 G90 G94 G54\n{before}\no<pretravel_{name}> call {call or arguments}\n{after}\nM2\n"
+    return run(machine, text, probe=probe, subroutines=subroutines())
+
+
+def check_harmless(trace: Trace, name: str) -> None:
+    """No rapid move, nothing deep in the part, the state as before."""
+    assert not [move for move in trace.moves if move.kind == "rapid"]
+    deepest = max((move.depths.ball for move in trace.moves), default=0.0)
+    # A missed touch goes 1.2 times the largest error beyond the expected wall. The calls are off
+    # by 0.6 mm at the most; with a feed of 100 mm/min the machine stops at once.
+    assert deepest < 1.2 * LARGEST + 0.6
+    assert state_is_restored(trace, Plan((), (), safe_height=0.0)) == []
+
+
+class TestHealthy:
+    @pytest.mark.parametrize("name", CYCLES)
+    def test_ends_normally_with_all_its_contacts(self, name: str) -> None:
+        trace = made(name, before="F77.125", after="(PRINT,%.3f#<_feed>)")
+        assert trace.error == ""
+        assert trace.printed == ("77.125",)
+        assert trace.contacts == CYCLES[name][3]
+        check_harmless(trace, name)
+
+    @pytest.mark.parametrize("name", CYCLES)
+    def test_a_bouncing_probe_does_no_harm(self, name: str) -> None:
+        trace = made(name, Fault("bounce", 1))
+        assert trace.error == ""
+        check_harmless(trace, name)
+
+
+class TestFaults:
+    @pytest.mark.parametrize("kind", FAULTS)
+    @pytest.mark.parametrize("name", CYCLES)
+    def test_every_contact_in_turn_ends_in_a_message(self, name: str, kind: str) -> None:
+        for contact in range(1, CYCLES[name][3] + 1):
+            trace = made(name, Fault(kind, contact, 1.8))  # type: ignore[arg-type]
+            assert trace.ended == "abort", f"contact {contact}: {trace.ended} {trace.error}"
+            assert "cause" in trace.error
+            assert trace.contacts <= contact + (kind == "stuck")
+            check_harmless(trace, name)
+
+    @pytest.mark.parametrize("name", CYCLES)
+    def test_tripped_before_the_first_move(self, name: str) -> None:
+        trace = made(name, Fault("tripped"))
+        assert trace.ended == "abort"
+        assert "cause 6" in trace.error
+        assert sum(move.length for move in trace.moves) < 0.1
+
+    def test_something_above_a_boss(self) -> None:
+        """The way across meets it; the tip goes back and the cycle stops."""
+        _, place, thing, _ = CYCLES["boss"]
+        clamp = Ball((12.0, 0.0, 28.0), 4.0)
+        machine = Machine(World((thing, clamp)), position=place, acceleration=2000.0)
+        text = "G21 G90 G94\no<pretravel_boss> call [25] [30] [100]\nM2\n"
+        trace = run(machine, text, subroutines=subroutines())
+        assert trace.ended == "abort"
+        assert "cause 5" in trace.error
+        # The way to stop at 1000 mm/min and 2000 mm/s² is 0.07 mm along an oblique way.
+        assert max(move.depths.ball for move in trace.moves) < 0.15
+        # One way across, and back: no second trial from elsewhere.
+        assert [move.code for move in trace.moves] == ["G38.3", "G38.5"]
+
+    def test_a_false_trip_on_the_way_up(self) -> None:
+        """The tip does not go on to the next side from below the top."""
+        _, place, thing, _ = CYCLES["web"]
+        # Half way up beside the first wall, at the start of its touch.
+        fault = Fault("false_trip", 1, 0.05, place=(-44.5, -0.5, 2.0))
+        machine = Machine(World((thing,)), position=place, acceleration=2000.0)
+        text = "G21 G90 G94\no<pretravel_web> call [80] [60] [14] [100] [1]\nM2\n"
+        trace = run(machine, text, probe=Probe(faults=(fault,)), subroutines=subroutines())
+        assert trace.ended == "abort"
+        assert "cause 5" in trace.error
+        assert trace.contacts <= 1
+
+    def test_a_sphere_that_was_stopped_says_where_in_its_log(self) -> None:
+        trace = made("sphere", Fault("dead", 4))
+        log = trace.logs["pretravel_sphere.log"]
+        assert log[-1].startswith("stopped,s4,1")
+        assert sum(line.startswith("touch,") for line in log) == 3
+
+
+class TestRefusals:
+    @pytest.mark.parametrize("name", CYCLES)
+    @pytest.mark.parametrize(
+        ("before", "words"),
+        [("G91", "G90"), ("G93 F1", "G94"), ("M3 S100", "spindle"), ("", "missing")],
+    )
+    def test_before_the_first_move(self, name: str, before: str, words: str) -> None:
+        trace = made(name, before=before, call="" if before else "[20]")
+        assert trace.ended == "abort"
+        assert words in trace.error
+        assert trace.moves == ()
+
+    @pytest.mark.parametrize(
+        ("name", "call", "words"),
+        [
+            ("bore", "[5] [100]", "no room"),
+            ("bore", "[40] [100] [2.5]", "number of touches"),
+            ("bore", "[0] [100]", "diameter is missing"),
+            ("boss", "[25] [0] [100]", "depth"),
+            ("pocket", "[0] [0] [100]", "width is missing"),
+            ("pocket", "[40] [6] [100]", "no room"),
+            ("web", "[80] [60] [-1] [100]", "depth"),
+            ("edge", "[0] [0] [100]", "distance"),
+            ("sphere", "[0] [0] [0] [25] [0] [100]", "diameters"),
+            ("sphere", "[0] [0] [0] [25] [6] [100] [2]", "at least 4"),
+        ],
+    )
+    def test_arguments(self, name: str, call: str, words: str) -> None:
+        trace = made(name, call=call)
+        assert trace.ended == "abort"
+        assert words in trace.error
+        assert trace.moves == ()
+
+
+class TestRadius:
+    @pytest.mark.parametrize(("unit", "scale"), [("G21", 1.0), ("G20", 25.4)])
+    def test_tip_radius_less_pretravel_less_delay_travel(self, unit: str, scale: float) -> None:
+        """4 ms at 300 mm/min, in both units; the normal is turned with the work coordinates."""
+        pretravel_map = simulated_map(delay=0.004)
+        form = exact_lookup(pretravel_map)
+        assert form is not None
+        text = f"{unit} G54\no<pretravel_radius> call [0.6] [0] [0.8] [{300 / scale:.12f}]\n"
+        trace = run(
+            Machine(offsets={"G54": WorkOffset((1.0, 2.0, 3.0), 30.0)}),
+            text + "(PRINT,%.9f#<_value>)\nM2\n",
+            subroutines=linuxcnc_subroutines(pretravel_map, form),
+        )
+        turned = [0.6 * np.cos(np.pi / 6), 0.6 * np.sin(np.pi / 6), 0.8]
+        true = 3.0 - pretravel_map.pretravel([turned])[0] - 300 / 60 * 0.004
+        # Nine decimals of an inch.
+        assert float(trace.printed[0]) * scale == pytest.approx(true, abs=2e-8)
+        assert trace.moves == ()
+
+
+class TestFiles:
+    @pytest.mark.parametrize("name", ["bore", "web", "edge", "radius"])
+    def test_files_of_two_exports_are_noticed_before_a_move(self, name: str) -> None:
+        other = replace(simulated_map(), tip_radius=2.0)
+        form = exact_lookup(other)
+        assert form is not None
+        file = f"pretravel_{name}.ngc"
+        mixed = subroutines() | {file: linuxcnc_subroutines(other, form)[file]}
+        call = CYCLES.get(name, ("[1] [0] [0] [100]",))[0]
+        text = f"G21 G90 G94\no<pretravel_{name}> call {call}\nM2\n"
+        trace = run(Machine(), text, subroutines=mixed)
+        assert trace.ended == "abort"
+        assert "different maps" in trace.error
+        assert trace.moves == ()
+
+    def test_the_sphere_needs_no_map(self, tmp_path: Path) -> None:
+        """The subroutines for a machine without a map are those of an export."""
+        assert sphere_subroutines().items() <= subroutines().items()
+        assert "pretravel_sphere.ngc" in run_command("program", "mdi", "-o", tmp_path / "subs")
+        written = {path.name: path.read_text() for path in (tmp_path / "subs").iterdir()}
+        assert written == sphere_subroutines()
+        assert "a folder is needed" in run_command("program", "mdi", "-o", "x.ngc", code=2)
+        arguments, place, thing, contacts = CYCLES["sphere"]
+        machine = Machine(World((thing,)), position=place, acceleration=2000.0)
+        text = f"G21 G90 G94\no<pretravel_sphere> call {arguments}\nM2\n"
+        trace = run(machine, text, subroutines=sphere_subroutines())
+        assert trace.error == ""
+        assert trace.contacts == contacts

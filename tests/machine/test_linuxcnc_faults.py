@@ -1,0 +1,172 @@
+"""On the real LinuxCNC: probes that misbehave, wrong tools and maps; the ball is never crushed."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.controls.linuxcnc_program import cause_words, linuxcnc_program
+from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.machine import Machine, work_placement
+from pretravel.controls.program import plan_program
+from pretravel.controls.surroundings import SphereObstacle
+from pretravel.directions import ring_pattern
+from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.probing.targets import Targets
+from pretravel.units import DEGREE
+from tests.machine.conftest import SIMULATOR, run_program
+from tests.support.example_maps import mean_map
+
+QUICK = Machine(
+    measuring_feed=600.0, positioning_feed=12000.0, acceleration=20000.0, safe_height=40.0
+)
+NEVER, STAYS, EARLY, ALWAYS, BOUNCES, LATE, SPIKE = range(1, 8)
+"""Faults of the simulated probe, as its source numbers them."""
+HOME = "G10 L2 P1 X100 Y50 Z-30 R0\n"
+OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d)\.")
+CONTROL_STOPS = "Probe tripped during non-probe move."
+"""The control itself stops where the probe closes during a move that is no probing move."""
+
+
+def program_text(machine: Machine = QUICK, count: int = 6) -> str:
+    normals = ring_pattern(np.array([0.0, 50.0, 90.0]) * DEGREE, count)
+    labels = tuple(f"s{i + 1}" for i in range(len(normals)))
+    targets = Targets(12.5 * normals, normals, labels=labels)
+    sphere = SphereObstacle(np.zeros(3), 12.5)
+    program = plan_program(targets, machine, title="sphere", obstacles=[sphere])
+    return linuxcnc_program(program, "sphere.log")
+
+
+def faulty(path: Path, fault: int, after: int, size: float = 1.7) -> Path:
+    lines = (SIMULATOR / "probe.hal").read_text().splitlines()
+    values = {"fault": fault, "fault-after": after, "fault-size": size}
+    lines += [f"setp pretravel-probe.0.{name} {value}" for name, value in values.items()]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def depth_of(output: str) -> float:
+    found = re.search(r"largest depth of the straight tip: (\S+) mm", output)
+    assert found, output
+    return float(found[1])
+
+
+@pytest.fixture
+def sphere(tmp_path: Path) -> Path:
+    path = tmp_path / "sphere.ngc"
+    path.write_text("G21\n" + HOME + program_text())
+    return path
+
+
+class TestProbeFaults:
+    @pytest.mark.parametrize(
+        ("fault", "after", "label", "cause", "deepest"),
+        [
+            # The end of a touch is 2 mm below the nominal surface; the sphere lies 0.03 mm off.
+            (NEVER, 2, "s3", 1, 2.1),
+            (SPIKE, 0, "s1", 2, -1.0),
+            (ALWAYS, 0, "s1", 6, -50.0),
+            pytest.param(STAYS, 2, "s3", 4, 0.1, marks=pytest.mark.slow),
+            pytest.param(LATE, 2, "s3", 3, 1.8, marks=pytest.mark.slow),
+        ],
+    )
+    def test_the_program_stops_and_names_the_touch(
+        self, sphere: Path, fault: int, after: int, label: str, cause: int, deepest: float
+    ) -> None:
+        output = run_program(sphere, faulty(sphere.parent / "f.hal", fault, after), code=1)
+        assert f"control: {label}: stopped with cause {cause}. Causes: {cause_words()}" in output
+        assert depth_of(output) < deepest
+        log = sphere.with_suffix(".log").read_text().splitlines()
+        assert log[-1] == f"stopped,{label},{cause},end"
+        if after:
+            assert len(read_own_log(sphere.with_suffix(".log")).touches) == after
+
+    @pytest.mark.slow
+    def test_a_probe_that_bounces_is_measured_with(self, sphere: Path) -> None:
+        """It closes again for 3 ms, 5 ms after it opened, twice."""
+        run_program(sphere, faulty(sphere.parent / "f.hal", BOUNCES, 2))
+        assert len(read_own_log(sphere.with_suffix(".log")).touches) == 12
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("seed", range(10))
+    def test_random_faults_end_in_a_message(self, sphere: Path, seed: int) -> None:
+        random = np.random.default_rng(seed)
+        fault = int(random.choice([NEVER, STAYS, EARLY, ALWAYS, LATE, SPIKE]))
+        # Beyond the clearance of 1 mm; nearer than that, a fault is an error of measurement.
+        after, size = int(random.integers(0, 12)), float(random.uniform(1.1, 6.0))
+        probe = faulty(sphere.parent / "f.hal", fault, after, size)
+        output = run_program(sphere, probe, code=1)
+        assert OWN_MESSAGE.search(output) or CONTROL_STOPS in output
+        assert depth_of(output) < 2.1
+        assert "done," not in sphere.with_suffix(".log").read_text()
+
+
+class TestStateAndTool:
+    def test_modes_come_back_and_the_feed_is_as_programmed(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("PRETRAVEL_STARTUP", "G20 G91 G55 G64 P0.001 G17 G94")
+        monkeypatch.setenv("PRETRAVEL_FEED_OVERRIDE", "0.5")
+        path = tmp_path / "sphere.ngc"
+        # A latch by cycle shows the feed: 0.01 mm a cycle at 600 mm/min.
+        path.write_text(program_text(count=4))
+        (tmp_path / "home.ngc").write_text(f"G21\n{HOME}M2\n")
+        run_program(tmp_path / "home.ngc")
+        probe = faulty(tmp_path / "f.hal", 0, 0)
+        probe.write_text(probe.read_text() + "setp pretravel-probe.0.hardware-latch 0\n")
+        output = run_program(path, probe)
+        # The end of a program (M2) itself selects G90 and G54.
+        assert re.search(r"modes at the end: .*G20.*G64.*G90", output)
+        slow = read_own_log(tmp_path / "sphere.log").touches.positions
+        monkeypatch.delenv("PRETRAVEL_FEED_OVERRIDE")
+        run_program(path, probe)
+        assert read_own_log(tmp_path / "sphere.log").touches.positions.tolist() == slow.tolist()
+        output = run_program(path, faulty(tmp_path / "f.hal", SPIKE, 0), code=1)
+        assert re.search(r"modes at the end: .*G20.*G55.*G64.*G91 ", output)
+
+    def test_another_length_or_map_is_noticed_before_the_first_move(self, tmp_path: Path) -> None:
+        path = tmp_path / "sphere.ngc"
+        # T1 of the simulated machine has the length zero.
+        machine = replace(QUICK, tool=1, tool_length=80.0, change_height=10.0)
+        path.write_text("G21\n" + HOME + program_text(machine))
+        output = run_program(path, code=1)
+        assert "the tool length of T1 is 0.000 mm, 0.000 mm aside, but 80 mm" in output
+        assert depth_of(output) < -50.0
+        assert not (tmp_path / "sphere.log").exists()
+        path.write_text("G21\n" + HOME + program_text(replace(machine, change_height=None)))
+        assert "tool 0 is in the spindle: load the probe first, T1 M6" in run_program(path, code=1)
+        elsewhere = replace(QUICK, work=work_placement(100.0, 50.0, -28.0))
+        path.write_text("G21\n" + HOME + program_text(elsewhere))
+        output = run_program(path, code=1)
+        assert "G54 is at X100.000 Y50.000 Z-30.000, turned by 0.00; the machine file" in output
+        one = Targets([[0.0, 0, 12.5]], [[0.0, 0, 1]], labels=("top",))
+        program = plan_program(one, QUICK, title="top")
+        text = linuxcnc_program(program, "top.log", compensated=mean_map(0.016))
+        path.write_text("G21\n" + HOME + text)
+        other = mean_map(0.017)
+        for name, subroutine in linuxcnc_subroutines(other, exact_lookup(other)).items():
+            (tmp_path / name).write_text(subroutine)
+        assert "belong to another map" in run_program(path, code=1)
+        same = mean_map(0.016)
+        for name, subroutine in linuxcnc_subroutines(same, exact_lookup(same)).items():
+            (tmp_path / name).write_text(subroutine)
+        run_program(path)
+        assert read_own_log(tmp_path / "top.log").touches.labels == ("top",)
+
+
+def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
+    """No probe trips in a preview, and no tool is in the spindle; it is no error."""
+    machine = replace(QUICK, tool=1, tool_length=80.0, work=work_placement(1.0, 2.0, 3.0))
+    path = tmp_path / "sphere.ngc"
+    path.write_text(program_text(machine))
+    command = ["rs274", "-g", path.name]
+    shown = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "PROGRAM_END" in shown.stdout, shown.stderr
+    # The start, the touch and the way back of each of the 12 touches, and more.
+    assert shown.stdout.count("STRAIGHT_PROBE") > 36

@@ -1,0 +1,154 @@
+"""pretravel measure: from touches of a part with two bores to verdicts."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.compensation.compensation import apply, embed
+from pretravel.formats.point_files import write_points
+from pretravel.touches import Touches
+from tests.support.commands import rows, run
+from tests.support.example_maps import example_map
+from tests.support.examples import EXAMPLES
+from tests.support.feature_points import around
+
+DIAMETERS = {"bore1": 20.010, "bore2": 19.995}
+"""True diameters of the part. [mm]"""
+CENTRES = {"bore1": (40.0, 30.0, -5.0), "bore2": (-40.0, 30.0, -5.0)}
+
+
+@pytest.fixture(scope="module", params=["csv", "nc"])
+def points_file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Touches by a probe whose true map is the fitted one, so that compensation is exact."""
+    outward, _ = around(12)
+    positions = [c + 0.5 * DIAMETERS[k] * outward for k, c in CENTRES.items()]
+    labels = tuple(f"{name}-{i + 1}" for name in CENTRES for i in range(12))
+    touches = embed(np.vstack(positions), np.tile(-outward, (2, 1)), example_map())
+    touches = Touches(touches.positions, touches.normals, labels=labels)
+    path = tmp_path_factory.mktemp("points") / f"points.{request.param}"
+    write_points(path, apply(touches, example_map()))
+    return path
+
+
+def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "bores.csv"
+    text = run("measure", points_file, "--feature", "bore", "--group", "--nominal", 20,
+               "--tolerance", "+0.021/0", "--u-machine", 1, "-o", out)  # fmt: skip
+    assert text.startswith("2 features: 1 conforms, 1 does not conform (bore2)")
+    found = {row["feature"]: row for row in rows(out) if row["quantity"] == "diameter"}
+    for name, diameter in DIAMETERS.items():
+        row = found[name]
+        assert float(row["value"]) == pytest.approx(diameter, abs=1e-7)
+        # The effective radius is smaller than that of the tip by 1 to 20 µm (an OMP40-2).
+        assert 2e-3 < float(row["uncompensated"]) - diameter < 40e-3
+        assert float(row["u"]) > 1e-3  # that of the machine alone
+        assert float(row["expanded_u"]) == pytest.approx(2.0 * float(row["u"]))
+        # 95 % at one limit: JCGM 106.
+        assert float(row["guard_band"]) == pytest.approx(1.6449 * float(row["u"]), rel=1e-4)
+    assert found["bore1"]["verdict"] == "conforms"
+    assert found["bore2"]["verdict"] == "does not conform"
+
+
+def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> None:
+    page, picture, values = (tmp_path / f"bore.{e}" for e in ("html", "png", "json"))
+    command = ["measure", points_file, "--feature", "bore", "--select", "bore1*",
+               "--at", "40,30,-5", "--position-tolerance", 0.02, "--form-tolerance", 0.005,
+               "--tolerance", "20.012..20.03"]  # fmt: skip
+    text = run(*command, "-o", page, "--plot", picture, "--verbose")
+    assert "does not conform (diameter: too small by 2.0 µm, material is left)" in text
+    assert "tip radius" in text
+    assert "Gaussian association" in text
+    assert page.read_text(encoding="utf-8").count("<img") == 1
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    run(*command, "-o", values)
+    (bore,) = json.loads(values.read_text())["features"]
+    assert bore["side"] == "inside"
+    by_name = {row["quantity"]: row for row in bore["quantities"]}
+    assert by_name["position"]["verdict"] == "conforms"
+    assert by_name["roundness"]["verdict"] == "conforms"
+    parts = bore["budgets"]["diameter"]
+    assert by_name["diameter"]["u"] == pytest.approx(np.sqrt(sum(u**2 for u in parts.values())))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--tolerance", "+0.02/0"], "need the nominal diameter: --nominal"),
+        (["--tolerance", "20..21", "--nominal", 20], "leave out --nominal"),
+        (["--nominal", 20], "--nominal needs the deviations"),
+        (["--tolerance", "21..20"], "--tolerance 21..20: this tolerance is empty"),
+        (["--tolerance", "H7"], "expected limits as 20.000..20.021"),
+        (["--select", "hole*"], "no label of the 24 points matches 'hole.'.*--select"),
+        (["--select", "bore1*", "--position-tolerance", 0.1], "nominal position .--at"),
+        (["--group", "--at", "0,0,0"], "nominal position of one feature, and there are 2"),
+        (["--group", "--u-machine", "nan"], "--u-machine nan"),
+        (["--group", "--tolerance", "20..nan"], "expected limits"),
+        (["--group", "--form-tolerance", "nan"], "is empty|nan"),
+        (["--select", "bore1-1"], "bore1-1: a circle needs at least 3 points"),
+        ([], "points of two features"),
+    ],
+)
+def test_messages(points_file: Path, arguments: list[object], message: str) -> None:
+    text = run("measure", points_file, "--feature", "bore", *arguments, code=2)
+    assert re.search(message, text.replace("\n", " ")), text
+
+
+def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every command of docs/how-to/measure-a-bore.md runs, with the verdicts of known bores."""
+    guide = (EXAMPLES.parents[1] / "docs/how-to/measure-a-bore.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    verdicts = []
+    for block in re.findall(r"```sh\n(.*?)```", guide, flags=re.DOTALL):
+        for line in block.splitlines():
+            words = shlex.split(line.replace("$EXAMPLES", str(EXAMPLES)))
+            assert words[0] == "pretravel"
+            text = run(*words[1:])
+            if words[1] == "measure":
+                verdicts.append(text.splitlines()[0])
+    assert verdicts[0] in guide
+    assert verdicts == [
+        "bore1*, 12 points: conforms",
+        "2 features: 1 conforms, 1 does not conform (bore2)",
+        "boss1*, 12 points: conforms",
+        "top*, 9 points: conforms",
+    ]
+    found = {r["feature"]: r for r in rows(Path("bores.csv")) if r["quantity"] == "diameter"}
+    for name, diameter in DIAMETERS.items():
+        # The noise of 0.3 µm of 12 touches and another kind of map: 1 µm of the diameter.
+        assert float(found[name]["value"]) == pytest.approx(diameter, abs=1e-3)
+
+
+def test_touches_are_no_points(tmp_path: Path) -> None:
+    path = tmp_path / "touches.csv"
+    path.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n1,2,3,0,0,1\n")
+    assert "Compensate them" in run("measure", path, "--feature", "bore", code=2)
+
+
+def test_points_of_a_predicted_map_decide_nothing(tmp_path: Path) -> None:
+    """The described probe is another one: the bore of 20.010 mm seems to be 20.032 mm."""
+    points = tmp_path / "points.csv"
+    run("compensate", EXAMPLES / "bore_touches.csv", "--map", "omp40-2", "--tip-diameter", 6,
+        "-o", points)  # fmt: skip
+    text = run("measure", points, "--feature", "bore", "--select", "bore1*",
+               "--tolerance", "20..20.021", "--u-machine", 1)  # fmt: skip
+    assert text.startswith("bore1*, 12 points: cannot be decided")
+
+
+def test_points_of_an_older_version(tmp_path: Path) -> None:
+    """Their correlation is not known: the largest uncertainty of a diameter is 2 u."""
+    outward, _ = around(8)
+    lines = ["label,x_mm,y_mm,z_mm,nx,ny,nz,pretravel_um,u_um"]
+    for i, (x, y, _) in enumerate(outward):
+        lines.append(f"{i},{10 * x:.9f},{10 * y:.9f},0,{-x:.12f},{-y:.12f},0,10,0.5")
+    path, out = tmp_path / "old.csv", tmp_path / "out.csv"
+    path.write_text("\n".join(lines) + "\n")
+    run("measure", path, "--feature", "bore", "-o", out)
+    (row,) = (row for row in rows(out) if row["quantity"] == "diameter")
+    assert float(row["u"]) == pytest.approx(1e-3, rel=1e-6)
+    assert float(row["uncompensated"]) == pytest.approx(20.02, abs=1e-6)
