@@ -9,7 +9,7 @@ STAMP := .venv/.installed
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible format lint types contracts test benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible format lint types contracts test hard benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -54,6 +54,9 @@ linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linu
 
 linuxcnc-if-possible:
 	@examples/linuxcnc/install || echo "LinuxCNC cannot be installed here: tests on the real control are NOT run"
+
+hard: $(STAMP)  ## 100,000 mutated files for each reader: hours
+	$(SINGLE) $(BIN)/python -m tests.hard.run --processes $$(nproc)
 
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py

@@ -1,0 +1,220 @@
+"""The readers of text files, with samples of their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from pretravel.controls.machine import Machine
+from pretravel.errors import PretravelError
+from pretravel.formats.file_format import ReadingOptions
+from pretravel.formats.format_registry import format_named, format_of
+from pretravel.formats.laboratory_file import laboratory_template, read_laboratory
+from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
+from pretravel.formats.machine_file import machine_text, read_machine
+from pretravel.formats.map_file import read_map
+from pretravel.formats.points_reading import read_points
+from pretravel.formats.preview import look_at
+from pretravel.formats.readings import read_directions, read_readings
+from pretravel.formats.rig_csv import read_budget, read_rig_trace
+from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.formats.source_file import SourceFile
+from pretravel.formats.touches_csv import read_plan, read_targets
+from pretravel.probe.catalogue import description_text, load_probe, rewritten
+from pretravel.surface.cad.iges_reader import _entity_types
+from pretravel.surface.cad.step_text import with_names
+from tests.support.control_logs import REFUSED_FILES, SAMPLES
+from tests.support.mutated_files import Reader, at_a_path
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "data"
+_NAME = "damaged.txt"
+_SHOP = ReadingOptions(reference_diameter=25.0)
+_GERMAN_TABLE = (
+    "Probe 7;;;\n\nNr;X-Ist;Y-Ist;Z-Ist;I;J;K;Vorschub\n;mm;mm;mm;;;;mm/min\n"
+    "1;0,5;1,5;2,25;0;0;1;50\n2;0,5;1,5;2,5;1;0;0;50\n"
+)
+_SHOP_TABLES = (
+    _GERMAN_TABLE,
+    "# x y z i j k\n0.5 1.5 2.0 0 0 1\n0.5 1.0 2.0 0 1 0\n",
+    'P1, X=1.0, Y=2.0, Z=3.0\nP2, X=1.5, Y=2.5, Z=3.5\n',
+    '"Point name"\t"X [in]"\t"Y [in]"\t"Z [in]"\na\t0.5\t1.5\t2\nb\t0.5\t1.5\t2\n',
+    "sep=;\nx_mm;y_mm;z_mm;nx;ny;nz\n0;0;3;0;0;1\n",
+    "1.0  2.0  3.0\n4.0  5.0  6.0\n",
+)  # fmt: skip
+_DESCRIPTION = (
+    '[geometry]\nstep = "probe.step"\ntripod = "a"\nstylus = ["b"]\ntip = "#3"\n'
+    '[geometry.materials]\na = "brass"\n[materials.brass]\nyoungs_modulus_GPa = 100\n'
+    "poissons_ratio = 0.35\ndensity_g_cm3 = 8.5\n"
+)
+_QIF_2 = (
+    '<?xml version="1.0"?><QIFDocument xmlns="http://qifstandards.org/xsd/qif2" versionQIF="2.1.0">'
+    "<FileUnits><PrimaryUnits><LinearUnit><SIUnitName>meter</SIUnitName><UnitName>inch</UnitName>"
+    "<UnitConversion><Factor>0.0254</Factor></UnitConversion></LinearUnit></PrimaryUnits>"
+    '</FileUnits><MeasurementResources/><PointList><MeasurePoint id="4"><Point>0 0 3</Point>'
+    "<Normal>0 0 1</Normal><Compensated>false</Compensated><ProbeRadius>0.1</ProbeRadius>"
+    "</MeasurePoint></PointList></QIFDocument>"
+)
+_STEP = (
+    b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=PLANE($,#2);/* a */\n#3 = CARTESIAN_POINT ( $ ,"
+    b"(0.,1.,2.));\n#4=(BOUNDED_CURVE() REPRESENTATION_ITEM($));\n#5=DIRECTION('it''s',(0.,0.,1.));"
+    b"\nENDSEC;\nEND-ISO-10303-21;\n"
+)
+_IGES_ROWS = (
+    ("written by hand", "S", 1),
+    ("1H,,1H;,4Hpart,8Hpart.igs,4Hhand,1H1,32,38,6,308,15,4Hpart,1.,2,2HMM,1,", "G", 1),
+    ("0.1,15H20260101.000000,1E-6,1000.,4Hhand,4Hhand,11,0;", "G", 2),
+    ("     128       1       0       0       0       0       0       000000000", "D", 1),
+    ("     128       0       0       2       0                                ", "D", 2),
+    ("S      1G      2D      2P      2", "T", 1),
+)  # fmt: skip
+_IGES = "".join(f"{text:<72}{letter}{row:>7}\n" for text, letter, row in _IGES_ROWS).encode()
+
+
+def _readings(name: str, options: ReadingOptions | None) -> Callable[[bytes], object]:
+    """Detection of the format, and the reader of the stated one."""
+
+    def read(content: bytes) -> object:
+        file = SourceFile(_NAME, content)
+        refusal: PretravelError | None = None
+        for stated in (None, name):
+            try:
+                known = format_of(file) if stated is None else format_named(stated)
+                if known.parse_features is not None:
+                    known.parse_features(file, options or ReadingOptions())
+                else:
+                    read_readings(file, options or ReadingOptions(), file_format=known.name)
+            except PretravelError as error:
+                refusal = error
+            if refusal is not None and not str(refusal).startswith(_NAME):
+                raise AssertionError(f"the message names no file: {refusal}")
+        if refusal is not None:
+            raise refusal
+        return None
+
+    return read
+
+
+def _shop_table(content: bytes) -> object:
+    """A table of any form: looked at, and as touches of a sphere."""
+    file = SourceFile(_NAME, content)
+    known = format_of(file)
+    if known.name == "csv":
+        for options in (_SHOP, replace(_SHOP, columns={"label": "1", "z": "-4"})):
+            look_at(file, options, known)
+            read_readings(file, options, file_format="csv")
+    return None
+
+
+def _targets(content: bytes) -> object:
+    file = SourceFile("targets.csv", content)
+    read_directions(file)
+    read_targets(file, approach="file")
+    return read_plan(file)
+
+
+def _parameters(content: bytes) -> object:
+    file = SourceFile("linuxcnc.var", content)
+    return read_work_offset(file, "G59.3"), read_work_offset(file, None, "inch")
+
+
+def _description(path: Path) -> object:
+    probe = load_probe(path)
+    text = path.read_text(encoding="utf-8-sig")
+    return probe, rewritten(
+        text, {"spring.preload_N": (6.5, "fit"), "stylus.diameter_mm": (3.0, "")}
+    )
+
+
+def _machine_samples() -> tuple[bytes, ...]:
+    whole = machine_text(Machine()).encode()
+    return whole, whole + b"\n[limits]\nx_mm = [0, 500]\ny_mm = [0, 400]\nz_mm = [-300, 0]\n"
+
+
+def _example(*names: str) -> tuple[bytes, ...]:
+    """Files of the examples, the first lines of long ones."""
+    lines = [(EXAMPLES / name).read_bytes().splitlines(keepends=True) for name in names]
+    return tuple(b"".join(rows[:40]) for rows in lines)
+
+
+_LOGS = tuple(
+    Reader(name, _readings(name, options), (text.encode(),))
+    for name, (text, options) in SAMPLES.items()
+)
+_REFUSED = tuple(text.encode() for texts, _ in REFUSED_FILES.values() for text in texts)
+_MAP = b"polar_deg,azimuth_deg,pretravel_um,u_um,tip_radius_mm,feed_mm_min\n" + b"".join(
+    b"%d,%d,%d,0.5,3,50\n" % (polar, azimuth, 10 + azimuth / 60)
+    for polar in (0, 45, 90)
+    for azimuth in range(0, 360, 90)
+    if polar or not azimuth
+)
+_POINTS = (
+    b"label,x_mm,y_mm,z_mm,nx,ny,nz,pretravel_um,u_um,deviation_um,shared_tip_radius_um\n"
+    b"a,1,0,0,-1,0,0,5,0.5,1,0.1\nb,1,0,0,0,0,1,5,0.5,1,0.1\n"
+)
+_JSON_POINTS = (
+    b'[{"label": "a", "x_mm": 1.0, "y_mm": 0, "z_mm": 0, "nx": -1, "ny": 0, "nz": 0, "u_um": 0.5}'
+    b',\n{"label": "b", "x_mm": 1, "y_mm": 0, "z_mm": null, "nx": 0, "ny": 0, "nz": 1, "u_um": 1}]'
+)
+_PARAMETERS = {5210: 1, 5211: 1, 5212: 2, 5213: 3, 5220: 1, 5221: 10, 5222: 20, 5223: -30, 5230: 90,
+               5381: 1, 5382: 2, 5383: 3}  # fmt: skip
+_TOML_WORDS = (
+    b"[]", b"{}", b"[[1]]", b"[[1], 2]", b"[{}]", b'"text"', b"true", b"inf", b"nan", b"1979-05-27",
+    b"07:32:00", b"[stylus]", b"[[stylus]]", b"[materials]", b'"a\\u0000"', b"'''", b'"""',
+    b"a.b = 1", b"[tripod.radius_mm]", b'"\\ud800"', b"0xff", b"[" * 2000,
+)  # fmt: skip
+
+TEXT_READERS: tuple[Reader, ...] = (
+    *_LOGS,
+    Reader("refused", _readings("csv", None), _REFUSED),
+    Reader("qif2", _readings("qif", None), (_QIF_2.encode(),)),
+    Reader(
+        "shop-tables",
+        _shop_table,
+        tuple(text.encode() for text in _SHOP_TABLES) + _example("sphere_touches.csv"),
+    ),
+    Reader("targets", _targets, _example("targets.csv", "part_touches.csv", "bore_touches.csv")),
+    Reader("points", lambda c: read_points(SourceFile("points.csv", c)), (_POINTS,)),
+    Reader("points-json", lambda c: read_points(SourceFile("points.json", c)), (_JSON_POINTS,)),
+    Reader("map-table", at_a_path(read_map, "map.csv"), (_MAP, *_example("kp3_ring.csv"))),
+    Reader("rig-trace", at_a_path(read_rig_trace, "rig_000_1.csv"), _example("rig/rig_000_1.csv")),
+    Reader("rig-budget", at_a_path(read_budget, "budget.csv"), _example("rig_budget.csv")),
+    Reader(
+        "multi-step",
+        at_a_path(read_multi_step_readings, "readings.csv"),
+        _example("redundancy_24x24.csv"),
+    ),
+    Reader("machine", at_a_path(read_machine, "mill.toml"), _machine_samples(), _TOML_WORDS),
+    Reader(
+        "probe-description",
+        at_a_path(_description, "probe.toml"),
+        (
+            description_text("omp40-2").encode(),
+            (description_text("omp40-2") + _DESCRIPTION).encode(),
+        ),
+        _TOML_WORDS,
+    ),
+    Reader(
+        "laboratory",
+        at_a_path(read_laboratory, "laboratory.toml"),
+        (laboratory_template().encode(),),
+        _TOML_WORDS,
+    ),
+    Reader(
+        "linuxcnc-parameters",
+        _parameters,
+        (b"".join(b"%d\t%d\n" % pair for pair in _PARAMETERS.items()),),
+    ),
+    Reader(
+        "linuxcnc-tools",
+        lambda c: read_tool(SourceFile("tool.tbl", c), 99),
+        (b"T1 P1 D6.0 Z100.0 ;mill\nT2 P2 Z+.5\nT99 P3 D6.0 Z101.5 ;probe\n",),
+    ),
+    Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
+    Reader(
+        "iges-text",
+        at_a_path(_entity_types, "part.igs"),
+        (_IGES,),
+        (b"9999999999H", b"1H,", b"0H", "²H".encode()),
+    ),
+)
