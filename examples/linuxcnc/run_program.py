@@ -3,8 +3,9 @@
 
 LinuxCNC starts it by the line DISPLAY of machine.ini; the program's path comes in
 PRETRAVEL_PROGRAM; PRETRAVEL_FEED_OVERRIDE is a factor. Its exit status becomes that of linuxcnc:
-0 the program ran to its end, 1 the control reported an error, 3 the race "Queue is not empty after
-probing", or the control's task has vanished (run it again).
+0 the program ran to its end, 1 the control reported an error, 3 a fault of the control itself (run
+the program again): the race "Queue is not empty after probing", a machine that does not come up or
+home, a task that vanished or stands still.
 """
 
 import os
@@ -16,6 +17,7 @@ from pathlib import Path
 import linuxcnc
 
 LONGEST = float(os.environ.get("PRETRAVEL_TIMEOUT", "1800"))  # s
+STANDSTILL = 60.0  # s, much longer than any pause of our programs
 RACE = "Queue is not empty after probing"
 
 
@@ -32,13 +34,37 @@ def errors_of(channel):
 
 def task_is_there():
     """Whether the process that interprets programs still runs; on a busy computer it can vanish."""
-    for name in Path("/proc").glob("[0-9]*/comm"):
+    for entry in Path("/proc").glob("[0-9]*/stat"):
         try:
-            if name.read_text().strip() == "milltask":
-                return True
+            name, _, rest = entry.read_text().partition(") ")
         except OSError:
             continue
+        # A process that has ended stays as a zombie, state Z, where nobody collects it.
+        if name.endswith("(milltask") and not rest.startswith("Z"):
+            return True
     return False
+
+
+class Watch:
+    """Notices that the control itself has failed: its task is gone, or nothing changes any more."""
+
+    def __init__(self):
+        self.looked = self.changed = time.monotonic()
+        self.state = None
+
+    def fault(self, status):
+        """The fault as text, or "" while the control works or the program pauses on purpose."""
+        now = time.monotonic()
+        state = (status.motion_line, tuple(status.actual_position), status.interp_state)
+        if state != self.state or status.paused:
+            self.state, self.changed = state, now
+        if now > self.changed + STANDSTILL:
+            return f"the machine has stood still for {STANDSTILL:g} s within the program"
+        if now > self.looked + 2.0:
+            self.looked = now
+            if not task_is_there():
+                return "the task of the control has vanished"
+        return ""
 
 
 def largest_depth():
@@ -70,7 +96,7 @@ def main():  # noqa: PLR0915, C901
     if not wait_until(lambda: status.task_state == linuxcnc.STATE_ON, 60.0):
         errors_of(channel)
         print("the machine did not come up", file=sys.stderr)
-        return 1
+        return 3
     # A busy computer can lose a command; homing again does no harm.
     for _ in range(6):
         command.mode(linuxcnc.MODE_MANUAL)
@@ -81,7 +107,7 @@ def main():  # noqa: PLR0915, C901
     else:
         errors_of(channel)
         print("the machine did not home", file=sys.stderr)
-        return 1 if task_is_there() else 3
+        return 3
     command.mode(linuxcnc.MODE_AUTO)
     command.wait_complete()
     command.feedrate(float(os.environ.get("PRETRAVEL_FEED_OVERRIDE", "1")))
@@ -93,15 +119,13 @@ def main():  # noqa: PLR0915, C901
     wait_until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 1.0)
     errors = []
     stop = time.monotonic() + LONGEST
-    looked = time.monotonic()
+    watch = Watch()
     while not errors:
-        if time.monotonic() > looked + 2.0:
-            looked = time.monotonic()
-            if not task_is_there():
-                print("the task of the control has vanished", file=sys.stderr)
-                return 3
         status.poll()
         errors += errors_of(channel)
+        if fault := watch.fault(status):
+            print(fault, file=sys.stderr)
+            return 3
         if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos:
             break
         if time.monotonic() > stop:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -170,3 +171,17 @@ def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
     assert "PROGRAM_END" in shown.stdout, shown.stderr
     # The start, the touch and the way back of each of the 12 touches, and more.
     assert shown.stdout.count("STRAIGHT_PROBE") > 36
+
+
+@pytest.mark.slow
+def test_a_program_is_run_again_when_the_task_of_the_control_is_killed(tmp_path: Path) -> None:
+    """On a busy computer the process that interprets programs has vanished during a program."""
+    program = tmp_path / "back_and_forth.ngc"
+    program.write_text("G21 G90\no1 repeat [8]\nG1 X50 F6000\nG1 X0 F6000\no1 endrepeat\nM2\n")
+    arguments = [str(SIMULATOR / "simulate"), str(program)]
+    running = subprocess.Popen(arguments, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    time.sleep(5.0)  # it comes up in 2 s and moves for 8 s
+    subprocess.run(["pkill", "-9", "-x", "milltask"], check=True)
+    output, errors = running.communicate(timeout=120)
+    assert running.returncode == 0, output + errors
+    assert "a fault of its own (attempt 1)" in errors
