@@ -6,6 +6,12 @@ that importing the package costs nothing.
 
 from __future__ import annotations
 
+import sys
+
+if getattr(sys, "argv", [])[:1] == ["-m"] and not sys.flags.safe_path:
+    # python -m pretravel: a typing.py or shutil.py beside a part file must not be imported.
+    del sys.path[0]
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

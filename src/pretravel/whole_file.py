@@ -4,24 +4,35 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
+import stat
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pretravel.errors import PretravelError
+
+_MARK = ".pretravel-unfinished-"
+"""Begin of the names of temporary files and folders."""
+_being_written: set[Path] = set()
+"""Temporary files of this process."""
 
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces `path` at the end, when no error occurred.
 
-    An interrupted run or a full disk leaves the old file, or no file.
+    An interrupted run or a full disk leaves the old file, or no file. Of a link, the file that it
+    points to is replaced. A device or a pipe is never replaced: the content is written to it at
+    the end. Temporary files of runs that were killed are removed from the folder.
 
     Parameters
     ----------
     path : str or Path
+        ``/dev/stdout``, ``/dev/stderr`` and ``/dev/fd/3`` mean the open files of this process.
 
     Yields
     ------
@@ -41,25 +52,167 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     'whole'
     """
     target = Path(path)
-    folder = target.parent
-    if not folder.is_dir():
-        raise PretravelError(f"cannot write {target}: the folder {folder} does not exist")
-    if target.is_dir():
-        raise PretravelError(f"cannot write {target}: it is a folder")
+    if target in _being_written:  # a file of ours within a file of ours
+        yield target
+        return
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=folder)
+        if is_stream(target):
+            with temporary_folder() as folder:
+                temporary = folder / f"content{target.suffix}"
+                yield temporary
+                _write_through(temporary, target)
+            return
+        target = Path(os.path.realpath(target))
+        if not target.parent.is_dir():
+            raise PretravelError(f"cannot write {path}: the folder {target.parent} does not exist")
+        if target.is_dir():
+            raise PretravelError(f"cannot write {path}: it is a folder")
+        if target.exists() and not os.access(target, os.W_OK):
+            raise PretravelError(f"cannot write {path}: the file is write-protected")
+        with _locked_file(target.parent, target.suffix) as temporary:
+            yield temporary
+            _finish(temporary, target)
     except OSError as error:
-        raise PretravelError(f"cannot write {target}: {error.strerror}") from error
-    os.close(handle)
-    temporary = Path(name)
+        raise PretravelError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder of temporary files; those of runs that were killed are removed.
+
+    >>> with temporary_folder() as folder:
+    ...     folder.is_dir()
+    True
+    >>> folder.exists()
+    False
+    """
+    parent = Path(tempfile.gettempdir())
+    _remove_left(parent)
+    folder, lock = _locked(lambda: tempfile.mkdtemp(prefix=_MARK, dir=parent))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def is_stream(path: str | Path) -> bool:
+    """Whether a path is a device, a pipe or an open file of this process, not a file to replace.
+
+    >>> is_stream("/dev/null"), is_stream("map.nc")
+    (True, False)
+    """
+    path = Path(path)
+    return _descriptor(path) is not None or (
+        path.exists() and not path.is_file() and not path.is_dir()
+    )
+
+
+def _descriptor(path: Path) -> int | None:
+    """The number of an open file that a path means."""
+    found = re.fullmatch(r"/dev/(?:(stdin)|(stdout)|(stderr)|fd/(\d{1,4}))", path.as_posix())
+    found = found or re.fullmatch(r"()()()/proc/self/fd/(\d{1,4})", path.as_posix())
+    if found is None:
+        return None
+    number = found.group(4)
+    return int(number) if number else [bool(found.group(i)) for i in (1, 2, 3)].index(True)
+
+
+def _write_through(temporary: Path, target: Path) -> None:
+    """Write the content of a file to a device, a pipe or an open file."""
+    descriptor = _descriptor(target)
+    sys.stdout.flush()
+    with (
+        temporary.open("rb") as content,
+        target.open("wb") if descriptor is None else os.fdopen(os.dup(descriptor), "wb") as stream,
+    ):
+        shutil.copyfileobj(content, stream)
+
+
+@contextmanager
+def _locked_file(folder: Path, suffix: str) -> Iterator[Path]:
+    """A new file, locked while it is written: one without a lock is of a run that was killed."""
+    _remove_left(folder)
+
+    def made() -> str:
+        handle, name = tempfile.mkstemp(prefix=_MARK, suffix=suffix, dir=folder)
+        os.close(handle)
+        return name
+
+    temporary, lock = _locked(made)
+    _being_written.add(temporary)
     try:
         yield temporary
-        temporary.chmod(_usual_permissions())
-        temporary.replace(target)
-    except OSError as error:
-        raise PretravelError(f"cannot write {target}: {error.strerror or error}") from error
     finally:
+        _being_written.discard(temporary)
         temporary.unlink(missing_ok=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def _finish(temporary: Path, target: Path) -> None:
+    """Let a complete temporary file replace the target, with the target's permissions."""
+    mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else _usual_permissions()
+    temporary.chmod(mode)
+    with temporary.open("rb+") as file:
+        os.fsync(file.fileno())  # a full disk of another computer is noticed here
+    temporary.replace(target)
+
+
+def _locked(make: Callable[[], str]) -> tuple[Path, int | None]:
+    """A new file or folder with its lock; again when another run took it for a left one."""
+    while True:
+        path = Path(make())
+        lock = _lock(path)
+        if path.exists():
+            return path, lock
+        if lock is not None:
+            os.close(lock)
+
+
+def _lock(path: Path) -> int | None:
+    """Lock a file or folder; the lock ends with this process. None where there are no locks.
+
+    It is opened for reading only: in folders of other computers (NFS) this gives no lock, and a
+    lock there would end too early, when the content is closed.
+    """
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        except OSError:
+            os.close(handle)
+            raise
+        return handle
+    return None
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove the temporary files and folders of runs that were killed: nobody has their locks."""
+    if sys.platform == "win32":
+        return
+    import fcntl
+
+    with suppress(OSError), os.scandir(folder) as entries:
+        left = [Path(entry.path) for entry in entries if entry.name.startswith(_MARK)]
+        for path in left:
+            with suppress(OSError):
+                if path.lstat().st_uid != os.geteuid():
+                    continue
+                handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    if path.is_dir():
+                        shutil.rmtree(path, ignore_errors=True)
+                    else:
+                        path.unlink()
+                finally:
+                    os.close(handle)
 
 
 @contextmanager
@@ -115,6 +268,41 @@ def write_text(path: str | Path, text: str, encoding: str = "utf-8") -> None:
     """
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding=encoding)
+
+
+def write_texts(folder: str | Path, texts: Mapping[str, str], encoding: str = "utf-8") -> None:
+    """Write text files into a folder, all of them or none; the folder is made where it is missing.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder above it exists.
+    texts : mapping of str to str
+        By the names of the files.
+    encoding : str
+
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp()) / "programs"
+    >>> write_texts(folder, {"a.txt": "first", "b.txt": "second"})
+    >>> sorted(file.name for file in folder.iterdir())
+    ['a.txt', 'b.txt']
+    """
+    folder = Path(folder)
+    new = not folder.exists()
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise PretravelError(f"cannot make {folder}: {error.strerror}") from error
+    try:
+        with ExitStack() as stack:
+            for name, text in texts.items():
+                temporary = stack.enter_context(whole_file(folder / name))
+                temporary.write_text(text, encoding=encoding)
+    except BaseException:
+        if new:
+            with suppress(OSError):
+                folder.rmdir()
+        raise
 
 
 def write_json(path: str | Path, values: object) -> None:

@@ -196,15 +196,13 @@ def _write_radii(output: Path, pretravel_map: PretravelMap, travel: float) -> No
 
 def _write_files(output: Path, files: ExportedFiles) -> None:
     """Write the one text to `output`, or each text to the folder `output`."""
-    from pretravel.whole_file import write_text
+    from pretravel.whole_file import write_text, write_texts
 
     if "" in files.texts:
         write_text(output, files.texts[""])
         typer.echo(f"{output}:")
         return
-    output.mkdir(exist_ok=True)
-    for name, text in files.texts.items():
-        write_text(output / name, text, "ascii")
+    write_texts(output, files.texts, "ascii")
     for name in files.obsolete:
         (output / name).unlink(missing_ok=True)
     typer.echo(f"{output}: {', '.join(sorted(files.texts))}")

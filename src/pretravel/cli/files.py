@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pretravel.errors import PretravelError
+from pretravel.whole_file import is_stream
 
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".nc", ".csv", ".json", ".html")
@@ -26,7 +27,8 @@ def check_files(
     Raises
     ------
     PretravelError
-        The ending is not one of those, the folder does not exist, the path is a folder, or the
+        The ending is not one of those (a device or pipe needs none where there is one format), the
+        folder does not exist, the path is a folder, or the
         file is also read.
 
     >>> check_files([(Path("map.xyz"), (".nc",))])
@@ -39,14 +41,20 @@ def check_files(
     for path, endings in outputs:
         if path is None:
             continue
-        if path.suffix.lower() not in endings:
+        stream = is_stream(path)
+        if stream and not path.suffix and len(endings) > 1:
+            raise PretravelError(
+                f"cannot write {path}: its name has no ending, which tells the format; write a "
+                f"file with the ending {' or '.join(endings)}"
+            )
+        if path.suffix.lower() not in endings and not (stream and not path.suffix):
             raise PretravelError(f"cannot write {path}: the ending must be {' or '.join(endings)}")
         if not path.parent.is_dir():
             raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
         if path.is_dir():
             raise PretravelError(f"cannot write {path}: it is a folder")
         resolved = path.resolve()
-        if resolved in seen:
+        if resolved in seen and not stream:
             raise PretravelError(f"cannot write two outputs to {path}")
         if resolved in sources:
             raise PretravelError(

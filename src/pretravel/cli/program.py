@@ -236,16 +236,14 @@ def mdi(
     cycles that need a map.
     """
     from pretravel.controls.linuxcnc_cycles import sphere_subroutines
-    from pretravel.whole_file import write_text
+    from pretravel.whole_file import write_texts
 
     if output.suffix or output.is_file():
         raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
     if not output.parent.is_dir():
         raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
-    output.mkdir(exist_ok=True)
     texts = sphere_subroutines()
-    for name, text in texts.items():
-        write_text(output / name, text, "ascii")
+    write_texts(output, texts, "ascii")
     typer.echo(f"{output}: {', '.join(sorted(texts))}")
 
 

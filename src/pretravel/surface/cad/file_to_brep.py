@@ -29,8 +29,26 @@ def convert(file: Path, folder: Path) -> None:
     (folder / "content.json").write_text(json.dumps(content), encoding="utf-8")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Convert the file ``sys.argv[1]`` into the folder [2], in at most [3] bytes of memory."""
+    file, folder, memory = sys.argv[1:]
+    _limit(int(memory))
     try:
-        convert(Path(sys.argv[1]), Path(sys.argv[2]))
+        convert(Path(file), Path(folder))
+    except MemoryError:
+        sys.exit("MemoryError")
     except Exception as error:
-        sys.exit(str(error))
+        sys.exit(str(error) or type(error).__name__)
+
+
+def _limit(memory: int) -> None:
+    """Limit the memory of this process; a crash leaves no image of it on the disk."""
+    if sys.platform == "win32":  # which has no such limits
+        return
+    import resource
+
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    if most != resource.RLIM_INFINITY:
+        memory = min(memory, most)
+    resource.setrlimit(resource.RLIMIT_AS, (memory, most))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import re
 import shutil
-import tempfile
 import warnings
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from pretravel.surface.cad.kernel_process import (
     run_kernel,
 )
 from pretravel.units import MICROMETRE
+from pretravel.whole_file import temporary_folder
 
 _logger = logging.getLogger("pretravel")
 
@@ -56,8 +56,7 @@ def read_iges(path: str | Path) -> CadContent:
             path=path,
         )
     _logger.info("reading %s", path.name)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         copy = folder / "part.iges"  # the kernel recognizes a format by this ending alone
         shutil.copyfile(path, copy)
         kernel = run_kernel(copy, folder)

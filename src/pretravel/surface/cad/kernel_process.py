@@ -4,15 +4,38 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import re
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
+import pretravel
 from pretravel.surface.cad.brep import Brep, parse_brep
 
 _NEEDED_NEXT = ("scipy.interpolate", "scipy.spatial", "shapely")
+_NO_MEMORY = "bad_alloc|MemoryError|OutOfMemory|[Mm]emory allocation|failed to map segment"
+"""In the messages of libraries that got no memory."""
+_START = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "
+    "from pretravel.surface.cad.file_to_brep import main; main()"
+)
+"""The program of the process; isolated (-I), it takes the folders of modules as its argument."""
+
+
+class KernelLimit(NamedTuple):
+    """A limit of the kernel's process: a fixed part and a part for each byte of the file."""
+
+    fixed: float
+    per_byte: float
+
+
+MEMORY = KernelLimit(3e9, 100.0)
+"""Address space of the process; a file of 12 MB needs 0.2 GB. [bytes]"""
+TIME = KernelLimit(120.0, 30e-6)
+"""Time that the kernel may take; a file of 12 MB takes 5 s. [s]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +62,9 @@ class CadContent:
 def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     """Let the kernel read a file and write its text form into a folder.
 
+    The process imports no module from the current folder, where files of strangers can lie, and has
+    limits of memory and time that grow with the file.
+
     Parameters
     ----------
     copy : Path
@@ -50,16 +76,49 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     subprocess.CompletedProcess
         With a return code other than zero if the kernel failed.
     """
-    command = [sys.executable, "-m", "pretravel.surface.cad.file_to_brep", str(copy), str(folder)]
+    size = copy.stat().st_size
+    memory = int(MEMORY.fixed + MEMORY.per_byte * size)
+    seconds = TIME.fixed + TIME.per_byte * size
+    given = [json.dumps(module_folders()), str(copy), str(folder), str(memory)]
+    command = [sys.executable, "-I", "-c", _START, *given]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace"
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        cwd=folder,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread reserves memory
     ) as process:
-        # Half a second of imports for what follows, while the kernel reads.
-        for module in _NEEDED_NEXT:
-            importlib.import_module(module)
+        try:
+            # Half a second of imports for what follows, while the kernel reads.
+            for module in _NEEDED_NEXT:
+                importlib.import_module(module)
 
-        stdout, stderr = process.communicate()
+            stdout, stderr = process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            reason = f"it took longer than {seconds:.0f} s"
+            return subprocess.CompletedProcess(command, 1, "", reason)
+        except BaseException:
+            process.kill()
+            raise
+    if process.returncode and re.search(_NO_MEMORY, stdout + stderr):
+        reason = f"it needs more than {memory / 1e9:.1f} GB of memory"
+        return subprocess.CompletedProcess(command, 1, "", reason)
     return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
+
+
+def module_folders() -> list[str]:
+    """Folders of modules for a process of its own: those of this process, not the current one.
+
+    ``python -m`` puts the current folder first, and an empty part of PYTHONPATH means it too.
+    """
+    here = Path.cwd()
+    folders = [folder for folder in sys.path if Path(folder).is_absolute() and Path(folder) != here]
+    ours = str(Path(pretravel.__file__).resolve().parents[1])
+    return folders if ours in folders else [*folders, ours]
 
 
 def kernel_content(folder: Path) -> CadContent:

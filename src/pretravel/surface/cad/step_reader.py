@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import re
 import subprocess
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from pretravel.surface.cad.kernel_process import (
     run_kernel,
 )
 from pretravel.surface.cad.step_text import with_names
+from pretravel.whole_file import temporary_folder
 
 _logger = logging.getLogger("pretravel")
 
@@ -45,9 +45,9 @@ def read_step(path: str | Path) -> CadContent:
         A file that is no STEP file, or that the CAD kernel cannot read.
     """
     path = Path(path)
-    with tempfile.TemporaryDirectory() as folder:
-        _convert(path, Path(folder))
-        return kernel_content(Path(folder))
+    with temporary_folder() as folder:
+        _convert(path, folder)
+        return kernel_content(folder)
 
 
 def read_step_solids(path: str | Path) -> list[Any]:
@@ -76,9 +76,9 @@ def read_step_solids(path: str | Path) -> list[Any]:
     from netgen.occ import OCCGeometry
 
     path = Path(path)
-    with tempfile.TemporaryDirectory() as folder:
-        _convert(path, Path(folder))
-        solids = list(OCCGeometry(str(Path(folder) / "part.step")).shape.solids)
+    with temporary_folder() as folder:
+        _convert(path, folder)
+        solids = list(OCCGeometry(str(folder / "part.step")).shape.solids)
     if not solids:
         raise InputError("contains no solid; surfaces alone cannot be meshed", path=path)
     return solids

@@ -1,0 +1,82 @@
+"""The CAD kernel's process: no code from the current folder, limits of memory and time."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pretravel.errors import InputError
+from pretravel.surface.cad import kernel_process
+from pretravel.surface.cad.kernel_process import KernelLimit
+from pretravel.surface.cad.part_file import read_part
+from tests.support.examples import EXAMPLES
+
+PART = EXAMPLES / "part.step"
+
+
+@pytest.fixture
+def poisoned(tmp_path: Path) -> Path:
+    """A folder with modules of the names of all that a process could import."""
+    names = {"shutil", "json", "typing", "logging", "tempfile", "numpy", "netgen", "typer"}
+    names |= {"sitecustomize", "usercustomize", "runpy", "re", "random", "scipy", "shapely"}
+    for name in names:
+        code = f"open({str(tmp_path / name)!r} + ' RAN', 'w').close()\nraise ImportError({name!r})"
+        (tmp_path / f"{name}.py").write_text(code)
+    (tmp_path / "netgen").mkdir()
+    (tmp_path / "netgen" / "__init__.py").write_text((tmp_path / "netgen.py").read_text())
+    return tmp_path
+
+
+def _ran(folder: Path) -> list[str]:
+    return sorted(file.name for file in folder.iterdir() if file.name.endswith(" RAN"))
+
+
+def _environment() -> dict[str, str]:
+    package = Path(kernel_process.__file__).parents[3]
+    return os.environ | {"PYTHONPATH": str(package)}
+
+
+class TestCodeBesideAPart:
+    def test_the_kernel_imports_nothing_from_there(
+        self, poisoned: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        read_part(PART)  # this process imports what it needs
+        monkeypatch.chdir(poisoned)
+        monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
+        monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
+        assert len(read_part(PART).faces) == 1
+        assert _ran(poisoned) == []
+
+    def test_python_m_imports_nothing_from_there(self, poisoned: Path) -> None:
+        command = [sys.executable, "-m", "pretravel", "faces", str(PART)]
+        done = subprocess.run(
+            command, cwd=poisoned, env=_environment(), capture_output=True, text=True
+        )
+        assert _ran(poisoned) == []
+        assert done.returncode == 0, done.stderr
+
+    def test_the_console_script_imports_nothing_from_there(self, poisoned: Path) -> None:
+        script = poisoned.parent / "script.py"
+        script.write_text("from pretravel.cli.main import run\nrun()\n")
+        command = [sys.executable, str(script), "faces", str(PART)]
+        done = subprocess.run(
+            command, cwd=poisoned, env=_environment(), capture_output=True, text=True
+        )
+        assert _ran(poisoned) == []
+        assert done.returncode == 0, done.stderr
+
+
+class TestLimits:
+    def test_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(kernel_process, "MEMORY", KernelLimit(100e6, 0.0))
+        with pytest.raises(InputError, match=r"needs more than 0\.1 GB of memory"):
+            read_part(PART)
+
+    def test_time(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(kernel_process, "TIME", KernelLimit(0.01, 0.0))
+        with pytest.raises(InputError, match="took longer than 0 s"):
+            read_part(PART)
