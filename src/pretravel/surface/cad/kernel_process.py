@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-import pretravel
 from pretravel.surface.cad.brep import Brep, parse_brep
 
 _NEEDED_NEXT = ("scipy.interpolate", "scipy.spatial", "shapely")
@@ -117,7 +116,7 @@ def module_folders() -> list[str]:
     """
     here = Path.cwd()
     folders = [folder for folder in sys.path if Path(folder).is_absolute() and Path(folder) != here]
-    ours = str(Path(pretravel.__file__).resolve().parents[1])
+    ours = str(Path(__file__).resolve().parents[3])
     return folders if ours in folders else [*folders, ours]
 
 
