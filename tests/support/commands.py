@@ -15,7 +15,7 @@ from pretravel.cli import main
 
 
 def run(*arguments: object, code: int = 0) -> str:
-    """Run a command in this process; return stdout, or stderr if an error is expected."""
+    """Run a command in this process; return stdout, or stderr if a fault (2) is expected."""
     out, err = io.StringIO(), io.StringIO()
     stopped = 0
     with (
@@ -30,7 +30,7 @@ def run(*arguments: object, code: int = 0) -> str:
             stopped = int(stop.code or 0)
     assert stopped == code, out.getvalue() + err.getvalue()
     assert "Traceback" not in err.getvalue()
-    return out.getvalue() if code == 0 else err.getvalue()
+    return err.getvalue() if code == 2 else out.getvalue()
 
 
 def rows(path: Path) -> list[dict[str, str]]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
+from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.showing import save_picture, show
@@ -95,14 +96,15 @@ def check(
 ) -> None:
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    The definitions are recalled, not checked against the texts of the standards.
+    The definitions are recalled, not checked against the texts of the standards. Exit code 3: a
+    figure does not conform to its limit.
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
     from pretravel.compensation.compensation import apply
     from pretravel.compensation.measured_sphere import measured_sphere
     from pretravel.formats.map_file import read_map
-    from pretravel.laboratory.standard_check import CalibratedSphere
+    from pretravel.laboratory.standard_check import NOT_CONFORMING, CalibratedSphere
     from pretravel.laboratory.standards import CHECKS
     from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
@@ -152,6 +154,8 @@ def check(
         _write(output, result, with_reading(report, readings))
     save_picture(report, plot)
     show(report, verbose=verbose)
+    if any(figure.verdict == NOT_CONFORMING for figure in result.figures):
+        raise typer.Exit(ANSWER)
 
 
 def _limits(

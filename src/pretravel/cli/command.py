@@ -10,6 +10,13 @@ from typer.core import TyperCommand, TyperOption
 
 from pretravel.errors import PretravelError
 
+FAULT = 2
+"""Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
+ANSWER = 3
+"""Exit code of an answer that a script must notice: changed, does not conform."""
+INTERRUPTED = 130
+"""Exit code after an interruption from the keyboard."""
+
 
 class Command(TyperCommand):
     """A command that adds its options to the messages of the library.

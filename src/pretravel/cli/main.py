@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import traceback
 import warnings
-from typing import Annotated, TextIO
+from contextlib import suppress
+from typing import Annotated, NoReturn, TextIO
 
 import typer
 
@@ -35,13 +38,15 @@ from pretravel.cli import (
     slide,
     verify,
 )
-from pretravel.cli.command import Command
+from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
 from pretravel.errors import PretravelError
 
 app = typer.Typer(
     name="pretravel",
     help="Predict, calibrate and compensate the pretravel of touch-trigger probes.",
-    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc",
+    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
+    f"\n\nExit codes: 0 done; {FAULT} a fault, with a message; {ANSWER} an answer to notice: "
+    f"changed (verify), does not conform (check, measure); {INTERRUPTED} interrupted.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -100,21 +105,23 @@ app.add_typer(program.app)
 
 
 def run() -> None:
-    """Run the command line; errors become one message and exit code 2, no traceback."""
+    """Run the command line; faults become one message and exit code 2, no traceback."""
     warnings.showwarning = _show_warning
     try:
         app()
+    except SystemExit as stop:
+        # typer exits with 1, for example when the reader of a pipe has closed it
+        _end(FAULT if stop.code == 1 else stop.code)
     except PretravelError as error:
         _fail(str(error))
     except MemoryError:
         _fail("there is not enough memory for this; use fewer directions or touches")
-    except BrokenPipeError:  # head closed the pipe: nothing to complain about
-        sys.stderr.close()
-        sys.exit(0)
     except OSError as error:
         _fail(f"{error.filename or ''}: {error.strerror or error}".lstrip(": "))
     except ModuleNotFoundError as error:
         _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
+    except Exception:
+        _fail(f"{traceback.format_exc()}\nthis is a flaw of pretravel; please report it")
 
 
 def _show_warning(
@@ -130,6 +137,22 @@ def _show_warning(
     typer.echo(f"Warning: {message}", err=True)
 
 
-def _fail(message: str) -> None:
-    typer.echo(f"Error: {message}", err=True)
-    sys.exit(2)
+def _fail(message: str) -> NoReturn:
+    with suppress(OSError):  # of a closed pipe
+        typer.echo(f"Error: {message}", err=True)
+    _end(FAULT)
+
+
+def _end(code: int | str | None) -> NoReturn:
+    """Exit. What cannot be printed any more is dropped: Python would exit with a code of its own.
+
+    See https://docs.python.org/3/library/signal.html#note-on-sigpipe.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            code = FAULT
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    sys.exit(code)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
+from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.showing import save_picture, show
@@ -156,9 +157,12 @@ def measure(
 ) -> None:
     """Measure features from compensated points: form, size, position, conformity.
 
+    Exit code 3: a feature does not conform to its tolerances.
+
     Example: pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021
     -o bore.html
     """
+    from pretravel.features.conformity import ConformityVerdict
     from pretravel.features.measured_feature import measure_feature
     from pretravel.features.selection import points_of_features
     from pretravel.features.tolerances import FeatureTolerances, inspect_feature
@@ -201,6 +205,8 @@ def measure(
         _write(output, found, report)
     save_picture(report, plot)
     show(report, verbose=verbose)
+    if any(feature.verdict is ConformityVerdict.DOES_NOT_CONFORM for feature in found):
+        raise typer.Exit(ANSWER)
 
 
 def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, float] | None:

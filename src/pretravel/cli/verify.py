@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Diameter, PictureFile, Verbose
 from pretravel.cli.showing import save_picture, show
@@ -24,10 +27,6 @@ from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.touches import Touches
-
-CHANGED = 1
-"""Exit code for scripts when the probe has changed; 2 is an error."""
 
 
 def verify(
@@ -62,14 +61,15 @@ def verify(
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
-    """Test whether a probe has changed since its qualification. Exit code 0: no; 1: yes.
+    """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
     The old map is kept unless --accept names a new one.
 
     Example: pretravel verify today.csv --map map.nc --diameter 24.9987 --history probe.sqlite
     """
     from pretravel.formats.map_file import read_map
-    from pretravel.formats.probe_history import add_verification, read_history
+    from pretravel.formats.probe_history import add_verification, check_history, read_history
+    from pretravel.identification.kind_registry import qualify_like
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.report.page import write_page
     from pretravel.report.verification_report import verification_document, verification_values
@@ -97,19 +97,22 @@ def verify(
     measured = readings.touches
     rate = 0.01 * false_alarms
     result = verify_probe(measured, old_map, diameter, ring=ring, false_alarm_rate=rate)
-    decision = "kept"
-    if accept is not None:
-        _write_new_map(accept, measured, old_map, diameter, ring=ring)
-        decision = f"accepted {accept.name}"
     if history is not None:
-        add_verification(
-            history,
-            result,
-            pretravel_map=old_map,
-            map_name=map_file.name,
-            touches_name=name,
-            decision=decision,
-        )
+        check_history(history, old_map)
+    new_map = None
+    if accept is not None:
+        new_map = qualify_like(measured, old_map, diameter, ring=ring).pretravel_map
+    decision = "kept" if accept is None else f"accepted {accept.name}"
+    with _new_map(accept, new_map):
+        if history is not None:
+            add_verification(
+                history,
+                result,
+                pretravel_map=old_map,
+                map_name=map_file.name,
+                touches_name=name,
+                decision=decision,
+            )
     report = verification_document(
         result,
         decision,
@@ -124,17 +127,21 @@ def verify(
     save_picture(report, plot)
     show(report, verbose=verbose)
     if result.changed:
-        raise typer.Exit(CHANGED)
+        raise typer.Exit(ANSWER)
 
 
-def _write_new_map(
-    path: Path, touches: Touches, old_map: PretravelMap, diameter: float, *, ring: bool
-) -> None:
-    """Qualify as the old map was qualified, and write the new map."""
+@contextmanager
+def _new_map(path: Path | None, pretravel_map: PretravelMap | None) -> Iterator[None]:
+    """Write the new map when what is done within succeeds: the map and its entry, or neither."""
     from pretravel.formats.map_file import write_map
-    from pretravel.identification.kind_registry import qualify_like
+    from pretravel.whole_file import whole_file
 
-    write_map(path, qualify_like(touches, old_map, diameter, ring=ring).pretravel_map)
+    if path is None or pretravel_map is None:
+        yield
+        return
+    with whole_file(path) as temporary:
+        write_map(temporary, pretravel_map)
+        yield
 
 
 def history(

@@ -21,6 +21,7 @@ _SAME_TIP = 0.05
 """The tip diameters of one probe in repeated qualifications differ by less. [mm]"""
 _WAIT_FOR_WRITER = 30.0
 """Time that a writer waits for another writer. [s]"""
+_NO_FOLDER = "the history cannot be made: the folder {folder} does not exist"
 _COLUMNS = (
     "time", "map", "map_id", "tip_diameter_mm", "touches_file", "touches", "directions",
     "false_alarm_rate", "changed", "p_form", "p_map", "p_repeatability", "size_um", "u_size_um",
@@ -108,15 +109,7 @@ def add_verification(
         decision,
     )
     with _history(path, create=True) as connection:
-        last = connection.execute(
-            "SELECT tip_diameter_mm FROM verification ORDER BY number DESC LIMIT 1"
-        ).fetchone()
-        if last is not None and abs(last[0] - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
-            raise InputError(
-                f"this history is of a probe with a tip of {last[0]:g} mm; that of the map has "
-                f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",
-                path=path,
-            )
+        _refuse_other_tip(connection, path, pretravel_map)
         marks = ", ".join("?" * len(_COLUMNS))
         # SQLite cannot store nan: it becomes NULL.
         cursor = connection.execute(
@@ -124,6 +117,45 @@ def add_verification(
             [None if value != value else value for value in row],
         )
         return int(cursor.lastrowid or 0)
+
+
+def check_history(path: str | Path, pretravel_map: PretravelMap) -> None:
+    """Check that a verification can be added to a history, before anything else is written.
+
+    Parameters
+    ----------
+    path : str or Path
+        A history that does not exist yet will be made.
+    pretravel_map : PretravelMap
+        The map that was verified.
+
+    Raises
+    ------
+    InputError
+        As `add_verification` does, and `read_history`.
+    """
+    place = Path(path)
+    if not place.parent.is_dir():
+        raise InputError(_NO_FOLDER.format(folder=place.parent), path=path)
+    if not place.exists() or (place.is_file() and not place.stat().st_size):
+        return
+    with _history(path, create=True) as connection:
+        _refuse_other_tip(connection, path, pretravel_map)
+        connection.execute(f"SELECT number, {', '.join(_COLUMNS)} FROM verification").fetchall()
+
+
+def _refuse_other_tip(
+    connection: sqlite3.Connection, path: str | Path, pretravel_map: PretravelMap
+) -> None:
+    last = connection.execute(
+        "SELECT tip_diameter_mm FROM verification ORDER BY number DESC LIMIT 1"
+    ).fetchone()
+    if last is not None and abs(last[0] - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
+        raise InputError(
+            f"this history is of a probe with a tip of {last[0]:g} mm; that of the map has "
+            f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",
+            path=path,
+        )
 
 
 def map_id(pretravel_map: PretravelMap) -> str:
@@ -165,9 +197,7 @@ def read_history(path: str | Path) -> list[Entry]:
 def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
     place = Path(path)
     if create and not place.parent.is_dir():
-        raise InputError(
-            f"the history cannot be made: the folder {place.parent} does not exist", path=path
-        )
+        raise InputError(_NO_FOLDER.format(folder=place.parent), path=path)
     try:
         connection = sqlite3.connect(place, timeout=_WAIT_FOR_WRITER, isolation_level=None)
     except sqlite3.Error as error:

@@ -19,6 +19,9 @@ from pretravel.uncertainty.fitting.sphere import SphereFit
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
 
+NOT_CONFORMING = "does not conform"
+"""The verdict on a figure that is proven to exceed its limit."""
+
 
 @dataclass(frozen=True)
 class CalibratedSphere:
@@ -86,7 +89,7 @@ class StandardFigure:
         if abs(self.value) <= self.limit - expanded:
             return "conforms"
         if abs(self.value) > self.limit + expanded:
-            return "does not conform"
+            return NOT_CONFORMING
         return "undecided within U (k = 2)"
 
 

@@ -18,7 +18,8 @@ class TestStandards:
         run("simulate", "omp40-2", "--surface", "sphere:radius=12.5,x=1,y=2,z=3", "--targets",
             targets, "-o", touches)  # fmt: skip
         text = run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6,
-                   "--form-limit", 3, "--size-limit", 3, "-o", tmp_path / "c.html")  # fmt: skip
+                   "--form-limit", 3, "--size-limit", 3, "-o", tmp_path / "c.html",
+                   code=3)  # fmt: skip
         assert "recalled" in text
         assert "conforms" in text
         assert "does not conform" in text  # wrong by a mean pretravel

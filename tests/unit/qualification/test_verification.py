@@ -315,9 +315,9 @@ class TestHistory:
         told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
                    "--plot", tmp_path / "v.png")  # fmt: skip
         assert "no change since" in told
-        # Exit code 1 means changed; the message is still on stdout.
+        # Exit code 3 means changed; the message is still on stdout.
         run("verify", tmp_path / "bent.csv", *common, "--history", probe,
-            "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=1)  # fmt: skip
+            "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=3)  # fmt: skip
         assert '"changed": true' in (tmp_path / "v.json").read_text()
         run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.nc", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
