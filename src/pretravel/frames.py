@@ -18,6 +18,9 @@ from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.units import DEGREE
 
+_ROUNDING = 1e-6
+"""Of rotations that were computed or written with few digits."""
+
 
 def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0) -> FloatArray:
     """Rotation from probe to machine frame.
@@ -49,6 +52,41 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     hinge = np.array([-a[1], a[0], 0.0]) / across if across > 0.0 else np.array([0.0, 1.0, 0.0])
     tilt = Rotation.from_rotvec(math.atan2(across, a[2]) * hinge)
     return np.asarray((tilt * Rotation.from_euler("z", rotation)).as_matrix())
+
+
+def checked_rotation(rotation: npt.ArrayLike) -> FloatArray:
+    """A rotation from probe to machine frame, read-only.
+
+    Parameters
+    ----------
+    rotation : (3, 3) float
+
+    Returns
+    -------
+    (3, 3) float
+
+    Raises
+    ------
+    PretravelError
+        Not a rotation: another shape, columns that are not perpendicular unit vectors, a mirror.
+
+    >>> checked_rotation(2.0 * np.eye(3))
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: the axes of the probe are not perpendicular unit vectors \
+of a right-handed system
+    """
+    given = frozen(rotation)
+    if (
+        given.shape != (3, 3)
+        or not np.all(np.abs(given) <= 1.0 + _ROUNDING)
+        or np.abs(given.T @ given - np.eye(3)).max() > _ROUNDING
+        or np.linalg.det(given) < 0.0
+    ):
+        raise PretravelError(
+            "the axes of the probe are not perpendicular unit vectors of a right-handed system"
+        )
+    return given
 
 
 def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatArray:

@@ -16,12 +16,6 @@ from pretravel.cli import main
 
 def run(*arguments: object, code: int = 0) -> str:
     """Run a command in this process; return stdout, or stderr if a fault (2) is expected."""
-    out, err = both_outputs(*arguments, code=code)
-    return err if code == 2 else out
-
-
-def both_outputs(*arguments: object, code: int = 0) -> tuple[str, str]:
-    """Run a command in this process; return stdout and stderr, where warnings go."""
     out, err = io.StringIO(), io.StringIO()
     stopped = 0
     with (
@@ -36,7 +30,7 @@ def both_outputs(*arguments: object, code: int = 0) -> tuple[str, str]:
             stopped = int(stop.code or 0)
     assert stopped == code, out.getvalue() + err.getvalue()
     assert "Traceback" not in err.getvalue()
-    return out.getvalue(), err.getvalue()
+    return err.getvalue() if code == 2 else out.getvalue()
 
 
 def rows(path: Path) -> list[dict[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,10 @@ from pathlib import Path
 import numpy.typing as npt
 
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats.map_dataset import map_dataset, map_from_dataset
+from pretravel.formats.map_dataset import covered_in_part, map_dataset, map_from_dataset
 from pretravel.formats.map_table import read_csv_map, write_csv_map, write_json_map
-from pretravel.formats.netcdf import write_dataset
+from pretravel.formats.netcdf import read_dataset, write_dataset
+from pretravel.formats.source_file import opened
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
 
@@ -73,7 +75,12 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
     Raises
     ------
     InputError
-        No such file, or not a map.
+        No such file, or not a map; one that was changed after it was written.
+
+    Warns
+    -----
+    UserWarning
+        A NetCDF file of an earlier version, whose checksum covers less.
     """
     place = Path(path)
     if not place.is_file():
@@ -103,16 +110,24 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
 
 
 def _read_netcdf_map(path: Path) -> PretravelMap:
-    import xarray as xr
-
+    file = opened(path)
+    dataset = read_dataset(file)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return map_from_dataset(dataset.load())
-    except PretravelError as error:
-        raise InputError(str(error), path=path) from error
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
+        with file.named_in_errors():
+            found = map_from_dataset(dataset)
+    # Content that no map has: a missing name, another type, sizes that do not fit.
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
+        if isinstance(error, PretravelError):
+            raise
+        raise file.error(
             "this is not a map that can be read (a NetCDF file written by pretravel, or a CSV "
-            f"table); {type(error).__name__}: {error}",
-            path=path,
+            f"table); {type(error).__name__}: {error}"
         ) from error
+    if covered_in_part(dataset):
+        warnings.warn(
+            f"{path}: an earlier version wrote this map; its checksum does not cover the degrees "
+            "of harmonics, the feed and how the map was made, so damage there is not noticed. "
+            "Qualify or predict again",
+            stacklevel=3,
+        )
+    return found

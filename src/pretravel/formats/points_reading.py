@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.compensation.points import Points
 from pretravel.directions import checked_unit
-from pretravel.errors import InputError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.formats.netcdf import StoredVariable, read_dataset
 from pretravel.formats.parquet import read_parquet_table
 from pretravel.formats.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
 from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _WHAT = "compensated points"
 
@@ -110,9 +105,10 @@ def _checked(file: SourceFile, points: Points) -> Points:
     """Refuse shared errors that are larger than the uncertainty of their point."""
     common = np.zeros(len(points))
     for part in (points.shared or {}).values():
-        common = common + part**2
+        with np.errstate(over="ignore"):  # infinite, and refused
+            common = common + part**2
     u = points.standard_uncertainty
-    wrong = np.flatnonzero(common > u**2 * (1.0 + 1e-6) + 1e-18)
+    wrong = np.flatnonzero(~(common <= u**2 * (1.0 + 1e-6) + 1e-18))
     if len(wrong):
         row = int(wrong[0])
         raise file.error(
@@ -141,49 +137,59 @@ def _json_table(file: SourceFile) -> CsvTable:
 
 
 def _from_dataset(file: SourceFile) -> Points:
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(io.BytesIO(file.content), engine="h5netcdf") as opened_dataset:
-            data = opened_dataset.load()
-    except (OSError, ValueError) as error:
-        raise InputError(f"not a NetCDF file: {error}", path=file.path) from None
-    if not {"position", "normal", "covariance"} <= set(data):
+    data = read_dataset(file).variables
+    if not {"position", "normal", "covariance", "label"} <= set(data):
         raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")
+    count = len(np.atleast_1d(data["label"].values))
 
-    def values(name: str) -> FloatArray | None:
-        if name not in data:
-            return None
-        return frozen(np.asarray(data[name].values, dtype=np.float64))
+    def values(name: str, *shape: int) -> FloatArray:
+        return _array(file, name, data[name], (count, *shape))
 
-    positions, normals, covariance = (values(n) for n in ("position", "normal", "covariance"))
-    assert positions is not None
-    assert normals is not None
-    assert covariance is not None
+    def perhaps(name: str, *shape: int) -> FloatArray | None:
+        return values(name, *shape) if name in data else None
+
+    positions, covariance = values("position", 3), values("covariance", 3, 3)
     for name, part in (("positions", positions), ("covariances", covariance)):
         if not np.all(np.isfinite(part)):
             raise file.error(f"the {name} of the points are not finite")
     with file.named_in_errors():
-        checked_unit(normals, "normals of points")
-    pretravel = values("pretravel")
+        normals = checked_unit(values("normal", 3), "normals of points")
+    if np.any(np.einsum("ni,nij,nj->n", normals, covariance, normals) < 0.0):
+        raise file.error("the variance of a point along its normal is negative")
+    pretravel = perhaps("pretravel")
     return _checked(
         file,
         Points(
             positions=positions,
-            normals=normals,
-            pretravel=np.full(len(positions), np.nan) if pretravel is None else pretravel,
+            normals=frozen(normals),
+            pretravel=np.full(count, np.nan) if pretravel is None else pretravel,
             covariance=covariance,
-            deviation=values("deviation"),
+            deviation=perhaps("deviation"),
             labels=tuple(str(label) for label in data["label"].values.tolist()),
-            shared=_shared_of(data),
-            uncompensated=values("uncompensated"),
+            shared=_shared_of(file, data, count),
+            uncompensated=perhaps("uncompensated", 3),
         ),
     )
 
 
-def _shared_of(data: xr.Dataset) -> Mapping[str, FloatArray] | None:
+def _array(
+    file: SourceFile, name: str, stored: StoredVariable, shape: tuple[int, ...]
+) -> FloatArray:
+    if stored.values.shape != shape or stored.values.dtype.kind not in "fiu":
+        raise file.error(
+            f"the array {name} must contain numbers and have the shape {shape}; it has the shape "
+            f"{stored.values.shape} and the type {stored.values.dtype}"
+        )
+    return frozen(np.asarray(stored.values, dtype=np.float64))
+
+
+def _shared_of(
+    file: SourceFile, data: Mapping[str, StoredVariable], count: int
+) -> Mapping[str, FloatArray] | None:
     if "shared" not in data:
         return None
-    factors = np.asarray(data["shared"].values, dtype=np.float64)
-    causes = [str(cause) for cause in data["cause"].values.tolist()]
+    if "cause" not in data:
+        raise file.error("the shared errors of the points have no causes")
+    causes = [str(cause) for cause in np.atleast_1d(data["cause"].values).tolist()]
+    factors = _array(file, "shared", data["shared"], (len(causes), count))
     return dict(zip(causes, map(frozen, factors), strict=True))

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
-from pretravel.frames import Placement
+from pretravel.frames import Placement, checked_rotation
 from pretravel.maps.basis import MapBasis
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
@@ -126,12 +126,38 @@ Touch the reference there too, or allow extrapolation.
             )
         if not np.all(np.isfinite(coefficients)):
             raise PretravelError("the coefficients of a map must be finite")
-        if not self.tip_radius > 0.0:
-            raise PretravelError(f"the tip radius is {self.tip_radius} mm; it must be positive")
+        self._check_numbers()
         object.__setattr__(self, "coefficients", coefficients)
-        object.__setattr__(self, "rotation", frozen(self.rotation))
+        object.__setattr__(self, "rotation", checked_rotation(self.rotation))
         if self.delay_effect is not None:
-            object.__setattr__(self, "delay_effect", frozen(self.delay_effect))
+            effect = frozen(self.delay_effect)
+            if effect.shape != (size,) or not np.all(np.isfinite(effect)):
+                raise PretravelError(
+                    f"the effect of the delay must be {size} finite numbers, got {effect.shape}"
+                )
+            object.__setattr__(self, "delay_effect", effect)
+
+    def _check_numbers(self) -> None:
+        if not 0.0 < self.tip_radius < math.inf:
+            raise PretravelError(f"the tip radius is {self.tip_radius} mm; it must be positive")
+        for what, value in (
+            ("standard uncertainty of the tip radius [mm]", self.u_tip_radius),
+            ("repeatability [mm]", self.repeatability),
+            ("fixed scatter [mm]", self.fixed_scatter),
+            ("feed [mm/min]", self.feed or 0.0),
+            ("standard uncertainty of the delay [s]", self.u_delay),
+        ):
+            if not 0.0 <= value < math.inf:
+                raise PretravelError(
+                    f"the {what} of a map is {value:g}; it must be finite and not negative"
+                )
+        if not self.repeatability_dof >= 0.0:
+            raise PretravelError(
+                f"the degrees of freedom of the repeatability are {self.repeatability_dof:g}; "
+                "they must be positive"
+            )
+        if self.delay is not None and not math.isfinite(self.delay):
+            raise PretravelError(f"the signal delay is {self.delay:g} s; it must be finite")
 
     @property
     def single_touch(self) -> float:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.errors import PretravelError
 
 
 def degrees_and_orders(largest_degree: int) -> IntArray:
@@ -26,6 +27,50 @@ def degrees_and_orders(largest_degree: int) -> IntArray:
         ],
         dtype=np.int64,
     )
+
+
+HIGHEST_DEGREE = 60
+"""Of harmonics in a map; fitted maps have degrees up to 30."""
+
+
+def checked_terms(terms: npt.ArrayLike) -> IntArray:
+    """Degrees and orders of the harmonics of a map, read-only.
+
+    Parameters
+    ----------
+    terms : (k, 2) int
+
+    Returns
+    -------
+    (k, 2) int
+
+    Raises
+    ------
+    PretravelError
+        Another shape, numbers that are not whole, degrees that no map has.
+
+    >>> checked_terms([[3, -4]])
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: harmonics of a map have degrees 0 to 60 and orders from \
+-degree to degree, each once
+    """
+    given = np.asarray(terms)
+    whole = given.astype(np.int64) if given.size and given.dtype.kind in "iu" else np.zeros((0, 2))
+    found = np.array(whole, dtype=np.int64)
+    degree, order = (found[:, 0], found[:, 1]) if found.ndim == 2 else (found, found)
+    if (
+        given.shape != found.shape
+        or found.shape[1:] != (2,)
+        or np.any((degree < 0) | (degree > HIGHEST_DEGREE) | (np.abs(order) > degree))
+        or len(np.unique(found, axis=0)) != len(found)
+    ):
+        raise PretravelError(
+            f"harmonics of a map have degrees 0 to {HIGHEST_DEGREE} and orders from -degree to "
+            "degree, each once"
+        )
+    found.setflags(write=False)
+    return found
 
 
 def real_spherical_harmonics(

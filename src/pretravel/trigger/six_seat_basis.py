@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, SixSeatForm, StoredArray, StoredBasis
-from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.maps.spherical_harmonics import checked_terms, real_spherical_harmonics
 from pretravel.trigger.response import ProbeResponse, ResponseBasis
 from pretravel.trigger.six_seat_slopes import six_seat_pretravel, six_seat_slopes
 from pretravel.trigger.six_seats import PARAMETERS, six_seat_response
@@ -21,6 +21,9 @@ from pretravel.trigger.six_seats import PARAMETERS, six_seat_response
 _OWN = 5 + len(PARAMETERS)
 """Functions of the six-seat probe itself; those of the correction follow."""
 
+
+_LARGEST = 50.0
+"""No fitted parameter is nearly as large: logarithms, angles in rad, parts of a length."""
 
 _DEGREE_ORDER = ("degree", "order")
 _POWERS = {
@@ -80,7 +83,14 @@ class SixSeatBasis(MapBasis):
         return np.asarray(np.eye(self.size)[1])
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen(self.values))
+        values = frozen(self.values)
+        if values.shape != (len(PARAMETERS),) or not np.all(np.abs(values) < _LARGEST):
+            raise PretravelError(
+                f"a six-seat probe has {len(PARAMETERS)} parameters, logarithms and angles of "
+                f"usual size; got {values.shape}: {np.array2string(values, threshold=6)}"
+            )
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "terms", checked_terms(self.terms))
 
     @cached_property
     def response(self) -> ProbeResponse:
@@ -158,4 +168,4 @@ class SixSeatBasis(MapBasis):
         if "correction_degree" not in stored.arrays:
             return cls(values, stored.tip_radius)
         terms = [np.asarray(stored.arrays[f"correction_{name}"].values) for name in _DEGREE_ORDER]
-        return cls(values, stored.tip_radius, np.stack(terms, axis=1).astype(np.int64))
+        return cls(values, stored.tip_radius, np.stack(terms, axis=1))

@@ -21,7 +21,7 @@ from pretravel.maps.harmonic_regression import (
 from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit, shifted_center
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
-from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.maps.spherical_harmonics import checked_terms, real_spherical_harmonics
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import MICROMETRE
@@ -44,6 +44,9 @@ class HarmonicBasis(MapBasis):
 
     terms: IntArray
     kind: ClassVar[str] = "harmonic"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "terms", checked_terms(self.terms))
 
     @property
     def size(self) -> int:
@@ -68,7 +71,7 @@ class HarmonicBasis(MapBasis):
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self:
         terms = [np.asarray(stored.arrays[name].values) for name in ("degree", "order")]
-        return cls(np.stack(terms, axis=1).astype(np.int64))
+        return cls(np.stack(terms, axis=1))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from pretravel.own_process import module_folders
 from pretravel.surface.cad.brep import Brep, parse_brep
 
 _NEEDED_NEXT = ("scipy.interpolate", "scipy.spatial", "shapely")
@@ -107,17 +108,6 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
         reason = f"it needs more than {memory / 1e9:.1f} GB of memory"
         return subprocess.CompletedProcess(command, 1, "", reason)
     return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
-
-
-def module_folders() -> list[str]:
-    """Folders of modules for a process of its own: those of this process, not the current one.
-
-    ``python -m`` puts the current folder first, and an empty part of PYTHONPATH means it too.
-    """
-    here = Path.cwd()
-    folders = [folder for folder in sys.path if Path(folder).is_absolute() and Path(folder) != here]
-    ours = str(Path(__file__).resolve().parents[3])
-    return folders if ours in folders else [*folders, ours]
 
 
 def kernel_content(folder: Path) -> CadContent:

@@ -1,0 +1,17 @@
+"""Processes of their own for libraries that hostile files make crash, hang or fill the memory."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+
+def module_folders() -> list[str]:
+    """Folders of modules for a process of its own: those of this process, not the current one.
+
+    ``python -m`` puts the current folder first, and an empty part of PYTHONPATH means it too.
+    """
+    here = Path.cwd()
+    folders = [folder for folder in sys.path if Path(folder).is_absolute() and Path(folder) != here]
+    ours = str(Path(__file__).resolve().parents[1])
+    return folders if ours in folders else [*folders, ours]
