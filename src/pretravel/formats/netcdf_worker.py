@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,7 @@ import numpy as np
 _MOST_VALUES_OF_ATTRIBUTE = 10_000
 _MEMORY, _TIMES = 500_000_000, 8
 """Memory for a file: a part for each, and so many times its size. [bytes]"""
-_SECONDS, _BYTES_A_SECOND = 4, 5_000_000
+_SECONDS, _BYTES_A_SECOND = 2, 5_000_000
 """Processor time for a file: a part for each, and a part that grows with its size."""
 
 
@@ -74,7 +76,7 @@ def _limit(size: int) -> None:
     with suppress(ImportError, OSError, ValueError):  # some systems have no such limits
         import resource
 
-        seconds = _SECONDS + size // _BYTES_A_SECOND
+        seconds = math.ceil(time.process_time()) + _SECONDS + size // _BYTES_A_SECOND
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])

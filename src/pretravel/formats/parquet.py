@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.errors import PretravelError
 from pretravel.formats.csv_table import CsvTable
-from pretravel.formats.source_file import Source, opened
+from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.whole_file import whole_file
 
+_MOST_CELLS = 5_000_000
+"""Cells up to which a file is read, whatever its size; larger ones have a byte for each cell."""
 _MISSING = "Parquet files need the package pyarrow: pip install pyarrow"
 
 
@@ -35,21 +38,58 @@ def read_parquet_table(source: Source) -> CsvTable:
         pyarrow is not installed.
     """
     try:
-        from pyarrow import ArrowException, BufferReader, parquet
+        from pyarrow import BufferReader, parquet
     except ModuleNotFoundError:
         raise PretravelError(_MISSING) from None
     file = opened(source)
     try:
-        table = parquet.read_table(BufferReader(file.content))
-    except (ArrowException, OSError) as error:
-        raise file.error(f"not a Parquet file: {error}") from None
+        stored = parquet.ParquetFile(BufferReader(file.content))
+        _refuse_size(file, stored.metadata)
+        names = stored.schema_arrow.names
+        table = stored.read()
+        table.validate(full=True)
+    except PretravelError:
+        raise
+    # Whatever a foreign file makes this library raise, the file is at fault.
+    except Exception as error:
+        text = " ".join(str(error).split())[:200]
+        raise file.error(f"not a Parquet file that can be read: {text}") from None
     if table.num_rows == 0:
         raise file.error("the file has columns but no rows")
-    columns = {
-        name: tuple("" if value is None else str(value) for value in table[name].to_pylist())
-        for name in table.column_names
-    }
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
+    columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
     return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
+
+
+def _refuse_size(file: SourceFile, metadata: Any) -> None:
+    """A few bytes can declare any number of equal rows."""
+    cells = metadata.num_rows * max(metadata.num_columns, 1)
+    if cells > max(_MOST_CELLS, len(file.content)):
+        raise file.error(
+            f"this file of {len(file.content):,} bytes declares {metadata.num_rows:,} rows of "
+            f"{metadata.num_columns:,} columns; so many are not read"
+        )
+
+
+def _cells(column: Any) -> tuple[str, ...]:
+    """Cells as in a CSV file; one that has no text, such as bytes or a list, stays a dash.
+
+    Columns that nobody uses may contain anything: a dash in one that is used is refused there.
+    """
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.cast(kind.value_type), kind.value_type
+    plain = pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind)
+    if not plain and not pa.types.is_null(kind):
+        try:
+            column = column.cast(pa.string())
+        except (pa.ArrowException, ValueError, OSError):
+            return ("-",) * len(column)
+    return tuple("" if value is None else str(value) for value in column.to_pylist())
 
 
 def write_parquet_table(

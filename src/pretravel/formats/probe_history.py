@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +29,16 @@ _COLUMNS = (
     "amplitude_percent", "u_amplitude_percent", "turn_deg", "u_turn_deg", "repeatability_um",
     "largest_um", "decision",
 )  # fmt: skip
+
+
+_TEXTS = ("time", "map", "map_id", "touches_file", "decision")
+_ALWAYS_THERE = ("tip_diameter_mm", "touches", "directions", "false_alarm_rate", "changed")
+_TABLE = "CREATE TABLE verification (number INTEGER PRIMARY KEY AUTOINCREMENT, {})".format(
+    ", ".join(f"{name} TEXT NOT NULL" if name in _TEXTS else f"{name} REAL" for name in _COLUMNS)
+)
+_ENTRIES = f"SELECT number, {', '.join(_COLUMNS)} FROM verification"
+_LARGEST = 1e9
+"""No number of a verification is larger. Sizes in µm, angles in degrees, counts."""
 
 
 @dataclass(frozen=True)
@@ -111,10 +122,9 @@ def add_verification(
     with _history(path, create=True) as connection:
         _refuse_other_tip(connection, path, pretravel_map)
         marks = ", ".join("?" * len(_COLUMNS))
-        # SQLite cannot store nan: it becomes NULL.
         cursor = connection.execute(
             f"INSERT INTO verification ({', '.join(_COLUMNS)}) VALUES ({marks})",
-            [None if value != value else value for value in row],
+            [_storable(value) for value in row],
         )
         return int(cursor.lastrowid or 0)
 
@@ -141,18 +151,20 @@ def check_history(path: str | Path, pretravel_map: PretravelMap) -> None:
         return
     with _history(path, create=True) as connection:
         _refuse_other_tip(connection, path, pretravel_map)
-        connection.execute(f"SELECT number, {', '.join(_COLUMNS)} FROM verification").fetchall()
+        for row in connection.execute(_ENTRIES).fetchall():
+            _entry(path, row)
 
 
 def _refuse_other_tip(
     connection: sqlite3.Connection, path: str | Path, pretravel_map: PretravelMap
 ) -> None:
-    last = connection.execute(
-        "SELECT tip_diameter_mm FROM verification ORDER BY number DESC LIMIT 1"
-    ).fetchone()
-    if last is not None and abs(last[0] - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
+    last = connection.execute(f"{_ENTRIES} ORDER BY number DESC LIMIT 1").fetchone()
+    if last is None:
+        return
+    tip_diameter = float(_entry(path, last)["tip_diameter_mm"] or 0.0)
+    if abs(tip_diameter - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
         raise InputError(
-            f"this history is of a probe with a tip of {last[0]:g} mm; that of the map has "
+            f"this history is of a probe with a tip of {tip_diameter:g} mm; that of the map has "
             f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",
             path=path,
         )
@@ -185,12 +197,54 @@ def read_history(path: str | Path) -> list[Entry]:
             "there is no such history; verify the probe with a history to make it", path=path
         )
     with _history(path, create=False) as connection:
-        rows = connection.execute(
-            f"SELECT number, {', '.join(_COLUMNS)} FROM verification ORDER BY time, number"
-        ).fetchall()
+        rows = connection.execute(f"{_ENTRIES} ORDER BY time, number").fetchall()
     if not rows:
         raise InputError("the history contains no verification yet", path=path)
-    return [Entry(int(row[0]), dict(zip(_COLUMNS, row[1:], strict=True))) for row in rows]
+    return [_entry(path, row) for row in rows]
+
+
+def _storable(value: float | int | str) -> float | int | str | None:
+    """What is not known (nan, or infinite) becomes NULL, since SQLite cannot store nan."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _entry(path: str | Path, row: tuple[object, ...]) -> Entry:
+    """A row of the table, after a check: any program can write to the file."""
+    number, values = row[0], dict(zip(_COLUMNS, row[1:], strict=True))
+    checked: dict[str, float | int | str | None] = {}
+    for name, value in values.items():
+        if name in _TEXTS:
+            fits = isinstance(value, str) and (name != "time" or _is_time(value))
+        elif value is None:
+            fits = name not in _ALWAYS_THERE
+        else:
+            fits = _in_range(name, value)
+        if not fits:
+            raise InputError(
+                f"entry {number} of the history is damaged: {name} is {value!r:.60}", path=path
+            )
+        checked[name] = value  # type: ignore[assignment]  # as it was checked
+    if not isinstance(number, int):
+        raise InputError(f"an entry of the history has the number {number!r:.60}", path=path)
+    return Entry(number, checked)
+
+
+def _in_range(name: str, value: object) -> bool:
+    if not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
+        return False
+    if name == "changed":
+        return value in (0, 1)
+    if name == "false_alarm_rate":
+        return 0.0 < value < 1.0
+    return value >= 0.0 or not name.startswith(("u_", "p_", "touches", "tip"))
+
+
+def _is_time(text: str) -> bool:
+    try:
+        datetime.fromisoformat(text)
+    except ValueError:
+        return False
+    return True
 
 
 @contextmanager
@@ -210,7 +264,8 @@ def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
         connection.execute("COMMIT")
     except sqlite3.OperationalError as error:
         raise InputError(f"the history cannot be used: {error}", path=path) from None
-    except sqlite3.DatabaseError as error:
+    # Damaged files can make sqlite3 raise others than its own.
+    except (sqlite3.Error, UnicodeDecodeError, OverflowError, MemoryError) as error:
         raise InputError(f"this is not the history of a probe ({error})", path=path) from None
     finally:
         connection.close()
@@ -223,15 +278,7 @@ def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) 
     if create and tables == 0 and application == 0:
         connection.execute(f"PRAGMA application_id = {_APPLICATION}")
         connection.execute(f"PRAGMA user_version = {_VERSION}")
-        columns = ", ".join(
-            f"{name} TEXT NOT NULL"
-            if name in ("time", "map", "map_id", "touches_file", "decision")
-            else f"{name} REAL"
-            for name in _COLUMNS
-        )
-        connection.execute(
-            f"CREATE TABLE verification (number INTEGER PRIMARY KEY AUTOINCREMENT, {columns})"
-        )
+        connection.execute(_TABLE)
         return
     if application != _APPLICATION:
         raise InputError("this is a database, but not the history of a probe", path=path)
@@ -239,4 +286,12 @@ def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) 
         raise InputError(
             f"the history's format has version {version}; this pretravel reads {_VERSION}",
             path=path,
+        )
+    kept = connection.execute(
+        "SELECT type, sql FROM sqlite_master WHERE tbl_name = 'verification' OR type = 'trigger'"
+    ).fetchall()
+    # A view, a trigger or a computed column would be a program that runs here.
+    if kept != [("table", _TABLE)]:
+        raise InputError(
+            "the history is damaged, or another program changed the form of its table", path=path
         )

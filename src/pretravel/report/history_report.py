@@ -103,6 +103,9 @@ def draw_chart(size_axes: Axes, test_axes: Axes, entries: Sequence[Entry]) -> No
         Those without a size are left out.
     """
     known = [entry for entry in entries if entry["size_um"] is not None]
+    if not known:
+        size_axes.set_title("no verification has determined the size", fontsize=10)
+        return
     number = np.arange(1, len(known) + 1)
     _draw_sizes(size_axes, known, number)
     _draw_tests(test_axes, known, number)

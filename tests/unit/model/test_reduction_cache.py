@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +14,12 @@ import numpy as np
 import pytest
 
 from pretravel.model.fem import reduction_cache
+from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.reduction_cache import reduced_model, reduction_key
 from pretravel.model.fem.seat_ball import ball_correction
+from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
 
@@ -73,6 +77,122 @@ def test_damaged_and_foreign_files_are_noticed_and_made_anew(
             again = reduced_model(omp40, COARSE)
         assert again.flexibility == pytest.approx(first.flexibility, rel=1e-9, abs=1e-15)
         assert path.stat().st_size == len(whole)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, str]:
+    """A kept model and its key, made once."""
+    probe, folder = load_probe("omp40-2"), tmp_path_factory.mktemp("cache")
+    key = reduction_key(probe, COARSE)
+    reduction_cache._remembered.cache_clear()
+    reduction_cache._reduced_model(probe, COARSE, "auto", key, folder)
+    assert sys.platform == "win32" or kept(folder).stat().st_mode & 0o077 == 0
+    return kept(folder).read_bytes(), key
+
+
+@pytest.fixture
+def path(whole: tuple[bytes, str], tmp_path: Path) -> Path:
+    place = tmp_path / "reduced-0.npz"
+    place.write_bytes(whole[0])
+    place.chmod(0o600)
+    return place
+
+
+def _read(path: Path, whole: tuple[bytes, str]) -> ReducedModel | None:
+    def make() -> ReducedModel:
+        raise AssertionError("made anew")
+
+    return reduction_cache._read(path, whole[1], make)
+
+
+def _rewritten(path: Path, change: Callable[[dict[str, np.ndarray]], None]) -> None:
+    """By a program that knows the layout, and not the digests."""
+    with np.load(path) as kept_arrays:
+        arrays = dict(kept_arrays)
+    change(arrays)
+    with path.open("wb") as stream:
+        np.savez(stream, **arrays)
+
+
+def test_rewritten_without_a_change_it_is_used(path: Path, whole: tuple[bytes, str]) -> None:
+    _rewritten(path, lambda arrays: None)
+    found = _read(path, whole)
+    assert found is not None
+    assert np.all(np.isfinite(found.elastic_field.modes))
+
+
+@pytest.mark.parametrize("factor", [2.0, -1.0, np.nan])
+@pytest.mark.parametrize("name", ["by_region", "resultants"])
+def test_other_numbers_under_the_right_key_are_not_used(
+    path: Path, whole: tuple[bytes, str], name: str, factor: float
+) -> None:
+    _rewritten(path, lambda arrays: arrays.update({name: factor * arrays[name]}))
+    with pytest.warns(UserWarning, match=f"damaged or foreign .*{name}"):
+        assert _read(path, whole) is None
+
+
+def test_every_other_array_is_checked_when_it_is_read(path: Path, whole: tuple[bytes, str]) -> None:
+    with np.load(path) as arrays:
+        names = set(arrays) - {"by_region", "resultants", "header", "header_digest"}
+    assert len(names) > 10
+    for name in names:
+        path.write_bytes(whole[0])
+        _rewritten(path, lambda arrays, name=name: arrays.update({name: 2 * arrays[name]}))
+        found = _read(path, whole)
+        assert found is not None
+        with (
+            pytest.warns(UserWarning, match="mesh of the cached model .* is damaged"),
+            pytest.raises(AssertionError, match="made anew"),
+        ):
+            _ = found.elastic_field
+
+
+def test_a_changed_header_is_not_used(path: Path, whole: tuple[bytes, str]) -> None:
+    """The compliance of the patch is in the header."""
+
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        header = json.loads(bytes(arrays["header"]))
+        header["patch_compliance"] *= 2.0
+        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+
+    _rewritten(path, change)
+    with pytest.warns(UserWarning, match="digest of its header"):
+        assert _read(path, whole) is None
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no permissions of this kind")
+class TestOtherUsers:
+    """What others can write to is not read, and nothing is written there."""
+
+    @pytest.mark.parametrize("mode", [0o620, 0o602])
+    def test_a_file_that_others_can_write(
+        self, path: Path, whole: tuple[bytes, str], mode: int
+    ) -> None:
+        path.chmod(mode)
+        with pytest.warns(UserWarning, match="not used, because .* by other users"):
+            assert _read(path, whole) is None
+
+    def test_a_file_of_another_user(
+        self, path: Path, whole: tuple[bytes, str], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        owner = path.stat().st_uid
+        if owner == 0:
+            os.chown(path, 12345, -1)
+        else:
+            monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+        with pytest.warns(UserWarning, match="belongs to another user"):
+            assert _read(path, whole) is None
+
+    def test_a_folder_that_others_can_write(
+        self, omp40: Probe, folder: Path, forget: None, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder.chmod(0o777)
+        for step in ("probe_solids", "mesh_solids", "ball_correction", "finite_element_model"):
+            monkeypatch.setattr(reduction_cache, step, lambda *_: None)
+        monkeypatch.setattr(reduction_cache, "condense", lambda *_: "a model")
+        with pytest.warns(UserWarning, match="not be stored .* written to by other users"):
+            reduced_model(omp40, COARSE)
+        assert list(folder.iterdir()) == []
 
 
 def test_damage_in_the_mesh_is_noticed_when_it_is_read(

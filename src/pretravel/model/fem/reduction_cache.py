@@ -1,7 +1,8 @@
 """Cache of reduced models on disk, so that a probe is factorised once.
 
 The name of a cached model is a digest of everything that its numbers depend on, so it is never
-used for another geometry. A damaged or foreign file is detected, reported and made anew.
+used for another geometry. The file contains digests of its content: a damaged or foreign file is
+detected, reported and made anew. A folder or a file that another user can write to is not used.
 """
 
 from __future__ import annotations
@@ -10,8 +11,12 @@ import hashlib
 import json
 import logging
 import os
+import stat
+import sys
+import tokenize
 import warnings
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import lru_cache
@@ -19,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
@@ -35,16 +41,21 @@ from pretravel.whole_file import one_process_at_a_time, whole_file
 
 log = logging.getLogger(__name__)
 
-CACHE_FORMAT = 3
+CACHE_FORMAT = 4
 """Increased whenever numbers or layout change; models of other formats are not used."""
 _UNREADABLE = (
+    ArithmeticError,
+    MemoryError,
+    RuntimeError,
     OSError,
     ValueError,
     LookupError,
     TypeError,
     AttributeError,
     EOFError,
+    tokenize.TokenError,
     zipfile.BadZipFile,
+    zlib.error,
 )
 FOLDER_VARIABLE = "PRETRAVEL_CACHE"
 """Environment variable that names the folder."""
@@ -58,6 +69,45 @@ def cache_folder() -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("pretravel")
+
+
+def mistrust(path: Path) -> str:
+    """Why a file or folder of the cache is not used; empty where only this user can write to it.
+
+    Parameters
+    ----------
+    path : Path
+        It exists.
+
+    Returns
+    -------
+    str
+        Empty too on Windows, where the folders of a user are not open to others.
+
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> mistrust(folder)
+    ''
+    >>> folder.chmod(0o777)
+    >>> mistrust(folder).endswith("can be written to by other users")
+    True
+    """
+    if sys.platform == "win32":
+        return ""
+    mine = (os.geteuid(), 0)
+    place = path.resolve()
+    found = place.stat()
+    if found.st_uid not in mine:
+        return f"{place} belongs to another user"
+    if found.st_mode & 0o022:
+        return f"{place} can be written to by other users"
+    for folder in place.parents:
+        found = folder.stat()
+        # In a folder with the sticky bit, such as /tmp, nobody replaces the files of others.
+        open_to_all = found.st_mode & 0o002 and not found.st_mode & stat.S_ISVTX
+        if found.st_uid not in mine or open_to_all:
+            return f"{folder}, which contains {place}, can be written to by other users"
+    return ""
 
 
 def reduction_key(probe: Probe, settings: MeshSettings) -> str:
@@ -155,7 +205,9 @@ def _reduced_model(
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            _make_folder(folder)
+            if doubt := mistrust(folder):
+                raise PretravelError(doubt)
             _write(path, model, key)
         except (OSError, PretravelError) as error:
             warnings.warn(
@@ -165,6 +217,9 @@ def _reduced_model(
             )
         return model
 
+    if folder.exists() and mistrust(folder):  # nothing is read there; `make` says so
+        memory["model"] = make()
+        return memory["model"]
     kept = _read(path, key, make)
     if kept is not None:
         log.info("reduced model from %s", path)
@@ -177,10 +232,19 @@ def _reduced_model(
     return model
 
 
+def _make_folder(folder: Path) -> None:
+    """Private to the user; the default folder of earlier versions becomes so."""
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if not os.environ.get(FOLDER_VARIABLE) and sys.platform != "win32":
+        found = folder.stat()
+        if found.st_uid == os.geteuid() and found.st_mode & 0o022:
+            folder.chmod(found.st_mode & 0o7755)
+
+
 def _write(path: Path, model: ReducedModel, key: str) -> None:
     elastic = model.elastic_field
     mesh = elastic.mesh
-    header = {
+    header: dict[str, Any] = {
         "key": key,
         "summary": dict(model.summary),
         "regions": list(model.flexibility_by_region),
@@ -193,7 +257,6 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "materials": {name: asdict(value) for name, value in elastic.materials.items()},
     }
     arrays: dict[str, Any] = {
-        "header": np.frombuffer(json.dumps(header).encode(), dtype=np.uint8),
         "by_region": np.stack(list(model.flexibility_by_region.values())),
         "resultants": model.resultants,
         "points": mesh.points,
@@ -204,20 +267,49 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "modes": elastic.modes,
         **{f"face {name}": nodes for name, nodes in mesh.faces.items()},
     }
+    header["digests"] = {name: _digest(values) for name, values in arrays.items()}
+    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     with whole_file(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **arrays)
+        np.savez(stream, header=text, header_digest=np.array(_digest(text)), **arrays)
+    path.chmod(0o600)
+
+
+def _digest(values: npt.ArrayLike) -> str:
+    """Of the type, shape and content of an array."""
+    array = np.ascontiguousarray(values)
+    digest = hashlib.sha256(f"{array.dtype.str} {array.shape} ".encode())
+    digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def _checked(kept: Any, name: str, header: Mapping[str, Any]) -> npt.NDArray[Any]:
+    """An array of a cached model, as it was written."""
+    values: npt.NDArray[Any] = kept[name]
+    if _digest(values) != header["digests"][name]:
+        raise ValueError(f"the digest of {name} does not fit")
+    return values
 
 
 def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedModel | None:
     """A cached model, or None if there is none that can be used."""
     if not path.is_file():
         return None
+    doubt = mistrust(path)
+    if doubt:
+        warnings.warn(
+            f"the cached model {path} is not used, because {doubt}; it is made anew", stacklevel=4
+        )
+        return None
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
-            header = json.loads(bytes(kept["header"]))
+            text = kept["header"]
+            if str(kept["header_digest"]) != _digest(text):
+                raise ValueError("the digest of its header does not fit")
+            header = json.loads(bytes(text))
             if header["key"] != key:
                 raise ValueError("it belongs to another model")
-            by_region, resultants = kept["by_region"], kept["resultants"]
+            by_region = _checked(kept, "by_region", header)
+            resultants = _checked(kept, "resultants", header)
             patch, ball = float(header["patch_compliance"]), float(header["ball_correction"])
         size = len(INTERFACE)
         if (
@@ -251,17 +343,22 @@ def _read_field(
 ) -> ElasticField:
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
-            mesh = FiniteElementMesh(
-                points=frozen(kept["points"]),
-                elements=kept["elements"].astype(np.int64),
-                regions=kept["regions"].astype(np.int64),
-                region_names=tuple(header["region_names"]),
-                faces={name: kept[f"face {name}"] for name in header["faces"]},
-                boundary=kept["boundary"].astype(np.int64),
-                quality=kept["quality"].astype(np.float64),
-                notes=tuple(header["notes"]),
-            )
-            modes: FloatArray = frozen(kept["modes"])
+            arrays = {
+                name: _checked(kept, name, header)
+                for name in header["digests"]
+                if name not in ("by_region", "resultants")
+            }
+        mesh = FiniteElementMesh(
+            points=frozen(arrays["points"]),
+            elements=arrays["elements"].astype(np.int64),
+            regions=arrays["regions"].astype(np.int64),
+            region_names=tuple(header["region_names"]),
+            faces={name: arrays[f"face {name}"] for name in header["faces"]},
+            boundary=arrays["boundary"].astype(np.int64),
+            quality=arrays["quality"].astype(np.float64),
+            notes=tuple(header["notes"]),
+        )
+        modes: FloatArray = frozen(arrays["modes"])
     except _UNREADABLE as error:
         warnings.warn(
             f"the mesh of the cached model {path} is damaged ({error}); it is made anew",
