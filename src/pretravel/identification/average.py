@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +22,6 @@ from pretravel.qualification.qualification import Qualification, qualified
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
-_LOG = logging.getLogger(__name__)
 AUTO = "auto"
 """The word for an average of kinds, instead of one of them."""
 _BEYOND = 3.0  # standard uncertainties from which kinds disagree
@@ -76,7 +74,6 @@ def qualify_on_average(
     made: dict[str, Qualification] = {}
     fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {}
     for name, kind in kinds.items():
-        _LOG.info("%s map", name)
         try:
             made[name] = qualified(ready, kind)
             fits[name] = (kind, made[name].fit)

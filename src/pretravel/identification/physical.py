@@ -22,11 +22,13 @@ from pretravel.identification.scale_weights import (
     weighted_scales,
 )
 from pretravel.identification.six_seat_fit import (
+    SEARCHED,
     PriorScales,
     SixSeatProblem,
     most_probable,
     oriented_starts,
 )
+from pretravel.maps.basis import values_in_blocks
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.trigger.six_seat_basis import SixSeatBasis
@@ -160,10 +162,13 @@ def fit_physical(
     if start is not None:
         x, weighted = _settled(problem, start, scales, repeats, rounds=2)
         return _concluded(problem, x, weighted, math.nan, repeats)
-    starts = oriented_starts(problem, scales)
-    settled = [_settled(problem, x, scales, repeats) for x in starts]
+    part = SixSeatProblem(observation.drawn(SEARCHED))
+    starts = oriented_starts(part, scales)
+    settled = [_settled(part, x, scales, repeats) for x in starts]
     x, weighted = max(settled, key=lambda found: found[1].evidence)
-    misfit = _misfit(problem, x, weighted, repeats)
+    misfit = _misfit(part, x, weighted, repeats)
+    if part.observation is not observation:
+        x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
     return _concluded(problem, x, weighted, misfit, repeats)
 
 
@@ -201,7 +206,9 @@ def _concluded(
     coefficients = np.concatenate([six_seats, change[problem.size :]])
     moved = problem.moved(x)
     level = float(x[axes:extra].sum())
-    residuals = moved.values + level - basis.value(moved.directions, coefficients)
+    places = moved.places
+    modelled = values_in_blocks(basis, places.directions, coefficients)[places.of_touches]
+    residuals = moved.values + level - modelled
     to_coefficients = _to_coefficients(problem)
     of_map = to_coefficients @ covariance @ to_coefficients.T
     gauge = covariance[:axes, :axes]

@@ -15,8 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import FloatArray
+from pretravel.identification.scale_likelihood import log_likelihoods
 from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
 from pretravel.maps.observation import Scatter
+from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
+from pretravel.uncertainty.shared_covariance import SharedCovariance
 from pretravel.units import MICROMETRE
 
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -91,14 +94,12 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     """
     misses, slopes = problem.misses(x)
     expected = misses + slopes @ _to_prior(problem, x)
-    corrections = np.array([problem.correction_covariance(size) for size in CORRECTIONS])
     grid = _grid(repeats)
-    own = np.array([t**2 + n**2 / problem.count for t, n in _own_scatters(repeats)])
-    likelihood = np.concatenate(
-        [
-            _log_likelihood(_of_unknowns(problem, slopes, size) + corrections, own, expected)
-            for size in ASYMMETRY_SCALES
-        ]
+    pairs = itertools.product(ASYMMETRY_SCALES, CORRECTIONS)
+    variances = np.array([_prior_variances(problem, *pair) for pair in pairs])
+    columns = np.hstack([slopes, problem.harmonics])
+    likelihood = log_likelihoods(
+        columns, variances, expected, problem.count, np.array(_own_scatters(repeats)) ** 2
     )
     posterior = likelihood + np.array([_log_prior(scales) for scales in grid])
     largest = float(posterior.max())
@@ -137,24 +138,33 @@ def averaged_unknowns(
     misses, slopes = problem.misses(x)
     to_touches = np.hstack([-slopes, problem.harmonics])
     before = np.concatenate([_to_prior(problem, x), np.zeros(len(problem.terms))])
+    values = misses - to_touches @ before
+    rows, count = to_touches, problem.count
+    if len(count) > to_touches.shape[1]:
+        rows, count = _fewer_rows(to_touches, values, count)
+        rows, values = rows[:, :-1], rows[:, -1]
     means, covariance = [], np.zeros((len(before), len(before)))
     for scales, weight in zip(weighted.scales, weighted.weights, strict=True):
-        prior = np.concatenate(
-            [_unknown_variances(problem, scales.asymmetry),
-             problem.correction_variances(scales.correction)]
-        )  # fmt: skip
-        own = scales.fixed_scatter**2 + scales.noise**2 / problem.count
-        carried = prior[:, None] * to_touches.T
-        total = to_touches @ carried
-        total[np.diag_indices_from(total)] += own
-        root = np.linalg.inv(np.linalg.cholesky(total))
-        whitened = root @ carried.T
-        means.append(before + whitened.T @ (root @ (misses - to_touches @ before)))
+        prior = _prior_variances(problem, scales.asymmetry, scales.correction)
+        variances = scales.fixed_scatter**2 + scales.noise**2 / count
+        total = SharedCovariance(variances, rows * np.sqrt(prior))
+        whitened = total.whitened(rows * prior)
+        means.append(before + whitened.T @ total.whitened(values))
         covariance -= weight * (whitened.T @ whitened)
         covariance[np.diag_indices_from(covariance)] += weight * prior
     between = np.array(means) - means[0]
     covariance += (between.T * weighted.weights) @ between
     return np.asarray(means[0]), 0.5 * (covariance + covariance.T)
+
+
+def _fewer_rows(
+    columns: FloatArray, values: FloatArray, count: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Columns and values reduced to as many rows as columns, and their numbers of touches."""
+    class_count, classes = classes_of(count)
+    blocks = [(np.column_stack([columns, values]), classes)]
+    reduced = reduced_rows(blocks, len(class_count))
+    return reduced.rows, class_count[reduced.classes]
 
 
 def _to_prior(problem: SixSeatProblem, x: FloatArray) -> FloatArray:
@@ -208,23 +218,7 @@ def _unknown_variances(problem: SixSeatProblem, asymmetry: float) -> FloatArray:
     return np.asarray(deviations**2)
 
 
-def _of_unknowns(problem: SixSeatProblem, slopes: FloatArray, asymmetry: float) -> FloatArray:
-    """Covariance of mean touches by the unknowns, (g, g). [mm²]"""
-    return np.asarray((slopes * _unknown_variances(problem, asymmetry)) @ slopes.T)
-
-
-def _log_likelihood(shared: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
-    """Of values with each shared covariance (c, g, g) and own variances (o, g): (c o,)."""
-    if np.ptp(own, axis=1).max() == 0.0:  # equal repeats: own variances move all eigenvalues alike
-        eigenvalues, vectors = np.linalg.eigh(shared)
-        turned = np.einsum("cij,i->cj", vectors, values)
-        total = np.maximum(eigenvalues, 0.0)[:, None, :] + own[None, :, :1]
-        terms = np.log(total) + turned[:, None, :] ** 2 / total
-        return np.asarray(-0.5 * terms.sum(axis=-1).ravel())
-    total = np.repeat(shared[:, None], len(own), axis=1)
-    diagonal = np.arange(len(values))
-    total[..., diagonal, diagonal] += own
-    factor = np.linalg.cholesky(total)
-    whitened = np.linalg.solve(factor, values[:, None])[..., 0]
-    logarithms = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(axis=-1)
-    return np.asarray(-(logarithms + 0.5 * np.sum(whitened**2, axis=-1)).ravel())
+def _prior_variances(problem: SixSeatProblem, asymmetry: float, correction: float) -> FloatArray:
+    """Of the unknowns and of the coefficients of the correction, (u + k,)."""
+    own = _unknown_variances(problem, asymmetry)
+    return np.concatenate([own, problem.correction_variances(correction)])

@@ -21,6 +21,7 @@ from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherica
 from pretravel.model.hertz import curved_part_factor
 from pretravel.trigger.six_seat_slopes import six_seat_pretravel
 from pretravel.trigger.six_seats import IDEAL, PARAMETERS
+from pretravel.uncertainty.shared_covariance import SharedCovariance
 from pretravel.units import DEGREE, MICROMETRE
 
 CORRECTION_DEGREE = 8
@@ -33,6 +34,9 @@ _PRIOR = np.array([parameter.prior for parameter in PARAMETERS])
 _SPREAD = np.array([parameter.spread for parameter in PARAMETERS])
 _AZIMUTH = _NAMES.index("rod_azimuth")
 _FAR = 1.0  # mm: a residual where the parameters do not describe a probe
+_BLOCK = 2048
+SEARCHED = 500
+"""Directions in which a search begins, of more than twice as many."""
 _AZIMUTHS = np.arange(0.0, 120.0, 15.0) * DEGREE
 
 
@@ -72,9 +76,8 @@ class SixSeatProblem:
         self.extra = self.axes + (0 if observation.tip_known else 1)
         self.size = self.extra + len(PARAMETERS)
         self.count = np.bincount(observation.groups).astype(np.float64)
-        total = np.zeros((len(self.count), 3))
-        np.add.at(total, observation.groups, observation.positions)
-        self._positions = total / self.count[:, None]
+        total = [np.bincount(observation.groups, axis) for axis in observation.positions.T]
+        self._positions = np.stack(total, axis=1) / self.count[:, None]
         radius = observation.reference_radius
         # A ring is concave; on its axis it is straight.
         bends = (-1.0 / radius, 0.0) if observation.ring else (1.0 / radius, 1.0 / radius)
@@ -117,17 +120,12 @@ class SixSeatProblem:
         variances[0] += self.observation.u_reference_radius**2
         return np.asarray(variances)
 
-    def correction_covariance(self, correction: float) -> FloatArray:
-        """Of the correction in the touched directions, (g, g). [mm²]"""
-        weighted = self.harmonics * self.correction_variances(correction)
-        return np.asarray(weighted @ self.harmonics.T)
-
-    def covariance(self, scales: PriorScales) -> FloatArray:
-        """Of the mean touches about a six-seat probe, (g, g). [mm²]"""
-        found = self.correction_covariance(scales.correction)
-        own = scales.fixed_scatter**2 + scales.noise**2 / self.count
-        found[np.diag_indices_from(found)] += own
-        return np.asarray(found)
+    def covariance(self, scales: PriorScales) -> SharedCovariance:
+        """Of the mean touches about a six-seat probe. [mm²]"""
+        return SharedCovariance(
+            scales.fixed_scatter**2 + scales.noise**2 / self.count,
+            self.harmonics * np.sqrt(self.correction_variances(scales.correction)),
+        )
 
     def moved(self, x: FloatArray) -> Observation:
         """The touches about the centre of these unknowns."""
@@ -154,12 +152,25 @@ class SixSeatProblem:
             values = distance - (seen.reference_radius - seen.tip_radius)
         else:
             directions, values = outward, seen.reference_radius + seen.tip_radius - distance
-        modelled, slopes = six_seat_pretravel(x[self.extra :], directions, self._compression)
+        modelled, slopes = self._modelled(x[self.extra :], directions)
         level = x[self.axes : self.extra].sum()
         # A centre moved by s adds n·s to the observed pretravel, on a sphere as in a ring.
         ones = np.ones((len(values), self.extra - self.axes))
         found = np.hstack([directions[:, : self.axes], ones, -slopes])
         return values + level - modelled, found
+
+    def _modelled(
+        self, parameters: FloatArray, directions: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Pretravel (g,) and its slopes (g, 18), in blocks that the processor's cache holds."""
+        pretravel = np.empty(len(directions))
+        slopes = np.empty((len(directions), len(PARAMETERS)))
+        for start in range(0, len(directions), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            pretravel[part], slopes[part] = six_seat_pretravel(
+                parameters, directions[part], self._compression
+            )
+        return pretravel, slopes
 
 
 class _Weighted:
@@ -167,7 +178,7 @@ class _Weighted:
 
     def __init__(self, problem: SixSeatProblem, scales: PriorScales) -> None:
         self.problem = problem
-        self._whitening = np.linalg.inv(np.linalg.cholesky(problem.covariance(scales)))
+        self._covariance = problem.covariance(scales)
         self._spread = problem.spread(scales.asymmetry)
         self._at: FloatArray | None = None
         self._found: tuple[FloatArray, FloatArray] | None = None
@@ -189,12 +200,12 @@ class _Weighted:
 
     def residuals(self, x: FloatArray) -> FloatArray:
         own = (x - self.problem.prior)[self.problem.extra :] / self._spread
-        return np.concatenate([self._whitening @ self._evaluated(x)[0], own])
+        return np.concatenate([self._covariance.whitened(self._evaluated(x)[0]), own])
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         priors = np.zeros((len(self._spread), self.problem.size))
         priors[:, self.problem.extra :] = np.diag(1.0 / self._spread)
-        return np.vstack([self._whitening @ self._evaluated(x)[1], priors])
+        return np.vstack([self._covariance.whitened(self._evaluated(x)[1]), priors])
 
 
 def most_probable(

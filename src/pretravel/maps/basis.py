@@ -13,6 +13,9 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.maps.support import DirectionSupport
 
+BLOCK = 8192
+"""Directions at a time in which functions of a map are evaluated: some 20 MB."""
+
 
 class CondensedProbe(Protocol):
     """Trigger force, tip deflection and pretravel in closed form, for any direction.
@@ -246,3 +249,28 @@ class MapBasis(ABC):
         """
         del design, noise
         return 0.0
+
+
+def values_in_blocks(
+    basis: MapBasis, directions: FloatArray, coefficients: FloatArray
+) -> FloatArray:
+    """`MapBasis.value` in blocks of directions, so that a million of them need little memory.
+
+    Parameters
+    ----------
+    basis : MapBasis
+    directions : (n, 3) float
+        Probe frame.
+    coefficients : (k,) float
+        [mm]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+    """
+    found = np.empty(len(directions))
+    for start in range(0, len(directions), BLOCK):
+        part = slice(start, start + BLOCK)
+        found[part] = basis.value(directions[part], coefficients)
+    return found

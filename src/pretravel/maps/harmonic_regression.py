@@ -25,7 +25,10 @@ from functools import lru_cache
 import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray
-from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
+from pretravel.maps.direction_means import DirectionMeans, Smoothing
+from pretravel.maps.observation import Places
+from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 from pretravel.units import DEGREE, MICROMETRE
 
 LOBE_DEGREES = (15, 24)
@@ -49,6 +52,7 @@ _AMPLITUDES = 8
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
+_MANY_ROWS = 2  # rows for each column from which equations for the columns are fewer
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
 _PAIRS = 8  # of points that the posterior is averaged over
@@ -92,7 +96,7 @@ class HarmonicFit:
         Standard deviation of a direction that repeats do not reduce; zero without repeats.
     lobe_azimuth : float
         About which the lobes are even, in [0, 60°). [rad]
-    hat : (n, n) float
+    smoothing : Smoothing
         Fitted values per observed value.
     amplitudes : Amplitudes
         With them a fit can be repeated without a new estimate.
@@ -104,7 +108,7 @@ class HarmonicFit:
     noise: float
     fixed_scatter: float
     lobe_azimuth: float
-    hat: FloatArray
+    smoothing: Smoothing
     amplitudes: Amplitudes
 
 
@@ -145,44 +149,43 @@ class _Problem:
 
     def __init__(
         self,
-        directions: FloatArray,
+        places: Places,
         values: FloatArray,
         groups: IntArray,
         free: IntArray,
         terms: IntArray,
     ) -> None:
-        free_design = real_spherical_harmonics(directions, free)
-        design = real_spherical_harmonics(directions, terms)
+        split = len(free)
         # Repeats of a direction enter by their mean and their scatter.
+        means = DirectionMeans(places, np.concatenate([free, terms]))
         count = np.bincount(groups).astype(np.float64)
-        self.mean = np.zeros((len(count), len(groups)))
-        self.mean[groups, np.arange(len(groups))] = 1.0 / count[groups]
-        root = np.sqrt(count)[:, None]
-        self.root = root
-        y = self.mean @ values
+        y = np.bincount(groups, values) / count
+        self.means, self.direction_count = means, count
         self.within = float(np.sum((values - y[groups]) ** 2))
         self.within_dof = float(len(values) - len(count))
-        self.free = root * (self.mean @ free_design)
-        self.design = root * (self.mean @ design)
-        self.y = root[:, 0] * y
-        self.count = count
         self.repeated = self.within_dof > 0.0
-        self.rows = (free_design, design)
-        stacked = np.hstack([self.free, self.design, self.y[:, None]])
-        if len(stacked) > stacked.shape[1]:  # an orthogonal reduction is exact
-            stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
-            # Its last row is the part that no column explains: scatter, as among repeats.
-            self.within += float(stacked[-1, -1] ** 2)
-            self.within_dof += float(len(count) - (stacked.shape[1] - 1))
-            stacked = stacked[:-1]
+        self.class_count, self.classes = classes_of(count)
+        root = np.sqrt(count)[:, None]
+        width = split + len(terms) + 1
+        if len(count) <= width:
+            rows = root * np.column_stack([means.rows(), y])
+            small, self.count, self.small_count = rows, count, count
+        else:  # an orthogonal reduction is exact
+            blocks = (
+                (root[part] * np.column_stack([own, y[part]]), self.classes[part])
+                for part, own in means.blocks()
+            )
+            reduced = reduced_rows(blocks, len(self.class_count))
+            rows, self.count = reduced.rows, self.class_count[reduced.classes]
+            # What no column explains is scatter, as among repeats.
+            small, left, dof = reduced.together
+            self.within += left
+            self.within_dof += dof
             # Of directions with unequal repeats the mean number: hundreds of them, one each mostly.
-            self.small_count = np.full(len(stacked), count.mean())
-        else:
-            self.small_count = count
-        split = free_design.shape[1]
-        self.small_free = stacked[:, :split]
-        self.small_design = stacked[:, split:-1]
-        self.small_y = stacked[:, -1]
+            self.small_count = np.full(len(small), count.mean())
+        self.free, self.design, self.y = rows[:, :split], rows[:, split:-1], rows[:, -1]
+        self.small_free, self.small_design = small[:, :split], small[:, split:-1]
+        self.small_y = small[:, -1]
         degree, order = terms[:, 0], terms[:, 1]
         self.degree = degree / 3.0
         self.zonal = order == 0
@@ -263,9 +266,9 @@ class _Problem:
         )
         return cost + self._minus_log_prior(h), slopes
 
-    def own_variances(self, h: FloatArray) -> FloatArray:
-        """Variances of the weighted mean touches about the map, (g,). [um²]"""
-        return np.asarray(math.exp(2.0 * h[_NOISE]) + self.fixed_variance(h) * self.count)
+    def own_variances(self, h: FloatArray, count: FloatArray) -> FloatArray:
+        """Variances of weighted mean touches about the map, by their number of touches. [um²]"""
+        return np.asarray(math.exp(2.0 * h[_NOISE]) + self.fixed_variance(h) * count)
 
     def turn_slopes(self, turned: FloatArray) -> FloatArray:
         """Derivative of turned columns by the azimuth."""
@@ -313,7 +316,7 @@ class _Problem:
 
 
 def fit_harmonics(
-    directions: FloatArray,
+    places: Places,
     values: FloatArray,
     groups: IntArray,
     free: IntArray,
@@ -325,7 +328,7 @@ def fit_harmonics(
 
     Parameters
     ----------
-    directions : (n, 3) float
+    places : Places
         Contact normals in the probe frame.
     values : (n,) float
         Observed pretravel; it contains a translation of the reference. [mm]
@@ -345,14 +348,17 @@ def fit_harmonics(
     HarmonicFit
 
     >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.maps.spherical_harmonics import real_spherical_harmonics
     >>> n = sphere_pattern_25()
     >>> values = 0.010 + 0.002 * real_spherical_harmonics(n, [(3, 3)])[:, 0]
-    >>> fit = fit_harmonics(n, values, np.arange(25), degrees_and_orders(1), sphere_terms(25))
+    >>> each = np.arange(25)
+    >>> places = Places(n, each, each)
+    >>> fit = fit_harmonics(places, values, each, degrees_and_orders(1), sphere_terms(25))
     >>> found = fit.coefficients[(fit.terms == (3, 3)).all(axis=1)]
     >>> bool(abs(found[0] - 0.002) < 1e-4)
     True
     """
-    problem = _Problem(directions, values / MICROMETRE, groups, free, terms)
+    problem = _Problem(places, values / MICROMETRE, groups, free, terms)
     if amplitudes is None:
         amplitudes = _averaged_over(problem, _most_probable(problem, near))
     return _posterior(problem, amplitudes, free, terms)
@@ -431,13 +437,12 @@ def _posterior(
     """Coefficients and covariance, averaged over the amplitudes."""
     size = len(free) + len(terms)
     means, covariance = [], np.zeros((size, size))
-    hat = np.zeros((problem.mean.shape[1],) * 2)
-    rows = np.hstack(problem.rows)
+    gains = np.zeros((len(problem.class_count), size, size))
     for h, weight in zip(amplitudes.points, amplitudes.weights, strict=True):
         to_coefficients, own = _given_amplitudes(problem, h)
         means.append(to_coefficients @ problem.y)
         covariance += weight * own
-        hat += weight * (rows @ to_coefficients @ (problem.root * problem.mean))
+        gains += (weight / problem.own_variances(h, problem.class_count))[:, None, None] * own
     mean = amplitudes.weights @ np.array(means)
     between = np.array(means) - mean
     covariance += (between.T * amplitudes.weights) @ between
@@ -450,15 +455,16 @@ def _posterior(
         noise=math.sqrt(variance) * MICROMETRE,
         fixed_scatter=math.sqrt(fixed) * MICROMETRE if problem.repeated else 0.0,
         lobe_azimuth=float(np.mod(amplitudes.mode[_AZIMUTH], 60.0 * DEGREE)),
-        hat=hat,
+        smoothing=Smoothing(problem.means, problem.direction_count, gains, problem.classes),
         amplitudes=amplitudes,
     )
 
 
 def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coefficients per weighted mean touch, and their covariance. [um²]"""
-    own = problem.own_variances(h)
-    found = _by_touches(problem, h, own) if own.min() > _EXACT**2 else _by_terms(problem, h)
+    own = problem.own_variances(h, problem.count)
+    exact_enough = own.min() > _EXACT**2 and len(own) < _MANY_ROWS * problem.design.shape[1]
+    found = _by_touches(problem, h, own) if exact_enough else _by_terms(problem, h)
     # Back from lobes about their own azimuth to cosine and sine about +x.
     split = problem.free.shape[1]
     turn = np.eye(split + problem.design.shape[1])

@@ -11,6 +11,9 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.directions import unit
 
+_MANY = 5_000  # touches from which functions are evaluated once for each direction
+_CLOSE = 1e-3  # largest distance of contact normals of one direction for that
+
 
 @dataclass(frozen=True, eq=False)
 class Observation:
@@ -81,6 +84,15 @@ class Observation:
         groups = np.unique(self.groups[mask], return_inverse=True)[1]
         return replace(self, positions=self.positions[mask], groups=groups)
 
+    def drawn(self, directions: int) -> Observation:
+        """The touches of some directions, drawn at random (seeded); all of up to twice as many."""
+        if self.direction_count <= 2 * directions:
+            return self
+        chosen = np.zeros(self.direction_count, dtype=bool)
+        generator = np.random.default_rng(0)
+        chosen[generator.permutation(self.direction_count)[:directions]] = True
+        return self.take(chosen[self.groups])
+
     @property
     def free_terms(self) -> IntArray:
         """Harmonics of the mean and of a shift of the centre: degree and order, (axes + 1, 2)."""
@@ -97,11 +109,47 @@ class Observation:
         return np.asarray(np.linalg.pinv(self.free_design))
 
     @cached_property
+    def places(self) -> Places:
+        """Where functions of direction are evaluated for a fit."""
+        directions = self.group_directions
+        if len(self.groups) > _MANY:
+            apart = np.abs(self.directions - directions[self.groups]).max(initial=0.0)
+            if apart < _CLOSE:
+                return Places(directions, np.arange(len(directions)), self.groups)
+        return Places(self.directions, self.groups, np.arange(len(self.groups)))
+
+    @cached_property
+    def group_means(self) -> FloatArray:
+        """Mean pretravel of each direction, (g,). [mm]"""
+        return np.asarray(np.bincount(self.groups, self.values) / np.bincount(self.groups))
+
+    @cached_property
     def group_directions(self) -> FloatArray:
         """Mean contact normal of each direction, (g, 3)."""
-        total = np.zeros((self.direction_count, 3))
-        np.add.at(total, self.groups, self.directions)
-        return unit(total)
+        total = [np.bincount(self.groups, axis) for axis in self.directions.T]
+        return unit(np.stack(total, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Directions in which the functions of a map are evaluated for a fit.
+
+    Those of all touches. Of very many touches, whose contact normals differ little within a
+    direction, the mean ones: a function of direction differs there from its mean over the touches
+    by the square of a thousandth.
+
+    Attributes
+    ----------
+    directions : (p, 3) float
+    groups : (p,) int
+        Direction of each place.
+    of_touches : (n,) int
+        Place of each touch.
+    """
+
+    directions: FloatArray
+    groups: IntArray
+    of_touches: IntArray
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.frames import Placement, checked_rotation
-from pretravel.maps.basis import MapBasis
+from pretravel.maps.basis import BLOCK, MapBasis
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
@@ -295,7 +295,7 @@ Touch the reference there too, or allow extrapolation.
         """Value and standard uncertainty in directions of the probe frame, in chunks."""
         value, variance = np.empty(len(directions)), np.zeros(len(directions))
         with_uncertainty = with_uncertainty and self.states_uncertainty
-        rows = max(_CHUNK_VALUES // self.basis.size, 1)
+        rows = min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)
         for start in range(0, len(directions), rows):
             part = slice(start, start + rows)
             if not with_uncertainty:

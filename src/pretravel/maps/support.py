@@ -30,7 +30,7 @@ MARGIN = 5.0 * DEGREE
 """Distance from the triangles up to which a direction is still supported. [rad]"""
 
 _SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
-_CHUNK = 16384
+_CHUNK_VALUES = 1_000_000  # pairs of a direction and an edge at a time
 
 
 def _project(directions: FloatArray) -> FloatArray:
@@ -91,7 +91,7 @@ class DirectionSupport:
 
     @cached_property
     def _mesh(self) -> _Mesh:
-        from scipy.spatial import Delaunay, QhullError
+        from scipy.spatial import Delaunay, QhullError, cKDTree
 
         plane = self._plane
         try:
@@ -129,9 +129,8 @@ class DirectionSupport:
         if len(loose):
             middle = 0.5 * (plane[loose[:, 0]] + plane[loose[:, 1]])
             half = 0.5 * np.linalg.norm(plane[loose[:, 0]] - plane[loose[:, 1]], axis=1)
-            nearest = np.array(
-                [np.partition(np.linalg.norm(plane - m, axis=1), 2)[2] for m in middle]
-            )
+            # The third nearest node: the ends of the edge are the first two.
+            nearest = np.asarray(cKDTree(plane).query(middle, k=[3])[0])[:, 0]
             angle = np.arccos(
                 np.clip(np.sum(self.nodes[loose[:, 0]] * self.nodes[loose[:, 1]], axis=1), -1, 1)
             )
@@ -192,8 +191,9 @@ class DirectionSupport:
             nodes[inside] = mesh.triangulation.simplices[simplex]
             outside = ~inside
         rows = np.flatnonzero(outside)
-        for start in range(0, len(rows), _CHUNK):
-            chunk = rows[start : start + _CHUNK]
+        step = max(_CHUNK_VALUES // max(len(mesh.edges), 1), 1)
+        for start in range(0, len(rows), step):
+            chunk = rows[start : start + step]
             nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(d[chunk])
         return nodes, weights, distance
 

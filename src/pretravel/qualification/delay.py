@@ -83,7 +83,7 @@ def signal_delay(touches: Touches, fit: HarmonicMapFit, repeats: Scatter) -> Sig
     assert touches.feeds is not None
     f = travel_per_second(touches)
     observed = fit.residuals  # M y
-    left = f - fit.hat @ f  # M f
+    left = f - fit.smoothing.fitted(f, fit.observation.groups)  # M f
     information = float(f @ left)
     slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
     if not information > 1e-3 * float(np.sum((f - f.mean()) ** 2)):

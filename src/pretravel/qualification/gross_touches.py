@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.directions import describe
 from pretravel.qualification.change_tests import TouchesAndMap
-from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.touches import Touches
 from pretravel.units import MICROMETRE
 
@@ -45,7 +45,7 @@ def gross_touch(touches: Touches, compared: TouchesAndMap, rows: IntArray) -> Ou
     values, groups = observation.values, observation.groups
     counts = np.bincount(groups)
     factor = _factor(len(values))
-    median = np.array([np.median(values[groups == g]) for g in range(len(counts))])
+    median = median_of_groups(values, groups)
     among = values - median[groups]
     scatter = _robust_scatter(among, groups, compared)
     limit = max(factor * scatter, 1.5 * step)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray
-from pretravel.qualification.within_directions import centred_within
+from pretravel.qualification.within_directions import centred_within, tested_touches
 
 _DRAWN, _DRAWN_NUMBERS = 999, 2_000_000
 _MOST_DOF = 200.0
@@ -72,13 +72,20 @@ def tail_kurtosis(values: npt.ArrayLike, groups: npt.ArrayLike) -> Tails:
     if dof < 2 or not np.any(residual):
         return Tails(float("nan"), float("inf"), float("nan"))
     kurtosis = float(_kurtosis(residual[:, None], number)[0])
-    generator = np.random.default_rng(0)
-    sets = max(99, min(_DRAWN, _DRAWN_NUMBERS // len(reading)))
-    normal = generator.standard_normal((len(reading), sets))
-    drawn = _kurtosis(centred_within(normal, number), number)
-    p_value = (1.0 + float(np.count_nonzero(drawn >= kurtosis))) / (sets + 1.0)
+    p_value = _probability(reading, number)
     student = 4.0 + 6.0 / kurtosis if kurtosis > 6.0 / _MOST_DOF else float("inf")
     return Tails(kurtosis, student, p_value)
+
+
+def _probability(reading: FloatArray, number: IntArray) -> float:
+    """Of so large a kurtosis of normal errors in the same groups."""
+    tested = tested_touches(number)
+    part = np.unique(number[tested], return_inverse=True)[1].astype(np.int64)
+    seen = float(_kurtosis(centred_within(reading[tested], part)[:, None], part)[0])
+    sets = max(99, min(_DRAWN, _DRAWN_NUMBERS // len(part)))
+    normal = np.random.default_rng(0).standard_normal((len(part), sets))
+    drawn = _kurtosis(centred_within(normal, part), part)
+    return (1.0 + float(np.count_nonzero(drawn >= seen))) / (sets + 1.0)
 
 
 def _kurtosis(residuals: FloatArray, number: IntArray) -> FloatArray:

@@ -204,7 +204,11 @@ def _log_density(value: FloatArray, covariance: FloatArray) -> float:
 
 def _scatter_by_memory(directions: FloatArray, moments: FloatArray) -> float:
     """Variance of a touch after one in any other direction, mean over the directions. [mm²]"""
-    count = len(directions)
-    now, before = np.repeat(directions, count, axis=0), np.tile(directions, (count, 1))
-    columns = hysteresis_columns(now, before)[:, :2]
-    return float(np.mean(np.sum((columns @ moments) * columns, axis=1)))
+    # The columns are products of components of two directions, and so are the means over pairs
+    # products of the mean products of components: all pairs in one small matrix.
+    squares = (directions.T @ directions / len(directions)) ** 2
+    lateral = float(squares[:2, :2].sum())
+    mixed = float(squares[:2, 2].sum())
+    return float(
+        moments[0, 0] * lateral + 2.0 * moments[0, 1] * mixed + moments[1, 1] * squares[2, 2]
+    )

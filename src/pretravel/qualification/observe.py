@@ -24,6 +24,7 @@ from pretravel.units import DEGREE, INCH, MICROMETRE
 NORMAL_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a given normal and that of the fitted sphere or ring. [rad]"""
 _SAME_DIRECTION = 1e-3
+_CROWD = 16  # normals within one direction from which not each is compared with each
 _FEWEST = {"sphere": 5, "ring": 4}  # directions
 _FEW_FALSE = 0.1  # share of touches that can be false trips: more of them are another mistake
 _WRONG_RADIUS = 0.1  # mm: two readings of a diameter closer than this are the same
@@ -137,20 +138,48 @@ def _repeats(normals: FloatArray) -> IntArray:
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    pairs = cKDTree(normals).query_pairs(_SAME_DIRECTION, output_type="ndarray")
-    count = len(normals)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    label = connected_components(graph, directed=False)[1]
+    # The number of pairs would grow with the square of the repeats.
+    places, place = _different(normals)
+    pairs = cKDTree(places).query_pairs(_SAME_DIRECTION, output_type="ndarray")
+    count = len(places)
+    linked = np.ones(len(pairs), dtype=bool)
+    graph = coo_array((linked, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    label = connected_components(graph, directed=False)[1][place]
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[inverse.ravel()], dtype=np.int64)
 
 
+def _different(normals: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Normals whose distances are compared, and which of them stands for each normal.
+
+    Each for itself; where many are within `_SAME_DIRECTION`, one for each cell of a finer grid.
+    """
+    crowd = _numbered_cells(normals, _SAME_DIRECTION)
+    crowded = np.bincount(crowd)[crowd] > _CROWD
+    fine = _numbered_cells(normals, 0.25 * _SAME_DIRECTION)
+    number = np.where(crowded, fine, len(normals) + np.arange(len(normals)))
+    _, first, place = np.unique(number, return_index=True, return_inverse=True)
+    return np.asarray(normals[first]), np.asarray(place.ravel(), dtype=np.int64)
+
+
+def _numbered_cells(normals: FloatArray, size: float) -> IntArray:
+    """The cell of a cubic grid in which each normal lies, as a number from zero, (n,)."""
+    cell = np.floor((normals + 1.0) / size).astype(np.int64)
+    along = np.int64(2.0 / size) + 2
+    _, number = np.unique(
+        (cell[:, 0] * along + cell[:, 1]) * along + cell[:, 2], return_inverse=True
+    )
+    return np.asarray(number.ravel(), dtype=np.int64)
+
+
 def _refuse_plane(touches: Touches, source: str) -> None:
-    spread = np.linalg.svd(touches.normals - touches.normals.mean(axis=0), full_matrices=True)
-    if spread[1][-1] <= 0.02 * spread[1][0]:
-        across = spread[2][-1]
+    centred = touches.normals - touches.normals.mean(axis=0)
+    # By the triangle of a QR decomposition: its singular values are those of all normals.
+    _, size, axes = np.linalg.svd(np.linalg.qr(centred, mode="r"))
+    if size[-1] <= 0.02 * size[0]:
+        across = axes[-1]
         raise PretravelError(
             f"{source}all touches lie in one plane (perpendicular to {_axis_name(across)}): "
             "this does not determine the centre of a sphere perpendicular to the plane. Touch the "

@@ -108,40 +108,67 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
     repeated = np.flatnonzero(count >= 2)
     if len(repeated) < 3:
         return []
-    median = np.array([np.median(values[groups == g]) for g in repeated])
-    variance = np.array([np.var(values[groups == g], ddof=1) for g in repeated])
+    median = median_of_groups(values, groups)
+    squares = np.bincount(groups, centred_within(values, groups) ** 2)[repeated]
+    variance = squares / (count[repeated] - 1)
     # A few bad touches do not move the median over directions.
     unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
     noise = math.sqrt(float(np.median(variance) / unbias))
     noise = math.hypot(noise, step / math.sqrt(12.0))
     factor = _outlier_factor(len(values), _tail_dof(values, groups))
     limit = max(factor * noise, 2.0 * step, 1e-9)
+    # Of two touches either may be wrong; their difference scatters by the root of two more.
+    apart = (
+        np.abs(values - median[groups])
+        > np.where(count == 2, limit / math.sqrt(2.0), limit)[groups]
+    )
+    by_group, start = np.argsort(groups, kind="stable"), np.cumsum(count) - count
     found = []
-    for group, middle in zip(repeated, median, strict=True):
-        rows = np.flatnonzero(groups == group)
-        place = describe(observation.directions[rows[0]])
-        if len(rows) == 2:
-            # Of two touches either may be wrong; their difference scatters by the root of two more.
-            apart = float(values[rows[0]] - values[rows[1]])
-            if abs(apart) > math.sqrt(2.0) * limit:
-                names = " and ".join(touches.where(int(row)) for row in rows)
-                message = (
-                    f"{names} at {place} lie {abs(apart) / MICROMETRE:.1f} µm apart; repeatability "
-                    f"explains {math.sqrt(2.0) * limit / MICROMETRE:.1f} µm"
-                )
-                pair = (int(rows[0]), int(rows[1]))
-                found.append(Outlier(pair, apart, math.sqrt(2.0) * limit, message))
+    for group in np.unique(groups[apart]):
+        rows = by_group[start[group] : start[group] + count[group]]
+        if count[group] == 2:
+            found.append(_pair_apart(touches, observation, rows, math.sqrt(2.0) * limit))
             continue
-        for row in rows:
-            distance = float(values[row] - middle)
-            if abs(distance) > limit:
-                message = (
-                    f"{touches.where(int(row))} at {place} lies {distance / MICROMETRE:+.1f} µm "
-                    f"from the median of the {len(rows)} touches of its direction; "
-                    f"repeatability explains {limit / MICROMETRE:.1f} µm"
-                )
-                found.append(Outlier((int(row),), distance, limit, message))
+        for row in rows[apart[rows]]:
+            distance = float(values[row] - median[group])
+            message = (
+                f"{touches.where(int(row))} at {describe(observation.directions[rows[0]])} lies "
+                f"{distance / MICROMETRE:+.1f} µm from the median of the {len(rows)} touches of "
+                f"its direction; repeatability explains {limit / MICROMETRE:.1f} µm"
+            )
+            found.append(Outlier((int(row),), distance, limit, message))
     return found
+
+
+def median_of_groups(values: FloatArray, groups: IntArray) -> FloatArray:
+    """Median of the values of each group, (g,).
+
+    Parameters
+    ----------
+    values : (n,) float
+    groups : (n,) int
+        From 0 to g - 1, none without a value.
+
+    >>> median_of_groups(np.array([1.0, 5.0, 2.0, 4.0]), np.array([0, 0, 0, 1])).tolist()
+    [2.0, 4.0]
+    """
+    ordered = values[np.lexsort((values, groups))]
+    count = np.bincount(groups)
+    start = np.cumsum(count) - count
+    return np.asarray(0.5 * (ordered[start + (count - 1) // 2] + ordered[start + count // 2]))
+
+
+def _pair_apart(
+    touches: Touches, observation: Observation, rows: IntArray, limit: float
+) -> Outlier:
+    first, second = int(rows[0]), int(rows[1])
+    apart = float(observation.values[first] - observation.values[second])
+    message = (
+        f"{touches.where(first)} and {touches.where(second)} at "
+        f"{describe(observation.directions[first])} lie {abs(apart) / MICROMETRE:.1f} µm apart; "
+        f"repeatability explains {limit / MICROMETRE:.1f} µm"
+    )
+    return Outlier((first, second), apart, limit, message)
 
 
 def direction_outliers(
@@ -253,7 +280,7 @@ def _most_suspect(observation: Observation, fit: HarmonicMapFit, scatter: float)
     groups = np.unique(observation.groups, return_inverse=True)[1]
     count = np.bincount(groups)
     mean = np.bincount(groups, fit.residuals) / count
-    free = np.clip(1.0 - np.bincount(groups, fit.leverage), 1e-9, 1.0)
+    free = np.clip(1.0 - fit.smoothing.leverage, 1e-9, 1.0)
     own = fit.noise**2 / count + fit.fixed_scatter**2 + scatter**2
     score = np.abs(mean) / np.sqrt(own * free)
     if score.max() >= SUSPICION:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass, replace
 
@@ -27,6 +28,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
 from pretravel.touches import Touches, at_rest
 
+_LOG = logging.getLogger(__name__)
 _FEWEST_LEFT = 0.8
 """Share of the touches that must remain; else it is not single touches that are wrong."""
 
@@ -99,7 +101,9 @@ def prepare(
     (True, True)
     """
     rotation = probe_rotation(setup.axis)
+    _LOG.info("centre of the reference")
     rest = _at_rest(touches, setup, rotation)
+    _LOG.info("drift and hysteresis")
     corrected, effects = without_machine(
         rest.touches, rest.observation, setup, rotation, latched=touches.positions
     )
@@ -108,6 +112,7 @@ def prepare(
     detail: HarmonicMapFit | None = None
     used = np.ones(len(touches), dtype=bool)
     if setup.search_outliers:
+        _LOG.info("search of gross errors")
         outliers, detail = _outliers(corrected, whole, effects, confirm)
         used[[row for outlier in outliers for row in outlier.rows]] = False
         if used.mean() < _FEWEST_LEFT:  # another surface, or a kind of probe that is not known

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass, replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
+from pretravel.maps.basis import values_in_blocks
 from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Scatter, scatter_of_repeats
@@ -22,6 +24,8 @@ from pretravel.qualification.map_warnings import map_warnings, repeat_warnings, 
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +168,7 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
     PretravelError
         Touches that do not determine this kind of map.
     """
+    _LOG.info("%s map", kind.name)
     setup, rotation = ready.setup, probe_rotation(ready.setup.axis)
     fit = _fitted(kind, ready, near)
     repeatability = _repeatability(fit, ready)
@@ -174,7 +179,7 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
     axes = rotation[:, : ready.observation.axes]
     about = replace(ready.whole, center=centered.center)
     observed = about.values + level.observed_offset
-    design = pretravel_map.basis.value(about.directions, pretravel_map.coefficients)
+    modelled = values_in_blocks(pretravel_map.basis, about.directions, pretravel_map.coefficients)
     return Qualification(
         pretravel_map=pretravel_map,
         setup=setup,
@@ -186,7 +191,7 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
         ),
         effective_radius=fit.observation.tip_radius - fit.mean,
         u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_reference_diameter, effect.mean),
-        residuals=frozen(observed - design),
+        residuals=frozen(observed - modelled),
         degrees_of_freedom=fit.dof,
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,

@@ -19,6 +19,7 @@ from pretravel.qualification.within_directions import (
     exchange_probability,
     exchanged_within,
     fit_within_directions,
+    tested_touches,
 )
 
 FIRST = -1
@@ -202,23 +203,31 @@ def between_predecessors(
     if dof_between < _FEWEST_CONTRASTS or dof_within == 0:
         return BetweenPredecessors(np.nan, np.nan, np.nan, dof_between, dof_within, warning)
     value = centred_within(value, group)
-    sorted_by_cell, starts = np.argsort(cell, kind="stable"), np.cumsum(in_cell) - in_cell
-    mean_cell = np.add.reduceat(value[sorted_by_cell], starts) / in_cell
+    mean_cell = np.bincount(cell, value) / in_cell
     square_within = float(np.sum((value - mean_cell[cell]) ** 2)) / dof_within
-    sum_between = float(np.sum(in_cell * mean_cell**2))
-    square_between = sum_between / dof_between
-    exchanged = exchanged_within(value, group)[:, sorted_by_cell]
-    exchanged = np.sum(np.add.reduceat(exchanged, starts, axis=1) ** 2 / in_cell, axis=1)
+    square_between = float(np.sum(in_cell * mean_cell**2)) / dof_between
     effective = (len(value) - float(np.sum(in_cell**2 / in_group[of_cell]))) / dof_between
     spread = 2.0 * (square_between**2 / dof_between + square_within**2 / dof_within)
     return BetweenPredecessors(
         variance=max((square_between - square_within) / effective, 0.0),
         u_variance=float(np.sqrt(spread)) / effective,
-        p_value=exchange_probability(sum_between, exchanged),
+        p_value=_probability_between(value, group, cell),
         dof_between=dof_between,
         dof_within=dof_within,
         warning=warning,
     )
+
+
+def _probability_between(value: FloatArray, group: IntArray, cell: IntArray) -> float:
+    """Of so large a sum of squares between cells, when touches of a direction are exchanged."""
+    tested = tested_touches(group)
+    part, groups = value[tested], group[tested]
+    number = np.unique(cell[tested], return_inverse=True)[1].ravel()
+    count = np.bincount(number)
+    by_cell, starts = np.argsort(number, kind="stable"), np.cumsum(count) - count
+    sets = np.concatenate([part[None], exchanged_within(part, groups)])[:, by_cell]
+    between = np.sum(np.add.reduceat(sets, starts, axis=1) ** 2 / count, axis=1)
+    return exchange_probability(float(between[0]), between[1:])
 
 
 def _limit_of_order(group: IntArray, after: IntArray, dof_between: int, dof_within: int) -> str:

@@ -18,6 +18,9 @@ _LEAST_INFORMATION = 1e-6
 _LEAST_SINGULAR = 1e-3
 """Of columns of length one: smaller singular values belong to what is not determined."""
 _SETS, _NUMBERS = 999, 2_000_000
+_MOST_TESTED, _TESTED_REPEATS = 10_000, 8
+"""Touches with which effects are tested for, and of them in a direction at least: with more touches
+the estimates are better, but a test of so many finds every effect that matters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +89,7 @@ def exchanged_within(values: npt.ArrayLike, groups: npt.ArrayLike) -> FloatArray
     Returns
     -------
     (s, n) float
-        999 sets, fewer for more than 2000 values; seeded.
+        999 sets, fewer for more than 2000 values; seeded. See `tested_touches` for many values.
 
     >>> sets = exchanged_within([1.0, 2.0, 5.0], [0, 0, 1])
     >>> sets.shape, np.unique(sets, axis=0).tolist()
@@ -94,11 +97,42 @@ def exchanged_within(values: npt.ArrayLike, groups: npt.ArrayLike) -> FloatArray
     """
     number = np.unique(np.asarray(groups), return_inverse=True)[1]
     order = np.argsort(number, kind="stable")
-    sets = max(99, min(_SETS, _NUMBERS // len(order)))
+    sets = max(199, min(_SETS, _NUMBERS // len(order)))
     keys = number[order] + np.random.default_rng(0).random((sets, len(order)))
     found = np.empty(keys.shape)
     found[:, order] = np.asarray(values, dtype=np.float64)[order][np.argsort(keys, axis=1)]
     return found
+
+
+def tested_touches(groups: npt.ArrayLike) -> BoolArray:
+    """Touches of which a test by exchange uses sets: at most about 10000.
+
+    Parameters
+    ----------
+    groups : (n,) int
+        Number of the direction of each touch, from zero.
+
+    Returns
+    -------
+    (n,) bool
+        All where there are few. Of directions with many touches each, a part of their touches; of
+        many directions whole ones. They are drawn at random (seeded).
+
+    >>> bool(tested_touches([0, 0, 1]).all()), int(tested_touches(np.arange(50_000) // 4).sum())
+    (True, 11000)
+    """
+    number = np.asarray(groups, dtype=np.int64)
+    if len(number) <= _MOST_TESTED:
+        return np.ones(len(number), dtype=bool)
+    generator = np.random.default_rng(0)
+    directions = int(number.max()) + 1
+    share = max(_MOST_TESTED, _TESTED_REPEATS * directions) / len(number)
+    found = np.asarray(generator.random(len(number)) < share)
+    count = np.bincount(number[found], minlength=directions)
+    drawn = generator.permutation(directions)
+    chosen = np.zeros(directions, dtype=bool)
+    chosen[drawn[np.cumsum(count[drawn]) <= 1.1 * _MOST_TESTED]] = True
+    return np.asarray(found & chosen[number])
 
 
 def exchange_probability(seen: float, exchanged: FloatArray) -> float:
@@ -179,8 +213,11 @@ def fit_within_directions(
     variance = rest / dof if dof > 0.0 else np.nan
     p_value = np.nan
     if rank and dof > 0.0:
-        explained = np.sum((exchanged_within(reading, groups) @ left[:, kept]) ** 2, axis=1)
-        p_value = exchange_probability(float(np.sum(along**2)), explained)
+        tested = tested_touches(groups)
+        part, base = reading[tested], left[tested][:, kept]
+        sets = exchanged_within(part, np.asarray(groups)[tested])
+        explained = np.sum((sets @ base) ** 2, axis=1)
+        p_value = exchange_probability(float(np.sum((base.T @ part) ** 2)), explained)
     mask = np.where(determined, 1.0, 0.0) / scale
     inverse = right[kept].T / singular[kept]
     return WithinDirections(

@@ -11,7 +11,7 @@ from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.report.document import Document, KeyFigure, Picture, Span
-from pretravel.report.style import new_figure, polar_axes
+from pretravel.report.style import new_figure, polar_axes, some_rows
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -151,9 +151,10 @@ def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figur
     place.set_title("travel since first contact / µm", fontsize=10)
     _scatter(place, touches.positions, travel / MICROMETRE, "viridis")
     diagram = polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
-    points = diagram.scatter(azimuth_angle(touches.normals), travel / MICROMETRE,
-                             c=polar_angle(touches.normals) / DEGREE, s=12,
-                             cmap="plasma")  # fmt: skip
+    shown = some_rows(np.arange(len(touches)))
+    normals = touches.normals[shown]
+    points = diagram.scatter(azimuth_angle(normals), travel[shown] / MICROMETRE,
+                             c=polar_angle(normals) / DEGREE, s=12, cmap="plasma")  # fmt: skip
     diagram.set_ylim(bottom=0.0 if travel.min() >= 0.0 else None)
     figure.colorbar(points, ax=diagram, shrink=0.75, pad=0.12, label="polar angle of n / °")
     return figure
@@ -164,6 +165,8 @@ def _scatter(axes: Axes, positions: FloatArray, values: FloatArray, colours: str
 
     The colours "RdBu_r" are for signed values: white is zero.
     """
+    shown = some_rows(np.arange(len(positions)))
+    positions, values = positions[shown], values[shown]
     widest = np.argsort(np.ptp(positions, axis=0), kind="stable")[::-1][:2]
     first, second = sorted(widest.tolist())
     limit = float(np.max(np.abs(values))) if colours == "RdBu_r" else None

@@ -15,6 +15,7 @@ from pretravel.identification.physical import PhysicalMapFit
 from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
+from pretravel.qualification.map_warnings import some_directions
 from pretravel.qualification.qualification import Qualification
 from pretravel.report.document import (
     Column,
@@ -27,7 +28,7 @@ from pretravel.report.document import (
 )
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.report.qualification_summary import summary_figures, verdict
-from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes
+from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, some_rows
 from pretravel.trigger.six_seats import IDEAL, PARAMETERS
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -118,7 +119,7 @@ def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
 
 def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     pretravel_map = result.pretravel_map
-    normals = result.contact_normals[result.used]
+    normals = some_directions(result.contact_normals[result.used])
     value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
     u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
     dof = result.repeatability_dof
@@ -299,7 +300,7 @@ def _draw_touches(axes: PolarAxes, qualification: Qualification, directions: Flo
         draw_polar_diagram(
             axes, qualification.pretravel_map, float(level), colour, f"polar {level:g}°"
         )
-        rows = np.abs(polar - level) < 1.5
+        rows = some_rows(np.flatnonzero(np.abs(polar - level) < 1.5))
         axes.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
     axes.set_ylim(bottom=0.0 if observed.min() > 0.0 else None)
     legend_below(axes, 4)
@@ -313,8 +314,14 @@ def _draw_residuals(axes: Axes, qualification: Qualification, directions: FloatA
     sphere = np.hstack([np.ones((len(observed), 1)), directions])
     mean = observed - sphere @ np.linalg.lstsq(sphere, observed, rcond=None)[0]
     kind = qualification.pretravel_map.kind
-    axes.plot(number, mean, ".", color="#bbbbbb", ms=4, label="left by the mean radius")
-    axes.plot(number, residuals, ".", color=COLOURS[0], ms=5, label=f"left by {kind}")
+    drawn = some_rows(np.arange(len(number)))
+    share = "" if len(drawn) == len(number) else f" ({len(drawn)} of {len(number)} drawn)"
+    axes.plot(
+        number[drawn], mean[drawn], ".", color="#bbbbbb", ms=4, label="left by the mean radius"
+    )
+    axes.plot(
+        number[drawn], residuals[drawn], ".", color=COLOURS[0], ms=5, label=f"left by {kind}{share}"
+    )
     rows = [row for outlier in qualification.outliers for row in outlier.rows]
     if rows:
         axes.plot(number[rows], residuals[rows], "o", mfc="none", mec=COLOURS[3], ms=9,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.arrays import FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.report.document import Picture
 from pretravel.whole_file import whole_file
@@ -90,6 +90,19 @@ def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) 
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.35)
     return axes
+
+
+def some_rows(rows: IntArray, most: int = 5000) -> IntArray:
+    """Of very many rows those that a picture draws, evenly spread.
+
+    More marks than that hide each other, and make a file of a picture as large as the data.
+
+    >>> some_rows(np.arange(10), 4).tolist()
+    [0, 3, 6, 9]
+    """
+    if len(rows) <= most:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, most).round().astype(np.int64)])
 
 
 def legend_below(axes: Axes, columns: int) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
+from pretravel.maps.direction_means import Smoothing
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
@@ -83,21 +84,18 @@ class HarmonicMapFit(MapFit):
     basis : HarmonicBasis
     posterior : HarmonicFit
         About the centre of the observation.
-    hat : (n, n) float
-        Fitted values per observed value.
     shift_covariance_with_map : (axes, k) float
         [mm²]
     """
 
     basis: HarmonicBasis
     posterior: HarmonicFit
-    hat: FloatArray
     shift_covariance_with_map: FloatArray
 
     @property
-    def leverage(self) -> FloatArray:
-        """Fitted value per observed value of the same touch, (n,)."""
-        return np.asarray(np.diag(self.hat))
+    def smoothing(self) -> Smoothing:
+        """Fitted values per observed value."""
+        return self.posterior.smoothing
 
 
 @dataclass(frozen=True)
@@ -194,7 +192,7 @@ def fit_harmonic(
     HarmonicMapFit
     """
     fit = fit_harmonics(
-        observation.directions,
+        observation.places,
         observation.values,
         observation.groups,
         observation.free_terms,
@@ -203,8 +201,7 @@ def fit_harmonic(
         near,
     )
     basis = HarmonicBasis(fit.terms)
-    design = basis.design(observation.directions)
-    mean_of, shift_of = np.split(observation.to_sphere @ design, [1])
+    mean_of, shift_of = np.split(fit.smoothing.means.weighted(observation.to_sphere), [1])
     # Across the axis the centre is where the map has no first harmonic. The least-squares sphere
     # lies beside it: rings of four and eight touches see three lobes as a shift of up to 1 um.
     shift_of[:2] = 0.0
@@ -222,11 +219,10 @@ def fit_harmonic(
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
         shift_covariance=shift_of @ fit.covariance @ shift_of.T,
-        residuals=observation.values - design @ fit.coefficients,
-        dof=float(len(observation.values) - np.trace(fit.hat)),
+        residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
+        dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,
         fixed_scatter=fit.fixed_scatter,
-        hat=fit.hat,
         posterior=fit,
         shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
         gauge="a centre about which the map has no first harmonic across the axis, and which is "

@@ -236,10 +236,16 @@ def _azimuth_of_lobes(observation: Observation) -> float:
             inputs=("lobe_azimuth", "transducer"),
         )
 
+    places = observation.places
+    count = np.bincount(places.of_touches)
+    values = np.bincount(places.of_touches, observation.values) / count
+    root = np.sqrt(count)
+
     def cost(azimuth: float) -> float:
-        design = _design(observation, WozniakBasis(azimuth))
-        solution = np.linalg.lstsq(design, observation.values, rcond=None)[0]
-        return float(np.sum((observation.values - design @ solution) ** 2))
+        shape = WozniakBasis(azimuth).design(places.directions)[:, :1]
+        design = root[:, None] * np.hstack([shape, places.directions[:, : observation.axes]])
+        solution = np.linalg.lstsq(design, root * values, rcond=None)[0]
+        return float(np.sum((root * values - design @ solution) ** 2))
 
     step = 2.0 * DEGREE
     trial = np.arange(0.0, 120.0, 2.0) * DEGREE

@@ -1,0 +1,66 @@
+"""What is kept in memory grows with the data, not with its square.
+
+Peaks of allocated memory at two sizes, as an exponent: 1 is linear, 2 is a matrix of all pairs. The
+limit leaves room for nothing but a logarithm. Times are measured in `benchmarks/`.
+"""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap
+from pretravel.identification.kind_registry import qualify
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import repeat_outliers
+from pretravel.touches import Touches
+
+LARGEST_EXPONENT = 1.2
+
+
+def _touches(count: int, directions: int) -> Touches:
+    """Passes over all directions of a sphere of 25 mm, each in another order."""
+    rng = np.random.default_rng(7)
+    passes = [rng.permutation(directions) for _ in range(count // directions)]
+    normals = fibonacci_cap(directions, 1.7)[np.concatenate(passes)]
+    pretravel = 0.003 + 0.006 * (normals[:, 0] ** 2 + normals[:, 1] ** 2)
+    noise = rng.normal(0.0, 3e-4, len(normals))
+    return Touches(normals * (15.5 - pretravel + noise)[:, None], normals)
+
+
+def _peak(job: Callable[[], object]) -> int:
+    tracemalloc.start()
+    try:
+        job()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def _exponent(job: Callable[[int], Callable[[], object]], small: int, large: int) -> float:
+    job(small)()  # what is imported and kept for the next call is no growth
+    return math.log(_peak(job(large)) / _peak(job(small))) / math.log(large / small)
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical"])
+def test_a_qualification_needs_memory_in_proportion_to_its_touches(kind):
+    def job(count: int) -> Callable[[], object]:
+        touches = _touches(count, count // 5)
+        return lambda: qualify(touches, 25.0, tip_diameter=6.0, kind=kind, search_outliers=False)
+
+    assert _exponent(job, 1000, 4000) < LARGEST_EXPONENT
+
+
+def test_many_repeats_of_few_directions_need_memory_in_proportion():
+    setup = QualificationSetup(25.0, tip_diameter=6.0)
+
+    def job(count: int) -> Callable[[], object]:
+        touches = _touches(count, 25)
+        return lambda: repeat_outliers(touches, observe(touches, setup))
+
+    assert _exponent(job, 10_000, 40_000) < LARGEST_EXPONENT
