@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.support.linuxcnc_interpreter import interpret
 from tests.support.machine_model.machine import Machine, run
 from tests.support.machine_model.probe import Fault, Probe, constant
 from tests.support.machine_model.world import Ball, Stylus, World
@@ -140,53 +140,50 @@ WRONG = (
 
 
 @pytest.fixture(scope="module")
-def control() -> str:
-    found = shutil.which("rs274")
-    if found is None:
+def control() -> None:
+    if shutil.which("rs274") is None:
         pytest.skip(
             "LinuxCNC is NOT INSTALLED: the model of the machine was not compared with it "
             "(examples/linuxcnc/install)"
         )
-    return found
 
 
-def real(control: str, folder: Path, text: str) -> list[str]:
+def real(folder: Path, text: str) -> list[str]:
     """What LinuxCNC's interpreter prints, without its canonical commands."""
     program = folder / "program.ngc"
     program.write_text(text)
-    done = subprocess.run(
-        [control, "-g", str(program)], capture_output=True, text=True, check=False, timeout=20
-    )
+    done = interpret(program)
     lines = [line for line in done.stdout.splitlines() if " N....." not in line]
     errors = [line for line in done.stderr.splitlines() if line != "executing"]
     return lines + errors[:1]
 
 
+@pytest.mark.usefixtures("control")
 class TestAgainstLinuxCNC:
     @pytest.mark.parametrize(
         "text",
         [ARITHMETIC, FLOW, COORDINATES, STATE],
         ids=["arithmetic", "flow", "places", "state"],
     )
-    def test_small_programs(self, control: str, tmp_path: Path, text: str) -> None:
+    def test_small_programs(self, tmp_path: Path, text: str) -> None:
         text = text.strip() + "\nM2\n"
         trace = run(Machine(position=(0.0, 0.0, 0.0)), text)
         assert trace.error == ""
-        assert list(trace.printed) == real(control, tmp_path, text)
+        assert list(trace.printed) == real(tmp_path, text)
 
-    def test_messages_of_errors(self, control: str, tmp_path: Path) -> None:
+    def test_messages_of_errors(self, tmp_path: Path) -> None:
         for line in WRONG:
             text = f"G21\n{line}\nM2\n"
             trace = run(Machine(position=(0.0, 0.0, 0.0)), text)
-            told = real(control, tmp_path, text)
+            told = real(tmp_path, text)
             assert trace.error, line
             assert told[-1:] == [trace.error], line
 
     @pytest.mark.parametrize("saved", ["M48", "M49", "M50 P0", "M51 P0"])
     @pytest.mark.parametrize("now", ["M48", "M49", "M50 P0", "M51 P0"])
-    def test_overrides_after_M72(self, control: str, tmp_path: Path, saved: str, now: str) -> None:
+    def test_overrides_after_M72(self, tmp_path: Path, saved: str, now: str) -> None:
         text = f"{saved}\nM70\nM48\n{now}\nM72\n(PRINT,#<_feed_override> #<_speed_override>)\nM2\n"
-        assert list(run(Machine(), text).printed) == real(control, tmp_path, text)
+        assert list(run(Machine(), text).printed) == real(tmp_path, text)
 
 
 def test_a_ball_trips_at_the_pretravel_and_stops_later() -> None:

@@ -37,6 +37,7 @@ from pretravel.touches import moved
 from pretravel.units import DEGREE, MICROMETRE
 from tests.machine.conftest import SIMULATOR, environment, run_program
 from tests.support.commands import rows
+from tests.support.linuxcnc_interpreter import interpret
 
 DIAMETER = 24.9987
 # The last digit of a log is 1e-4 µm; three of them make a point.
@@ -60,10 +61,7 @@ def hal(path: Path, **changes: float) -> Path:
 
 def interpreted(program: Path) -> tuple[np.ndarray, str]:
     """Numbers that a program logs, and all output, of LinuxCNC's interpreter without a machine."""
-    done = subprocess.run(
-        ["rs274", "-g", program.name], cwd=program.parent,
-        capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
+    done = interpret(program)
     values = re.findall(r'LOG\("(-?[\d.]+)"\)', done.stdout)
     return np.array([float(value) for value in values]), done.stdout + done.stderr
 

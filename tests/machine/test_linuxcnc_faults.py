@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +27,7 @@ from pretravel.probing.targets import Targets
 from pretravel.units import DEGREE
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.example_maps import mean_map
+from tests.support.linuxcnc_interpreter import interpret
 
 QUICK = Machine(
     measuring_feed=600.0, positioning_feed=12000.0, acceleration=20000.0, safe_height=40.0
@@ -166,22 +171,53 @@ def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
     machine = replace(QUICK, tool=1, tool_length=80.0, work=work_placement(1.0, 2.0, 3.0))
     path = tmp_path / "sphere.ngc"
     path.write_text(program_text(machine))
-    command = ["rs274", "-g", path.name]
-    shown = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    shown = interpret(path)
     assert "PROGRAM_END" in shown.stdout, shown.stderr
     # The start, the touch and the way back of each of the 12 touches, and more.
     assert shown.stdout.count("STRAIGHT_PROBE") > 36
 
 
+LONG = "G21 G90\no1 repeat [8]\nG1 X50 F6000\nG1 X0 F6000\no1 endrepeat\nM2\n"
+"""Moves for 8 s, after 2 s in which the machine comes up."""
+
+
+def task_of(folder: Path) -> int | None:
+    """The process that interprets the programs of a folder."""
+    found = subprocess.run(["pgrep", "-f", f"^milltask .*{folder}"], capture_output=True, text=True)
+    return int(found.stdout.split()[0]) if found.stdout else None
+
+
+@contextmanager
+def running(program: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """The simulated machine in the middle of the program, and its task."""
+    program.write_text(LONG)
+    arguments = [str(SIMULATOR / "simulate"), str(program)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(arguments, text=True, stderr=pipe, stdout=pipe) as simulator:
+        while (task := task_of(program.parent)) is None:
+            assert simulator.poll() is None, simulator.communicate()
+            time.sleep(0.2)
+        time.sleep(3.0)
+        yield simulator, task
+
+
 @pytest.mark.slow
 def test_a_program_is_run_again_when_the_task_of_the_control_is_killed(tmp_path: Path) -> None:
-    """On a busy computer the process that interprets programs has vanished during a program."""
-    program = tmp_path / "back_and_forth.ngc"
-    program.write_text("G21 G90\no1 repeat [8]\nG1 X50 F6000\nG1 X0 F6000\no1 endrepeat\nM2\n")
-    arguments = [str(SIMULATOR / "simulate"), str(program)]
-    running = subprocess.Popen(arguments, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
-    time.sleep(5.0)  # it comes up in 2 s and moves for 8 s
-    subprocess.run(["pkill", "-9", "-x", "milltask"], check=True)
-    output, errors = running.communicate(timeout=120)
-    assert running.returncode == 0, output + errors
+    with running(tmp_path / "back_and_forth.ngc") as (simulator, task):
+        os.kill(task, signal.SIGKILL)
+        output, errors = simulator.communicate(timeout=120)
+    assert simulator.returncode == 0, output + errors
     assert "a fault of its own (attempt 1)" in errors
+
+
+@pytest.mark.slow
+def test_an_interpreter_beside_does_not_disturb(tmp_path: Path) -> None:
+    """The interpreter empties a file in the home that the running control has mapped."""
+    tiny = tmp_path / "tiny.ngc"
+    tiny.write_text("G21\nM2\n")
+    with running(tmp_path / "back_and_forth.ngc") as (simulator, _):
+        while simulator.poll() is None:
+            subprocess.run(["rs274", "-g", str(tiny)], capture_output=True, check=False)
+        output, errors = simulator.communicate()
+    assert simulator.returncode == 0, output + errors
+    assert "a fault of its own" not in errors
