@@ -16,6 +16,12 @@ from pretravel.cli import main
 
 def run(*arguments: object, code: int = 0) -> str:
     """Run a command in this process; return stdout, or stderr if a fault (2) is expected."""
+    out, err = both_outputs(*arguments, code=code)
+    return err if code == 2 else out
+
+
+def both_outputs(*arguments: object, code: int = 0) -> tuple[str, str]:
+    """Run a command in this process; return stdout and stderr, where warnings go."""
     out, err = io.StringIO(), io.StringIO()
     stopped = 0
     with (
@@ -30,7 +36,7 @@ def run(*arguments: object, code: int = 0) -> str:
             stopped = int(stop.code or 0)
     assert stopped == code, out.getvalue() + err.getvalue()
     assert "Traceback" not in err.getvalue()
-    return err.getvalue() if code == 2 else out.getvalue()
+    return out.getvalue(), err.getvalue()
 
 
 def rows(path: Path) -> list[dict[str, str]]:

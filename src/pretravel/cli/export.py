@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _RADII = "csv"
 """A table of effective radii, which no control reads directly."""
+_TOLERANCE = 0.02
+"""Of interpolated tables. [µm]"""
 
 
 def _controls() -> list[str]:
@@ -50,11 +52,14 @@ def export(
         ),
     ] = None,
     tolerance: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=1e-6, max=1000.0, help="Largest deviation of a table from the map, in µm."
+            min=1e-6,
+            max=1000.0,
+            help="linuxcnc, fanuc, haas, siemens: largest deviation of the interpolated table from "
+            "the map, in µm; 0.02 by default.",
         ),
-    ] = 0.02,
+    ] = None,
     base: Annotated[
         int | None,
         typer.Option(
@@ -130,6 +135,7 @@ def export(
     control = CONTROLS.get(to)
     given: dict[str, object] = {"base": base, "program": program, "units": units, "angles": angles}
     given |= {"template": template, "azimuth": azimuth, "form": form, "criterion": criterion}
+    given["tolerance"] = tolerance
     _check_options(to, given)
     _check_output(output, [map_file, template], folder=control is not None and control.folder)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
@@ -140,7 +146,7 @@ def export(
         raise PretravelError(f"the files for {to} use the feed of each touch: leave --feed out")
     settings = ExportSettings(
         base=base,
-        tolerance=tolerance * MICROMETRE,
+        tolerance=(_TOLERANCE if tolerance is None else tolerance) * MICROMETRE,
         form=form or "auto",
         criterion=criterion or "max",
         template=None if template is None else _read_template(template),

@@ -260,17 +260,19 @@ def _write(
     from pretravel.whole_file import write_text
 
     name = log or f"{output.stem}.log"
-    text = linuxcnc_program(
-        program,
-        name,
-        compensated=None if compensated is None else read_map(compensated),
-        allow_misses=allow_misses,
-    )
+    pretravel_map = None if compensated is None else read_map(compensated)
+    text = linuxcnc_program(program, name, compensated=pretravel_map, allow_misses=allow_misses)
     write_text(output, text, "ascii")
     typer.echo(
         f"{len(program)} touches, about {program.duration / 60.0:.1f} min; they are logged to "
         f"{name} beside the machine's INI file"
     )
+    if pretravel_map is not None and pretravel_map.delay is None and pretravel_map.feed is None:
+        typer.echo(
+            f"Warning: {compensated} states no feed: the points hold only if the probe was "
+            "qualified at the feed of this program",
+            err=True,
+        )
     if program.left_out:
         names = ", ".join(program.left_out[:20]) + ("…" if len(program.left_out) > 20 else "")
         count = len(program.left_out)

@@ -126,8 +126,8 @@ class Control:
     uses_feed : bool
         Whether the control subtracts the delay travel itself, from the feed of each touch.
     options : frozenset of str
-        Those of the settings base, form, program, units, angles, criterion, template and azimuth
-        that the control uses.
+        Those of the settings base, tolerance, form, program, units, angles, criterion, template and
+        azimuth that the control uses.
     """
 
     files: Callable[[PretravelMap, ExportSettings], ExportedFiles]
@@ -283,16 +283,18 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
     return (warning,)
 
 
+_OF_TABLES = frozenset({"units", "tolerance"})
+
 CONTROLS: Mapping[str, Control] = {
     "linuxcnc": Control(
-        _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form"})
+        _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance"})
     ),
     "renishaw": Control(
         _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
     ),
-    "fanuc": Control(_fanuc, folder=True, options=frozenset({"base", "program", "units"})),
-    "haas": Control(_haas, folder=True, options=frozenset({"base", "program", "units"})),
-    "siemens": Control(_siemens, folder=True, options=frozenset({"units"})),
+    "fanuc": Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program"}),
+    "haas": Control(_haas, folder=True, options=_OF_TABLES | {"base", "program"}),
+    "siemens": Control(_siemens, folder=True, options=_OF_TABLES),
     "heidenhain": Control(_heidenhain, options=frozenset({"template", "azimuth"})),
     "radii": Control(_radii),
 }

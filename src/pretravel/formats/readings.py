@@ -66,6 +66,9 @@ def read_readings(
     options = options or ReadingOptions()
     found = known.parse(file, options)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
+    if readings is found and options.plan is not None:
+        unused = "the file itself states the normal at each touch: the plan was not used"
+        readings = replace(readings, warnings=(*readings.warnings, unused))
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
     names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from tests.support.commands import rows, run
+from pretravel.formats.machine_file import read_machine
+from pretravel.formats.map_file import write_map
+from tests.support.commands import both_outputs, rows, run
+from tests.support.example_maps import mean_map
 from tests.support.examples import ROOT
 
 PART = ROOT / "examples" / "linuxcnc" / "part.step"
@@ -34,3 +38,15 @@ class TestCommands:
         assert "checked: moves" in told
         text = out.read_text()
         assert all(f"(touch {row['label']})" in text for row in rows(plan))
+
+    def test_a_map_without_feed_is_named(self, tmp_path: Path) -> None:
+        """The feed of the qualification cannot be compared with that of the program."""
+        mill, plan, out = (tmp_path / name for name in ("mill.toml", "plan.csv", "p.ngc"))
+        mill.write_text(run("machine"))
+        plan.write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\ntop,0,0,0,0,0,1\n")
+        given = ["program", "part", mill, plan, "-o", out, "--compensated", tmp_path / "map.nc"]
+        write_map(tmp_path / "map.nc", mean_map(0.010))
+        assert "map.nc states no feed" in both_outputs(*given)[1]
+        feed = read_machine(mill).measuring_feed
+        write_map(tmp_path / "map.nc", replace(mean_map(0.010), feed=feed))
+        assert "states no feed" not in both_outputs(*given)[1]

@@ -76,6 +76,12 @@ class TestCatalogue:
         found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
         assert found.touches.labels == ("a",)
 
+    def test_a_plan_that_is_not_used_is_named(self, tmp_path: Path) -> None:
+        path = written(tmp_path, "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+        found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
+        assert "the plan was not used" in found.notes()[-1]
+        assert "plan" not in " ".join(read_readings(path, ReadingOptions()).notes())
+
     def test_turn_of_positions_comes_from_the_machine_file(self, tmp_path: Path) -> None:
         log = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
         (tmp_path / "plan.csv").write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,0,0,0,1\n")
