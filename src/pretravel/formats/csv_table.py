@@ -16,6 +16,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
 from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.whole_file import whole_file
 
 SIGNIFICANT_DIGITS = 12
@@ -158,7 +159,7 @@ def read_csv_table(source: Source) -> CsvTable:
     for number, line in enumerate(_text(file).splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        cells = [cell.strip() for cell in next(csv.reader([line]))]
+        cells = [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
         if header is None:
             _check_header(file, cells, line.strip(), number)
             header, header_line = cells, number
@@ -251,7 +252,8 @@ def exact_number(value: float) -> str:
 def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
     """Write columns of equal length as CSV. An error leaves no partial file.
 
-    No comment lines are written: spreadsheets and many other readers do not skip them.
+    No comment lines are written: spreadsheets and many other readers do not skip them. Text that a
+    spreadsheet would execute is marked as text; `read_csv_table` returns it as it was.
 
     Parameters
     ----------
@@ -264,10 +266,10 @@ def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequ
         if array.dtype.kind == "f":
             cells.append([format_number(value) for value in array.tolist()])
         else:
-            cells.append([str(value) for value in array.tolist()])
+            cells.append([harmless_cell(str(value)) for value in array.tolist()])
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow([harmless_cell(name) for name in columns])
     writer.writerows(zip(*cells, strict=True))
     with whole_file(path) as temporary:
         temporary.write_text(text.getvalue(), encoding="utf-8")

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from pretravel.formats.column_names import column_name, is_unit_row, names_known_columns, unit_of
 from pretravel.formats.source_file import SourceFile
+from pretravel.formats.spreadsheet_cells import cell_content
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
 """The separators that are tried, in this order, each with its name for people."""
@@ -223,7 +224,7 @@ def split_cells(line: str, separator: str) -> list[str]:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     except csv.Error:
         cells = line.split(separator)
-    return [cell.strip() for cell in cells]
+    return [cell_content(cell.strip()) for cell in cells]
 
 
 def _units_joined(cells: list[str]) -> list[str]:
