@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError, RowError
+from pretravel.quantities import REAL, as_numbers, checked_values
 from pretravel.units import DEGREE
 
 UNIT_TOLERANCE = 1e-3
@@ -91,7 +92,7 @@ def unit(vectors: npt.ArrayLike) -> FloatArray:
     >>> unit([[0.0, 3.0, 4.0]]).tolist()
     [[0.0, 0.6, 0.8]]
     """
-    v = np.asarray(vectors, dtype=np.float64)
+    v = checked_values(vectors, "a direction", REAL)
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     if not np.all(length > 0.0):
         raise PretravelError("a direction has length zero: its three components are all zero")
@@ -123,11 +124,11 @@ def checked_unit(vectors: npt.ArrayLike, name: str = "directions") -> FloatArray
     ...
     pretravel.errors.RowError: normals: row 1 has length 2; unit vectors are needed
     """
-    v = np.asarray(vectors, dtype=np.float64)
+    v = as_numbers(vectors, name)
     if v.ndim != 2 or v.shape[1] != 3:
         raise PretravelError(f"{name}: expected an array of shape (n, 3), got {v.shape}")
-    length = np.linalg.norm(v, axis=1)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
+        length = np.linalg.norm(v, axis=1)
         bad = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
     if np.any(bad):
         row = int(np.flatnonzero(bad)[0])

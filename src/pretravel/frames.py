@@ -16,6 +16,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
+from pretravel.quantities import COMPONENT, COORDINATE, checked_values
 from pretravel.units import DEGREE
 
 _ROUNDING = 1e-6
@@ -125,6 +126,10 @@ class Placement:
 
     rotation: FloatArray = field(default_factory=lambda: frozen(np.eye(3)))
     shift: FloatArray = field(default_factory=lambda: frozen(np.zeros(3)))
+
+    def __post_init__(self) -> None:
+        checked_values(self.rotation, "the rotation of a placement", COMPONENT)
+        checked_values(self.shift, "the shift of a placement", COORDINATE)
 
     def points(self, points: FloatArray) -> FloatArray:
         """Points of the part in the machine, (n, 3). [mm]"""

@@ -12,6 +12,7 @@ from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError, RowError
 from pretravel.frames import Placement
+from pretravel.quantities import COORDINATE, FEED, as_numbers, checked
 from pretravel.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
@@ -112,7 +113,7 @@ class Touches:
     reading: str = ""
 
     def __post_init__(self) -> None:
-        positions = np.asarray(self.positions, dtype=np.float64)
+        positions = as_numbers(self.positions, "touch positions")
         if positions.ndim != 2 or positions.shape[1] != 3:
             raise PretravelError(
                 f"touch positions: expected an array of shape (n, 3), got {positions.shape}"
@@ -136,22 +137,26 @@ class Touches:
         ):
             if rows != count:
                 raise PretravelError(f"{count} touches, but {rows} {name}")
-        if not np.all(np.isfinite(positions)):
-            row = int(np.flatnonzero(~np.isfinite(positions).all(axis=1))[0])
-            raise PretravelError(f"touch positions: row {row + 1} is not finite")
+        _refuse_far(positions, self.where, "position")
         refuse_glancing(approaches, normals, self.where)
         object.__setattr__(self, "positions", frozen(positions))
         object.__setattr__(self, "normals", frozen(normals))
         object.__setattr__(self, "approaches", frozen(approaches))
         if self.feeds is not None:
-            feeds = np.asarray(self.feeds, dtype=np.float64)
-            if not np.all(np.isfinite(feeds) & (feeds > 0.0)):
-                row = int(np.flatnonzero(~(np.isfinite(feeds) & (feeds > 0.0)))[0])
-                problem = f"the feed is {feeds[row]:g} mm/min; it must be positive"
+            feeds = as_numbers(self.feeds, "touch feeds")
+            bad = np.flatnonzero(~((feeds >= FEED.lowest) & (feeds <= FEED.highest)))
+            if len(bad):
+                row = int(bad[0])
+                problem = (
+                    f"the feed is {feeds[row]:g} mm/min; it must be positive, and at most "
+                    f"{FEED.highest:g}"
+                )
                 raise RowError(f"{self.where(row)}: {problem}", row, in_file=problem)
             object.__setattr__(self, "feeds", frozen(self.feeds))
         if self.nominal_points is not None:
-            object.__setattr__(self, "nominal_points", frozen(self.nominal_points))
+            nominal = as_numbers(self.nominal_points, "nominal points")
+            _refuse_far(nominal, self.where, "nominal point")
+            object.__setattr__(self, "nominal_points", frozen(nominal))
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -277,6 +282,16 @@ def at_rest(touches: Touches, delay: float) -> Touches:
     )
 
 
+def _refuse_far(points: FloatArray, where: Callable[[int], str], what: str) -> None:
+    """Refuse points that are not finite, or farther away than any machine reaches."""
+    bad = np.flatnonzero(~(np.abs(points) <= COORDINATE.highest).all(axis=1))
+    if len(bad):
+        row = int(bad[0])
+        finite = np.isfinite(points[row]).all()
+        problem = f"the {what} is {'farther than a kilometre' if finite else 'not finite'}"
+        raise RowError(f"{where(row)}: {problem}", row, in_file=problem)
+
+
 def with_feed(touches: Touches, feed: float | None) -> Touches:
     """The same touches with a feed, where they contain none.
 
@@ -300,8 +315,7 @@ def with_feed(touches: Touches, feed: float | None) -> Touches:
         raise PretravelError(
             "the touches state their feeds themselves: do not give a feed", inputs=("feed",)
         )
-    if not 0.0 < feed < np.inf:
-        raise PretravelError(f"the feed is {feed:g} mm/min; it must be positive", inputs=("feed",))
+    checked(feed, "the feed", FEED, inputs=("feed",))
     return replace(touches, feeds=np.full(len(touches), feed))
 
 

@@ -16,9 +16,11 @@ from typing import NamedTuple, TypeVar
 import typer
 
 from pretravel.errors import PretravelError
+from pretravel.quantities import COORDINATE, FEED, QuantityRange, checked_values
 from pretravel.units import MICROMETRE
 
 _MOST_VALUES = 100_000
+DEGREES = QuantityRange(-3600.0, 3600.0, "°")
 
 T = TypeVar("T")
 
@@ -131,8 +133,7 @@ def angles(text: str) -> Angles:
     """
     try:
         numbers = [float(part) for part in text.replace(":", ",").split(",")]
-        if not all(math.isfinite(value) for value in numbers):
-            raise ValueError
+        checked_values(numbers, "angles", DEGREES)
         if ":" not in text:
             return Angles(text, tuple(numbers))
         start, stop, step = numbers
@@ -163,13 +164,14 @@ def polar_angles(text: str) -> Angles:
     return found
 
 
-def _numbers(text: str, count: int, expected: str) -> list[float]:
+def _numbers(text: str, count: int, expected: str, quantity: QuantityRange) -> list[float]:
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
         raise typer.BadParameter(f"{text}: expected {expected}")
+    checked_values(numbers, "these numbers", quantity)
     return numbers
 
 
@@ -180,7 +182,9 @@ def pair(text: str) -> Pair:
     >>> pair("0.5,-0.5")
     Pair(first=0.5, second=-0.5)
     """
-    return Pair(*_numbers(text.replace(":", ","), 2, "two numbers, for example 0.5,0.5"))
+    return Pair(
+        *_numbers(text.replace(":", ","), 2, "two numbers, for example 0.5,0.5", COORDINATE)
+    )
 
 
 @parser(Indices)
@@ -191,7 +195,7 @@ def indices(text: str) -> Indices:
     Indices(machine=1, probe=2)
     """
     expected = "two whole numbers, for example 1,1"
-    first, second = _numbers(text.replace(":", ","), 2, expected)
+    first, second = _numbers(text.replace(":", ","), 2, expected, COORDINATE)
     if first != round(first) or second != round(second):
         raise typer.BadParameter(f"{text}: expected {expected}")
     return Indices(int(first), int(second))
@@ -204,7 +208,8 @@ def feeds_list(text: str) -> Feeds:
     >>> feeds_list("50,200")
     (50.0, 200.0)
     """
-    return Feeds(_numbers(text, text.count(",") + 1, "feeds in mm/min, for example 50,200"))
+    expected = "feeds in mm/min, for example 50,200"
+    return Feeds(_numbers(text, text.count(",") + 1, expected, FEED))
 
 
 @parser(StatedColumns)
@@ -229,7 +234,7 @@ def length_or_none(text: str) -> Length:
     """
     if text.lower() == "none":
         return Length(None)
-    (value,) = _numbers(text, 1, "a number in µm, or none")
+    (value,) = _numbers(text, 1, "a number in µm, or none", COORDINATE)
     if not 0.0 <= value <= 100.0:
         raise typer.BadParameter(f"{text}: it lies between 0 and 100 µm")
     return Length(value)
@@ -243,7 +248,7 @@ def counts(text: str) -> Counts:
     Counts(along_u=10, along_v=8)
     """
     words = text.lower().split("x")
-    if len(words) != 2 or not all(word.strip().isdigit() for word in words):
+    if len(words) != 2 or not all(re.fullmatch(r"\s*[0-9]{1,5}\s*", word) for word in words):
         raise typer.BadParameter(
             f"{text}: expected the points along u and the points along v, for example 10x8"
         )
@@ -257,7 +262,7 @@ def vector(text: str) -> Vector:
     >>> vector("0,0,1")
     Vector(x=0.0, y=0.0, z=1.0)
     """
-    return Vector(*_numbers(text, 3, "three numbers x,y,z"))
+    return Vector(*_numbers(text, 3, "three numbers x,y,z", COORDINATE))
 
 
 @parser(Vector)

@@ -24,6 +24,8 @@ from pretravel.cli.touch_files import (
     with_reading,
 )
 from pretravel.errors import PretravelError
+from pretravel.quantities import ANGLE, TIP_BALL, limits
+from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from pretravel.laboratory.standard_check import StandardCheck
@@ -53,7 +55,9 @@ def check(
     tip_diameter: Annotated[
         float | None,
         typer.Option(
-            help="Effective diameter of the tip, as the machine uses it, in mm, for the size error."
+            **limits(TIP_BALL),
+            help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
+            "error.",
         ),
     ] = None,
     map_file: Annotated[
@@ -231,7 +235,11 @@ def pattern(
         typer.Option(min=1, max=1000, help="Touches of each direction, one after the other."),
     ] = 1,
     turn: Annotated[
-        float, typer.Option(help="Rotation of the pattern about the probe axis, in degrees.")
+        float,
+        typer.Option(
+            **limits(ANGLE, DEGREE),
+            help="Rotation of the pattern about the probe axis, in degrees.",
+        ),
     ] = 0.0,
     axis: ProbeAxis = Vector(0, 0, 1),
 ) -> None:
@@ -244,7 +252,6 @@ def pattern(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.plan_csv import pattern_table
     from pretravel.laboratory.standards import PATTERNS
-    from pretravel.units import DEGREE
 
     check_files([(output, (".csv",))])
     columns = pattern_table(

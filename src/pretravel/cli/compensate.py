@@ -21,6 +21,7 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
+from pretravel.quantities import FEED, TIP_BALL, limits
 
 if TYPE_CHECKING:
     from pretravel.compensation.points import Points
@@ -56,7 +57,10 @@ def compensate(
     ] = None,
     tip_diameter: Annotated[
         float | None,
-        typer.Option(help="Diameter of the tip, in mm; the default is that of the map."),
+        typer.Option(
+            **limits(TIP_BALL),
+            help="Diameter of the tip, in mm; the default is that of the map.",
+        ),
     ] = None,
     extrapolate: Annotated[
         bool, typer.Option("--extrapolate", help="Allow directions outside the map.")
@@ -64,7 +68,9 @@ def compensate(
     model: ModelName = "analytic",
     feed: Annotated[
         float | None,
-        typer.Option(help="Feed of the touches, in mm/min, without a column feed_mm_min."),
+        typer.Option(
+            **limits(FEED), help="Feed of the touches, in mm/min, without a column feed_mm_min."
+        ),
     ] = None,
     exclude: Exclude = None,
     units: FileUnits = None,

@@ -18,6 +18,7 @@ from pretravel.cli.touch_files import (
     read_and_show,
     run_plan,
 )
+from pretravel.quantities import DISTANCE, FEED, TIP_BALL, limits
 
 if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
@@ -71,7 +72,9 @@ def convert(
     columns: TableColumns = None,
     decimal: DecimalSign = None,
     exclude: Exclude = None,
-    tip_diameter: Annotated[float | None, typer.Option(help="Diameter of the tip, in mm.")] = None,
+    tip_diameter: Annotated[
+        float | None, typer.Option(**limits(TIP_BALL), help="Diameter of the tip, in mm.")
+    ] = None,
     offset: Annotated[
         Vector | None,
         typer.Option(
@@ -83,7 +86,8 @@ def convert(
     radius_taken_off: Annotated[
         float | None,
         typer.Option(
-            help="DMIS: tip radius that was subtracted from its points, in mm; 0: tip centres."
+            **limits(DISTANCE),
+            help="DMIS: tip radius that was subtracted from its points, in mm; 0: tip centres.",
         ),
     ] = None,
     frame: Annotated[
@@ -92,7 +96,9 @@ def convert(
     ] = None,
     feed: Annotated[
         float | None,
-        typer.Option(help="Feed of the touches, in mm/min, where the file states none."),
+        typer.Option(
+            **limits(FEED), help="Feed of the touches, in mm/min, where the file states none."
+        ),
     ] = None,
 ) -> None:
     """Read a table or a file of a control, CMM or CAM system, and write touches.

@@ -10,6 +10,8 @@ import typer
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import check_files
 from pretravel.errors import PretravelError
+from pretravel.quantities import ANGLE, TIP_BALL, limits
+from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from pretravel.controls.exports import ExportedFiles
@@ -63,13 +65,17 @@ def export(
     base: Annotated[
         int | None,
         typer.Option(
+            min=0,
+            max=100_000,
             help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
-            "controls before NGC)."
+            "controls before NGC).",
         ),
     ] = None,
     program: Annotated[
         int | None,
         typer.Option(
+            min=1,
+            max=99_999,
             metavar="NUMBER",
             help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
         ),
@@ -102,7 +108,9 @@ def export(
     ] = False,
     azimuth: Annotated[
         float | None,
-        typer.Option(help="heidenhain: azimuth of all touches, in degrees."),
+        typer.Option(
+            **limits(ANGLE, DEGREE), help="heidenhain: azimuth of all touches, in degrees."
+        ),
     ] = None,
     feed: Annotated[
         float | None,
@@ -115,7 +123,10 @@ def export(
     ] = None,
     tip_diameter: Annotated[
         float | None,
-        typer.Option(help="Diameter of the tip, in mm; the default is that of the map."),
+        typer.Option(
+            **limits(TIP_BALL),
+            help="Diameter of the tip, in mm; the default is that of the map.",
+        ),
     ] = None,
 ) -> None:
     """Export a map as tables and macros for a control.
@@ -125,7 +136,7 @@ def export(
     from pretravel.controls.exports import CONTROLS, ExportSettings, table_travel
     from pretravel.controls.heidenhain import heidenhain_template
     from pretravel.formats.map_file import read_map
-    from pretravel.units import DEGREE, MICROMETRE
+    from pretravel.units import MICROMETRE
 
     if show_template:
         typer.echo(heidenhain_template(), nl=False)

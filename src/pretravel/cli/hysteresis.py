@@ -10,6 +10,8 @@ from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import Azimuths, PictureFile, Polars, ProbeName, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.quantities import FRICTION, STEP, limits
+from pretravel.units import MICROMETRE
 
 
 def hysteresis(
@@ -17,20 +19,26 @@ def hysteresis(
     friction: Annotated[
         float,
         typer.Option(
-            help="Coulomb's coefficient of friction at the seats, below tan(support angle)."
+            **limits(FRICTION),
+            help="Coulomb's coefficient of friction at the seats, below tan(support angle).",
         ),
     ] = 0.1,
     azimuth: Azimuths = Angles.of("0:330:30"),
     polar: Polars = Angles.of("90"),
-    cycles: Annotated[int, typer.Option(help="Number of touches, one after the other.")] = 3,
+    cycles: Annotated[
+        int, typer.Option(min=1, max=1000, help="Number of touches, one after the other.")
+    ] = 3,
     overtravel: Annotated[
         float | None,
         typer.Option(
+            **limits(STEP, MICROMETRE),
             help="Deflection beyond that of the frictionless trigger, in µm; the default is 10, "
-            "or twice the deflection at the trigger."
+            "or twice the deflection at the trigger.",
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(help="Steps of each loading and of each return.")] = 100,
+    steps: Annotated[
+        int, typer.Option(min=1, max=100_000, help="Steps of each loading and of each return.")
+    ] = 100,
     model: Annotated[
         Literal["fem", "rigid"],
         typer.Option(help="Body of the probe: finite elements (elastic) or rigid."),
@@ -54,7 +62,6 @@ def hysteresis(
     from pretravel.probe.catalogue import load_probe
     from pretravel.report.friction_report import friction_document
     from pretravel.trigger.friction import check_conditions, friction_cycle
-    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe])
     description = load_probe(probe)

@@ -30,7 +30,9 @@ def machine(
         Path | None,
         typer.Option(help="Tool table of LinuxCNC (.tbl), for tip diameter and tool length."),
     ] = None,
-    tool: Annotated[int | None, typer.Option(help="Number of the probe in the tool table.")] = None,
+    tool: Annotated[
+        int | None, typer.Option(min=0, max=99_999, help="Number of the probe in the tool table.")
+    ] = None,
     units: Annotated[
         Units, typer.Option(help="Unit of length in the files of the machine.")
     ] = "mm",

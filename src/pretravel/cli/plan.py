@@ -10,6 +10,8 @@ from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.quantities import DISTANCE, STEP, limits
+from pretravel.units import MICROMETRE
 
 
 def plan(
@@ -24,16 +26,20 @@ def plan(
         ),
     ] = None,
     spacing: Annotated[
-        float | None, typer.Option(help="Largest distance between neighbours, in mm.")
+        float | None,
+        typer.Option(**limits(STEP), help="Largest distance between neighbours, in mm."),
     ] = None,
     curvature: Annotated[
         float | None,
         typer.Option(
+            **limits(STEP, MICROMETRE),
             help="Choose closer points where the surface is curved: the largest height of the "
-            "surface over the chord between neighbours, in µm."
+            "surface over the chord between neighbours, in µm.",
         ),
     ] = None,
-    margin: Annotated[float, typer.Option(help="Distance from the edges, in mm.")] = 1.0,
+    margin: Annotated[
+        float, typer.Option(**limits(DISTANCE), help="Distance from the edges, in mm.")
+    ] = 1.0,
     u: Annotated[
         Pair | None, typer.Option(parser=pair, metavar="FROM,TO", help="Range of u.")
     ] = None,
@@ -62,7 +68,7 @@ def plan(
     from pretravel.probing.inspection import InspectionRegion, plan_inspection
     from pretravel.report.part_report import plan_document
     from pretravel.surface.specification import parse_surface, source_file
-    from pretravel.units import DEGREE, MICROMETRE
+    from pretravel.units import DEGREE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], source_file(surface))
     shape = parse_surface(surface)

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 def plan_touches(
     map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
-    count: Annotated[int, typer.Option(help="Number of touches, each in its own direction.")] = 9,
+    count: Annotated[
+        int, typer.Option(min=1, max=100_000, help="Number of touches, each in its own direction.")
+    ] = 9,
     normals: Annotated[
         Path | None,
         typer.Option(

@@ -19,6 +19,7 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.quantities import STEP, limits
 from pretravel.trigger.compliance import MODELS
 
 
@@ -37,8 +38,9 @@ def predict(
     lever: Annotated[
         float | None,
         typer.Option(
+            **limits(STEP),
             help="Distance from the tip centre to the plane of the rods, in mm; the hub offset is "
-            "changed to it."
+            "changed to it.",
         ),
     ] = None,
     workpiece: Workpiece = "steel",

@@ -11,6 +11,8 @@ from pretravel.cli.files import check_files
 from pretravel.cli.options import Approach
 from pretravel.cli.progress import working
 from pretravel.errors import PretravelError
+from pretravel.quantities import ANGLE, limits
+from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from pretravel.arrays import FloatArray
@@ -41,7 +43,9 @@ Log = Annotated[
         "program with the ending .log."
     ),
 ]
-Repeats = Annotated[int, typer.Option(help="Repeats of each touch, one after the other.")]
+Repeats = Annotated[
+    int, typer.Option(min=1, max=1000, help="Repeats of each touch, one after the other.")
+]
 FeedsOption = Annotated[
     Feeds | None,
     typer.Option(
@@ -85,7 +89,11 @@ def sphere(
     ] = None,
     count: Annotated[
         int | None,
-        typer.Option(help="Touches on the equator; other rings are as dense; the default is 24."),
+        typer.Option(
+            min=1,
+            max=10_000,
+            help="Touches on the equator; other rings are as dense; the default is 24.",
+        ),
     ] = None,
     center: Annotated[
         Vector,
@@ -104,7 +112,11 @@ def sphere(
         ),
     ] = 0.0,
     turn: Annotated[
-        float, typer.Option(help="Rotation of the pattern about the probe axis, in degrees.")
+        float,
+        typer.Option(
+            **limits(ANGLE, DEGREE),
+            help="Rotation of the pattern about the probe axis, in degrees.",
+        ),
     ] = 0.0,
     repeats: Repeats = 1,
     feeds: FeedsOption = None,
@@ -121,7 +133,6 @@ def sphere(
     from pretravel.formats.machine_file import read_machine
     from pretravel.frames import probe_rotation
     from pretravel.probing.targets import Targets
-    from pretravel.units import DEGREE
 
     check_files([(output, _ENDINGS)], [machine])
     if shank >= diameter:
@@ -147,7 +158,6 @@ def _directions(pattern: str, polar: Angles | None, count: int | None) -> FloatA
     """Directions of a pattern of touches; polar angles and count are those of rings."""
     from pretravel.directions import ring_pattern
     from pretravel.laboratory.standards import PATTERNS
-    from pretravel.units import DEGREE
 
     if pattern == "rings":
         rings = [angle * DEGREE for angle in (polar or _RINGS).degrees]

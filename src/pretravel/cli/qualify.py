@@ -24,6 +24,8 @@ from pretravel.cli.touch_files import (
     with_reading,
 )
 from pretravel.errors import PretravelError
+from pretravel.quantities import ANGLE, TIP_BALL, limits
+from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from pretravel.maps.kinds.wozniak import WozniakKind
@@ -42,8 +44,9 @@ def qualify(
     tip_diameter: Annotated[
         float | None,
         typer.Option(
+            **limits(TIP_BALL),
             help="Diameter of the tip, in mm. Without it, the mean of the map is zero and heights "
-            "are less certain, usually by 5 to 15 µm."
+            "are less certain, usually by 5 to 15 µm.",
         ),
     ] = None,
     kind: Annotated[
@@ -96,8 +99,9 @@ def qualify(
     lobe_azimuth: Annotated[
         float | None,
         typer.Option(
+            **limits(ANGLE, DEGREE),
             help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
-            "default is determined from 8 directions or more."
+            "default is determined from 8 directions or more.",
         ),
     ] = None,
     transducer: Annotated[
@@ -194,7 +198,6 @@ def qualify(
 def _wozniak(kind: str, lobe_azimuth: float | None, transducer: str) -> WozniakKind:
     """The kind wozniak with its settings, which no other kind has."""
     from pretravel.maps.kinds.wozniak import WozniakKind
-    from pretravel.units import DEGREE
 
     if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
         raise PretravelError("--lobe-azimuth and --transducer are only for --kind wozniak")

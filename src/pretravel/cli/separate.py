@@ -11,6 +11,8 @@ from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
+from pretravel.quantities import NOISE, VARIANCE, limits
+from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
     from pretravel.laboratory.separation import Separation
@@ -21,7 +23,10 @@ def separate(
     readings: Annotated[Path, typer.Argument(help="CSV: machine_index,probe_index,error_um.")],
     repeat_variance: Annotated[
         float | None,
-        typer.Option(help="Variance of one configuration, measured by repeats, in µm²."),
+        typer.Option(
+            **limits(VARIANCE, MICROMETRE**2),
+            help="Variance of one configuration, measured by repeats, in µm².",
+        ),
     ] = None,
     repeat_pair: Annotated[
         Indices | None,
@@ -30,7 +35,10 @@ def separate(
         ),
     ] = None,
     repeat_count: Annotated[
-        int, typer.Option(help="Number of repeats from which that variance was estimated.")
+        int,
+        typer.Option(
+            min=2, max=1_000_000, help="Number of repeats from which that variance was estimated."
+        ),
     ] = 10,
     method: Annotated[
         Literal["reml", "least-squares"],
@@ -69,7 +77,6 @@ def separate(
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import separate as separated
     from pretravel.report.separation_report import separation_document
-    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [readings])
     repeated = None
@@ -105,20 +112,29 @@ def _write(output: Path, result: Separation, report: Document) -> None:
 
 def separation_plan(
     directions: Annotated[
-        int, typer.Option(help="Directions of machine and probe, equally spaced.")
+        int, typer.Option(min=2, max=3600, help="Directions of machine and probe, equally spaced.")
     ] = 24,
     variance: Annotated[
         float,
-        typer.Option(help="Expected variance of a touch, machine and probe together, in µm²."),
+        typer.Option(
+            **limits(VARIANCE, MICROMETRE**2),
+            help="Expected variance of a touch, machine and probe together, in µm².",
+        ),
     ] = 0.5,
     u_systematic: Annotated[
         float | None,
-        typer.Option("--u-systematic", help="Standard uncertainty to reach for each error, in µm."),
+        typer.Option(
+            "--u-systematic",
+            **limits(NOISE, MICROMETRE),
+            help="Standard uncertainty to reach for each error, in µm.",
+        ),
     ] = None,
     u_variance: Annotated[
         float | None,
         typer.Option(
             "--u-variance",
+            min=0.001,
+            max=1000.0,
             help="Relative standard uncertainty to reach for each direction's variance, in %.",
         ),
     ] = None,
@@ -135,7 +151,6 @@ def separation_plan(
     from pretravel.formats.separation_csv import separation_plan_table
     from pretravel.laboratory.separation_plan import plan_separation
     from pretravel.report.separation_report import separation_plan_document
-    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",))])
     with working("planning"):

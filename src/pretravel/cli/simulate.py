@@ -20,6 +20,8 @@ from pretravel.cli.options import (
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
 from pretravel.errors import PretravelError
+from pretravel.quantities import DELAY, DISTANCE, FEED, FRICTION, NOISE, limits
+from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
     from pretravel.probe.description import Probe
@@ -52,24 +54,36 @@ def simulate(
     friction: Annotated[
         float,
         typer.Option(
+            **limits(FRICTION),
             help="Coulomb's coefficient of friction at the tip: with 0 the tip slides freely, with "
-            "inf it sticks."
+            "1000 it sticks.",
         ),
     ] = 0.0,
-    feed: Annotated[float | None, typer.Option(help="Feed rate, in mm/min.")] = None,
-    delay: Annotated[float, typer.Option(help="Delay of the trigger signal, in ms.")] = 0.0,
+    feed: Annotated[
+        float | None, typer.Option(**limits(FEED), help="Feed rate, in mm/min.")
+    ] = None,
+    delay: Annotated[
+        float, typer.Option(**limits(DELAY, 1e-3), help="Delay of the trigger signal, in ms.")
+    ] = 0.0,
     noise: Annotated[
-        float, typer.Option(help="Repeatability, as a standard deviation in µm.")
+        float,
+        typer.Option(
+            **limits(NOISE, MICROMETRE), help="Repeatability, as a standard deviation in µm."
+        ),
     ] = 0.0,
     seed: Annotated[
-        int | None, typer.Option(help="Seed of the noise: the same seed gives the same touches.")
+        int | None,
+        typer.Option(
+            min=0, max=2**63 - 1, help="Seed of the noise: the same seed gives the same touches."
+        ),
     ] = None,
     workpiece: Workpiece = "steel",
     gravity: Gravity = None,
     clearance: Annotated[
         float,
         typer.Option(
-            help="Distance before the contact on which the tip may not touch anything else, in mm."
+            **limits(DISTANCE),
+            help="Distance before the contact on which the tip may not touch anything else, in mm.",
         ),
     ] = 2.0,
     stem: Annotated[
@@ -101,7 +115,6 @@ def simulate(
     from pretravel.report.points_report import simulation_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
-    from pretravel.units import MICROMETRE
 
     check_files([(output, (".csv",)), (plot, PICTURES)], [probe, targets, *source_file(surface)])
     placement = part_in_machine(place, frame)

@@ -10,6 +10,7 @@ from pretravel.cli.files import PICTURES, check_files
 from pretravel.cli.options import ContactModel, PictureFile, ProbeName, Verbose, Workpiece
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_picture, show
+from pretravel.quantities import STEP, limits
 
 
 def slide(
@@ -32,11 +33,12 @@ def slide(
     step: Annotated[
         float | None,
         typer.Option(
+            **limits(STEP),
             help="Travel of a step, in mm (vertical: deflection, in mm; inclined: force, in N); "
-            "the default is 0.001; for inclined it is 0.1."
+            "the default is 0.001; for inclined it is 0.1.",
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(help="Number of steps.")] = 20,
+    steps: Annotated[int, typer.Option(min=1, max=100_000, help="Number of steps.")] = 20,
     process: Annotated[
         Literal["curved", "inclined", "vertical"],
         typer.Option(

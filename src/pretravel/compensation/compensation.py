@@ -12,6 +12,7 @@ from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
+from pretravel.quantities import as_numbers
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -307,12 +308,12 @@ def embed(
     refuse_glancing(a, n, lambda row: f"point {row + 1}")
     closing = -np.sum(a * n, axis=1)
     travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
-    points = np.asarray(positions, dtype=np.float64)
+    points = as_numbers(positions, "positions")
     touches = Touches(
         positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
         normals=n,
         approaches=a,
-        feeds=None if feeds is None else np.asarray(feeds, dtype=np.float64),
+        feeds=None if feeds is None else as_numbers(feeds, "feeds"),
     )
     if feeds is None or pretravel_map.delay is None:
         return touches

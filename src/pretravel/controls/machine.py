@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement, probe_rotation
+from pretravel.quantities import REAL, check_numbers
 
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 """Coordinate systems of LinuxCNC, in the order of their numbers 1 to 9."""
@@ -124,6 +125,7 @@ class Machine:
     limits: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        check_numbers(self, **dict.fromkeys(_BOUNDS, REAL))
         if self.travel_feed == 0.0:
             object.__setattr__(self, "travel_feed", self.positioning_feed)
         for name, (lowest, highest) in _BOUNDS.items():

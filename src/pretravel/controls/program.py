@@ -21,6 +21,7 @@ from pretravel.controls.ways import (
 from pretravel.directions import describe
 from pretravel.errors import PretravelError
 from pretravel.probing.targets import Targets
+from pretravel.quantities import FEED, checked
 
 _DOWNWARD = 0.02
 """Normals with a larger part downwards are not touched from above."""
@@ -174,6 +175,8 @@ def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
         raise PretravelError(
             f"{repeats} repeats: it must lie between 1 and 1000", inputs=("repeats",)
         )
+    for feed in feeds:
+        checked(feed, "the measuring feed", FEED, inputs=("feeds",))
     if len(set(feeds)) < len(feeds):
         raise PretravelError(
             "a feed occurs twice; state the number of repeats instead",

@@ -14,6 +14,7 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.controls.machine import Machine
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stylus_obstacle
+from pretravel.quantities import COORDINATE, DISTANCE, check_numbers, checked_values
 from pretravel.surface.cad.part import Part
 
 _EDGES = 0.05
@@ -68,6 +69,10 @@ class SphereObstacle:
     center: FloatArray
     radius: float
     shank_diameter: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_numbers(self, radius=DISTANCE, shank_diameter=DISTANCE)
+        checked_values(self.center, "the sphere's centre", COORDINATE)
 
     @property
     def words(self) -> str:

@@ -14,6 +14,7 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.features.feature_uncertainty import FormResult
 from pretravel.features.measured_feature import position_and_uncertainty
+from pretravel.quantities import COORDINATE, DISTANCE, PROBABILITY, UNCERTAINTY, checked
 
 DEFAULT_PROBABILITY = 0.95
 """Probability at which conformity or nonconformity is proven: the default of ISO 14253-1:2017."""
@@ -106,6 +107,7 @@ def size_conformity(
             return float(lower <= y <= upper)
         return float(ndtr((upper - y) / u) - ndtr((lower - y) / u))
 
+    checked(value, "the value", COORDINATE)
     band = float(ndtri(required)) * u
     if math.isfinite(lower) and math.isfinite(upper):
         guard = _guard_band(lambda g: probability(upper - g), 0.5 * (upper - lower), required)
@@ -142,6 +144,7 @@ def position_conformity(
     >>> round(hole.value, 6), hole.verdict.value, round(hole.guard_band, 4)
     (0.02, 'conforms', 0.0033)
     """
+    checked(tolerance, "the tolerance", DISTANCE, inputs=("tolerance",))
     sizes, vectors = np.linalg.eigh(covariance)
     deviations = np.sqrt(np.maximum(sizes, 0.0))
     draws = np.random.default_rng(_SEED).standard_normal((_TRIALS, len(located)))
@@ -204,6 +207,7 @@ def form_conformity(name: str, form: FormResult, tolerance: float, required: flo
 
 
 def _check(required: float, u: float, lower: float, upper: float) -> None:
+    checked(required, "the probability for a decision", PROBABILITY, inputs=("probability",))
     if not 0.5 < required < 1.0:
         raise PretravelError(
             f"the probability for a decision is {required:g}; it must lie between 0.5 and 1",
@@ -213,8 +217,7 @@ def _check(required: float, u: float, lower: float, upper: float) -> None:
         raise PretravelError(
             f"the tolerance from {lower:g} to {upper:g} mm is empty", inputs=("tolerance",)
         )
-    if not (math.isfinite(u) and u >= 0.0):
-        raise PretravelError("the uncertainty of the quantity is not known")
+    checked(u, "the uncertainty of the quantity", UNCERTAINTY)
 
 
 def _verdict(probability: float, required: float, u: float) -> ConformityVerdict:

@@ -19,6 +19,7 @@ from pretravel.features.feature_uncertainty import (
     feature_errors,
     form_result,
 )
+from pretravel.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
@@ -210,14 +211,10 @@ def measure_feature(
     """
     if len(points) == 0:
         raise PretravelError(f"there are no points for the {kind}")
-    if not (np.isfinite(u_machine) and u_machine >= 0.0):
-        raise PretravelError(
-            f"the standard uncertainty by the machine is {u_machine:g} mm; it must be finite and "
-            "not negative",
-            inputs=("u_machine",),
-        )
-    if at is not None and not np.all(np.isfinite(np.asarray(at, dtype=np.float64))):
-        raise PretravelError("the nominal position must be finite", inputs=("at",))
+    what = "the standard uncertainty by the machine"
+    checked(u_machine, what, UNCERTAINTY, inputs=("u_machine",))
+    if at is not None:
+        checked_values(at, "the nominal position", COORDINATE)
     mean_normal = np.asarray(points.normals.mean(axis=0))
     if kind == "line" and axis is None:
         axis = _unless_zero(mean_normal)

@@ -16,6 +16,7 @@ from pretravel.features.conformity import (
     size_conformity,
 )
 from pretravel.features.measured_feature import MeasuredFeature
+from pretravel.quantities import DISTANCE, PROBABILITY, check_numbers
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,9 @@ class FeatureTolerances:
     position: float | None = None
     form: float | None = None
     probability: float = DEFAULT_PROBABILITY
+
+    def __post_init__(self) -> None:
+        check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
 
     @property
     def any_stated(self) -> bool:

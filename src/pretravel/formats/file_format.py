@@ -13,6 +13,15 @@ from pretravel.errors import InputError
 from pretravel.formats.source_file import SourceFile
 from pretravel.frames import Placement, probe_rotation
 from pretravel.probing.targets import Targets
+from pretravel.quantities import (
+    ANGLE,
+    COORDINATE,
+    DISTANCE,
+    REFERENCE_DIAMETER,
+    TIP_RADIUS,
+    check_numbers,
+    checked_values,
+)
 from pretravel.touches import Touches, moved
 
 
@@ -71,6 +80,18 @@ class ReadingOptions:
     reference_diameter: float | None = None
     ring: bool = False
     look_only: bool = False
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            tip_radius=TIP_RADIUS,
+            overtravel=DISTANCE,
+            radius_taken_off=DISTANCE,
+            rotation=ANGLE,
+            reference_diameter=REFERENCE_DIAMETER,
+        )
+        if self.offset is not None:
+            checked_values(self.offset, "the offset", COORDINATE)
 
     @property
     def completes_files(self) -> bool:

@@ -17,6 +17,7 @@ from pretravel.formats.netcdf import read_dataset, write_dataset
 from pretravel.formats.source_file import opened
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
+from pretravel.quantities import TIP_BALL, checked
 
 
 def write_map(
@@ -88,6 +89,8 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
         raise InputError(what, path=path)
     if place.suffix.lower() == ".json":
         raise InputError("a map is read from .nc, or from a .csv table, not from .json", path=path)
+    if tip_diameter is not None:
+        checked(tip_diameter, "the tip's diameter", TIP_BALL, inputs=("tip_diameter",))
     if tip_diameter is not None and not 0.0 < tip_diameter < 100.0:
         raise PretravelError(
             f"the tip's diameter is {tip_diameter:g} mm; it lies between 0 and 100",

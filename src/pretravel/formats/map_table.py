@@ -126,6 +126,13 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     directions = from_angles(angles[:, 0], angles[:, 1])
     value = table.numbers("pretravel_um")[:, 0] * MICROMETRE
     u = table.numbers("u_um")[:, 0] * MICROMETRE if table.has("u_um") else np.zeros(len(value))
+    if np.any(u < 0.0):
+        row = int(np.argmin(u))
+        raise InputError(
+            f"u_um is {u[row] / MICROMETRE:g}; a standard uncertainty cannot be negative",
+            path=path,
+            line=table.lines[row],
+        )
     origin = Origin.QUALIFIED if table.has("u_um") else Origin.PREDICTED
     feed = _constant(table, "feed_mm_min")
     _refuse_implausible(table, value, feed)

@@ -9,6 +9,7 @@ from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
 from pretravel.formats.file_format import PointsOrigin
 from pretravel.formats.format_registry import FORMATS
+from pretravel.quantities import TIP_RADIUS, checked
 
 
 def write_points(
@@ -37,6 +38,8 @@ def write_points(
     PretravelError
         No format of points has this ending; the format needs what was not given.
     """
+    if tip_radius is not None:
+        checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
     ending = Path(path).suffix.lower()
     for known in FORMATS:
         if known.write_points is not None and ending in known.endings:

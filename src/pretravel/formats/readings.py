@@ -17,6 +17,7 @@ from pretravel.formats.stated_normals import with_sphere_normals
 from pretravel.formats.table_formats import CSV, PARQUET
 from pretravel.formats.touch_columns import own_lines
 from pretravel.formats.touches_csv import read_normals
+from pretravel.quantities import TIP_RADIUS, checked
 from pretravel.touches import Touches, without
 
 
@@ -176,6 +177,8 @@ def write_readings(path: str | Path, touches: Touches, tip_radius: float | None 
     >>> read_readings(path).tip_radius
     3.0
     """
+    if tip_radius is not None:
+        checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
     write = written_format(path).write_touches
     assert write is not None
     write(Path(path), touches, tip_radius)

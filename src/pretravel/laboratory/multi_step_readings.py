@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.quantities import COUNT, VARIANCE, check_numbers
 
 _LISTED = 12  # directions that a message names
 
@@ -93,7 +93,8 @@ class RepeatedPair:
     count: int = 10
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.variance < math.inf:
+        check_numbers(self, variance=VARIANCE, count=COUNT)
+        if self.variance == 0.0:
             raise PretravelError(
                 f"the variance of the repeats is {self.variance * 1e6:g} µm²; it must be positive"
             )

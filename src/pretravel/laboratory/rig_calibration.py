@@ -15,6 +15,7 @@ from pretravel.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.rig_outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
+from pretravel.quantities import PROBABILITY, checked
 from pretravel.uncertainty.gum import COVERAGE
 from pretravel.units import MICROMETRE
 
@@ -212,6 +213,7 @@ def calibrate_rig(
     ----------
     Ren 2020, equations 2 to 4 and Figure 8.
     """
+    checked(probability, "the probability", PROBABILITY, inputs=("probability",))
     excluded = _excluded_traces(touches, exclude)
     evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
     with_all = _calibration(touches, evaluated, excluded, probability)

@@ -11,6 +11,7 @@ from pretravel.arrays import FloatArray, IntArray
 from pretravel.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation_variances import direction_variance_uncertainty
+from pretravel.quantities import COUNT, UNCERTAINTY, VARIANCE, checked
 from pretravel.units import MICROMETRE
 
 MOST_DIRECTIONS = 72
@@ -185,7 +186,12 @@ class _Requirement:
                 f"the number of directions is {self.directions}; it must be 3 to {MOST_DIRECTIONS}",
                 inputs=("directions",),
             )
-        if not 0.0 < self.variance < math.inf:
+        checked(self.variance, "the expected variance", VARIANCE, inputs=("variance",))
+        if self.u_error is not None:
+            checked(self.u_error, "the uncertainty to reach", UNCERTAINTY, inputs=("u_systematic",))
+        if self.u_variance is not None:
+            checked(self.u_variance, "the uncertainty to reach", COUNT, inputs=("u_variance",))
+        if self.variance == 0.0:
             raise PretravelError(
                 f"the expected variance is {self.variance / MICROMETRE**2:g} µm²; it must be "
                 "positive",

@@ -13,6 +13,7 @@ from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import apply
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit
 
@@ -42,11 +43,8 @@ class CalibratedSphere:
     form: float = 0.0
 
     def __post_init__(self) -> None:
-        if not self.diameter > 0.0:
-            raise PretravelError(
-                f"the sphere's diameter is {self.diameter:g} mm; it must be positive",
-                inputs=("diameter",),
-            )
+        checked(self.diameter, "the sphere's diameter", REFERENCE_DIAMETER, inputs=("diameter",))
+        check_numbers(self, u_diameter=UNCERTAINTY, form=UNCERTAINTY)
 
     @property
     def u_of_form(self) -> float:

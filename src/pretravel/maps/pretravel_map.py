@@ -20,6 +20,14 @@ from pretravel.frames import Placement, checked_rotation
 from pretravel.maps.basis import BLOCK, MapBasis
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.quantities import (
+    DELAY,
+    FEED_OR_NONE,
+    MEASURED_DELAY,
+    TIP_RADIUS,
+    UNCERTAINTY,
+    check_numbers,
+)
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 
@@ -138,26 +146,21 @@ Touch the reference there too, or allow extrapolation.
             object.__setattr__(self, "delay_effect", effect)
 
     def _check_numbers(self) -> None:
-        if not 0.0 < self.tip_radius < math.inf:
-            raise PretravelError(f"the tip radius is {self.tip_radius} mm; it must be positive")
-        for what, value in (
-            ("standard uncertainty of the tip radius [mm]", self.u_tip_radius),
-            ("repeatability [mm]", self.repeatability),
-            ("fixed scatter [mm]", self.fixed_scatter),
-            ("feed [mm/min]", self.feed or 0.0),
-            ("standard uncertainty of the delay [s]", self.u_delay),
-        ):
-            if not 0.0 <= value < math.inf:
-                raise PretravelError(
-                    f"the {what} of a map is {value:g}; it must be finite and not negative"
-                )
+        check_numbers(
+            self,
+            tip_radius=TIP_RADIUS,
+            u_tip_radius=UNCERTAINTY,
+            repeatability=UNCERTAINTY,
+            fixed_scatter=UNCERTAINTY,
+            feed=FEED_OR_NONE,
+            delay=MEASURED_DELAY,
+            u_delay=DELAY,
+        )
         if not self.repeatability_dof >= 0.0:
             raise PretravelError(
                 f"the degrees of freedom of the repeatability are {self.repeatability_dof:g}; "
                 "they must be positive"
             )
-        if self.delay is not None and not math.isfinite(self.delay):
-            raise PretravelError(f"the signal delay is {self.delay:g} s; it must be finite")
 
     @property
     def single_touch(self) -> float:

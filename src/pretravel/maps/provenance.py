@@ -11,7 +11,15 @@ from typing import Any, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.errors import PretravelError
+from pretravel.quantities import (
+    PRETRAVEL,
+    REFERENCE_DIAMETER,
+    TEMPERATURE_DIFFERENCE,
+    TIP_BALL,
+    UNCERTAINTY,
+    check_numbers,
+    checked,
+)
 from pretravel.units import MICROMETRE
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
@@ -114,13 +122,18 @@ class QualificationSetup:
     def __post_init__(self) -> None:
         x, y, z = np.asarray(self.axis, dtype=np.float64).reshape(3)
         object.__setattr__(self, "axis", (float(x), float(y), float(z)))
-        for what, name in (
-            (f"the {self.reference}'s diameter", "diameter"),
-            ("the tip's diameter", "tip_diameter"),
-        ):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise PretravelError(f"{what} is {value:g} mm; it must be positive", inputs=(name,))
+        what = f"the {self.reference}'s diameter"
+        checked(self.diameter, what, REFERENCE_DIAMETER, inputs=("diameter",))
+        if self.tip_diameter is not None:
+            what = "the tip's diameter"
+            checked(self.tip_diameter, what, TIP_BALL, inputs=("tip_diameter",))
+        check_numbers(
+            self,
+            u_diameter=UNCERTAINTY,
+            u_temperature=TEMPERATURE_DIFFERENCE,
+            sphere_form=UNCERTAINTY,
+            axial_pretravel=PRETRAVEL,
+        )
 
     @property
     def u_reference_diameter(self) -> float:

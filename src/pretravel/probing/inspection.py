@@ -10,6 +10,16 @@ import numpy as np
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.directions import polar_angle
 from pretravel.errors import PretravelError
+from pretravel.quantities import (
+    ANGLE,
+    COORDINATE,
+    DISTANCE,
+    REAL,
+    STEP,
+    check_numbers,
+    checked,
+    checked_values,
+)
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -90,8 +100,11 @@ class InspectionRegion:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        if not self.margin >= 0.0:
-            raise PretravelError(f"the margin is {self.margin:g} mm; it cannot be negative")
+        check_numbers(self, margin=DISTANCE, max_polar=ANGLE)
+        checked_values(self.axis, "the axis", REAL)
+        for name, wanted in (("u", self.u), ("v", self.v)):
+            if wanted is not None:
+                checked_values(wanted, f"the range of {name}", COORDINATE)
         for name, wanted in (("u", self.u), ("v", self.v)):
             if wanted is not None and not wanted[0] < wanted[1]:
                 raise PretravelError(f"the range of {name} {wanted} must increase", inputs=(name,))
@@ -198,8 +211,8 @@ def _check_one_way(
             inputs=("grid", "spacing", "curvature"),
         )
     for name, value in (("spacing", spacing), ("chord", chord)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise PretravelError(f"the {name} is {value:g} mm; it must be above zero")
+        if value is not None:
+            checked(value, f"the {name}", STEP, inputs=(name,))
 
 
 def _pieces(surface: Surface | Part) -> list[tuple[int, Surface]]:

@@ -20,6 +20,7 @@ from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus, descr
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, tip_of
 from pretravel.probing.touching import CLEARANCE, touch
+from pretravel.quantities import DELAY, FEED, NOISE, check_numbers
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.local_geometry import Surface
@@ -101,13 +102,7 @@ class Latch:
                 "a signal delay adds travel in proportion to the feed: state the feed too",
                 inputs=("feed",),
             )
-        for name, value in (
-            ("noise", self.noise),
-            ("delay", self.delay),
-            ("feed", self.feed or 0.0),
-        ):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise PretravelError(f"the {name} is {value:g}; it cannot be negative")
+        check_numbers(self, noise=NOISE, delay=DELAY, feed=FEED)
 
     def latched(self, travel: FloatArray) -> FloatArray:
         """Travel at the latch, (n,), from travel at the trigger. [mm]

@@ -16,6 +16,7 @@ from pretravel.probing.slide_curved import FirstContact, slide_with_model, slide
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.slide_one_normal import golden_section_slide, stepped_slide
 from pretravel.probing.tip import LateralTip, PredictedTip, tip_of
+from pretravel.quantities import COUNT, STEP, check_numbers, checked
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import face_of
 
@@ -74,8 +75,8 @@ class SlideSettings:
         ):
             if value not in known:
                 raise PretravelError(f"{name} '{value}' is unknown; there are {', '.join(known)}")
-        if not (math.isfinite(self.step_size) and self.step_size > 0.0):
-            raise PretravelError(f"the step is {self.step_size:g}; it must be above zero")
+        checked(self.step_size, "the step", STEP, inputs=("step",))
+        check_numbers(self, steps=COUNT)
         if not 1 <= self.steps <= 100_000:
             raise PretravelError(f"{self.steps} steps; the number must be from 1 to 100000")
         if self.kinematics == "full" and self.process != "curved":

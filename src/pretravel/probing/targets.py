@@ -10,6 +10,7 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
 from pretravel.probing.inspection import InspectionPlan
+from pretravel.quantities import COORDINATE, as_numbers
 from pretravel.touches import refuse_glancing
 
 
@@ -43,15 +44,17 @@ class Targets:
     labels: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        points = np.asarray(self.points, dtype=np.float64)
+        points = as_numbers(self.points, "the points of the targets")
         normals = checked_unit(self.normals, "target normals")
         if points.shape != normals.shape:
             raise PretravelError(
                 f"targets have points of shape {points.shape} and normals of shape {normals.shape}"
             )
-        if not np.all(np.isfinite(points)):
-            row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
-            raise PretravelError(f"target {row + 1}: its point is not finite")
+        far = np.flatnonzero(~(np.abs(points) <= COORDINATE.highest).all(axis=1))
+        if len(far):
+            row = int(far[0])
+            problem = "beyond a kilometre" if np.isfinite(points[row]).all() else "not finite"
+            raise PretravelError(f"target {row + 1}: its point is {problem}")
         object.__setattr__(self, "points", frozen(points))
         object.__setattr__(self, "normals", frozen(normals))
         approaches = (

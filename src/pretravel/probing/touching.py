@@ -6,7 +6,6 @@ stylus and surface are when the trigger's criterion is met.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +24,7 @@ from pretravel.probing.obstacles import (
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
+from pretravel.quantities import DISTANCE, checked
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -120,8 +120,7 @@ def touch(
 def _check(tip: TipBehaviour, friction: float, clearance: float) -> None:
     if not friction >= 0.0:
         raise PretravelError(f"the friction is {friction:g}; it cannot be negative")
-    if not (math.isfinite(clearance) and clearance >= 0.0):
-        raise PretravelError(f"the clearance is {clearance:g} mm; it cannot be negative")
+    checked(clearance, "the clearance", DISTANCE, inputs=("clearance",))
     if friction > 0.0 and not tip.has_forces:
         raise PretravelError("friction needs a described probe: a map contains no forces")
 

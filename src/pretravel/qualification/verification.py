@@ -24,6 +24,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import without_machine
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
+from pretravel.quantities import PROBABILITY, checked
 from pretravel.touches import Touches, at_rest
 
 _MOST_GROSS = 0.1
@@ -246,6 +247,7 @@ def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool)
 
 
 def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> None:
+    checked(false_alarm_rate, "the false-alarm rate", PROBABILITY, inputs=("false_alarms",))
     if not 0.0 < false_alarm_rate < 0.5:
         raise PretravelError(
             f"the false-alarm rate is {false_alarm_rate:g}; it lies between 0 and 0.5 (0.01 is "

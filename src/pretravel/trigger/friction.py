@@ -19,6 +19,7 @@ from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, TIP_FORCE
 from pretravel.probe.description import Probe
+from pretravel.quantities import FRICTION, REAL, checked
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.friction_equilibrium import (
     SeatMechanism,
@@ -186,6 +187,9 @@ def check_conditions(
     ------
     PretravelError
     """
+    checked(friction, "the friction at the seats", FRICTION, inputs=("friction",))
+    if overtravel is not None:
+        checked(overtravel, "the overtravel", REAL, inputs=("overtravel",))
     largest = min(LARGEST_FRICTION, 0.95 * math.tan(probe.seats.support_angle))
     if not (math.isfinite(friction) and 0.0 <= friction <= largest):
         raise PretravelError(

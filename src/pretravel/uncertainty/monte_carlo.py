@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.quantities import REAL, check_numbers
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.gum import COVERAGE, Model, Propagated
 
@@ -49,6 +50,7 @@ class Input:
     dof: float = math.inf
 
     def __post_init__(self) -> None:
+        check_numbers(self, estimate=REAL, standard_uncertainty=REAL)
         if not 0.0 <= self.standard_uncertainty < math.inf or not math.isfinite(self.estimate):
             raise PretravelError(
                 f"an input has the estimate {self.estimate:g} and the standard uncertainty "

@@ -91,7 +91,7 @@ def test_a_full_turn_has_its_seam_once() -> None:
         ({}, "one way"),
         ({"grid": (2, 2), "spacing": 1.0}, "grid and spacing"),
         ({"grid": (2, 2), "chord": 1.0}, "grid and chord"),
-        ({"spacing": 0.0}, "above zero"),
+        ({"spacing": 0.0}, "must be positive"),
         ({"spacing": 0.01}, "more than 1000000 points"),
         ({"chord": 1e-9}, "more than 400000 points"),
         ({"grid": (0, 2)}, "0 x 2"),

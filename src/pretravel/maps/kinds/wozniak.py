@@ -16,6 +16,7 @@ from pretravel.errors import PretravelError
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit, shifted_center
 from pretravel.maps.observation import Observation, Scatter
+from pretravel.quantities import ANGLE, check_numbers
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -178,6 +179,9 @@ class WozniakKind(KindOfMap):
     transducer: str = "contact"
     name: ClassVar[str] = "wozniak"
     title: ClassVar[str] = "Woźniak's constant"
+
+    def __post_init__(self) -> None:
+        check_numbers(self, lobe_azimuth=ANGLE)
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         """See `KindOfMap.fit`; the tip's diameter must be known."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +15,7 @@ from pretravel.model.fem.finite_element_mesh import FiniteElementMesh, mesh_qual
 from pretravel.model.fem.geometry import ProbeSolids
 from pretravel.model.fem.quadrature import quadrature
 from pretravel.model.fem.regions import PATCH, SPRING, seat_face
+from pretravel.quantities import REAL, checked
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +58,8 @@ class MeshSettings:
     def __post_init__(self) -> None:
         for name in ("refinement", "body", "interface", "patch", "patch_radius", "grading"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
+            checked(value, f"the mesh setting {name}", REAL)
+            if not value > 0.0:
                 raise MeshError(f"the mesh setting {name} is {value:g}; it must be positive")
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, unit
 from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.quantities import as_numbers
 
 FLAT = 1e-4
 """Ratio of the smallest to the largest extent of points below which they lie in one plane or line.
@@ -82,7 +83,7 @@ def checked_points(
     >>> checked_points([[1, 2, 3]], "plane", 1).shape
     (1, 3)
     """
-    p = np.asarray(points, dtype=np.float64)
+    p = as_numbers(points, f"points of a {name}")
     if p.ndim != 2 or p.shape[1] not in dimensions:
         expected = " or ".join(str(d) for d in dimensions)
         raise PretravelError(f"points of a {name}: expected (n, {expected}), got {p.shape}")

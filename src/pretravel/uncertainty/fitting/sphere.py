@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.quantities import as_numbers
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.feature import (
     FLAT,
@@ -86,7 +87,7 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
     >>> fit_sphere(square).radius
     1.0
     """
-    p = np.asarray(points, dtype=np.float64)
+    p = as_numbers(points, "points of a sphere")
     name, fewest = ("circle", 3) if p.shape[1:] == (2,) else ("sphere", 4)
     p = checked_points(p, name, fewest, (3, 2))
     count, dimension = p.shape

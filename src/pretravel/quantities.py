@@ -1,0 +1,184 @@
+"""Physical quantities and their ranges: numbers that no probe, part or machine has are refused.
+
+The command line, the readers of files and the public functions take their limits from here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.units import DEGREE
+
+
+class QuantityRange(NamedTuple):
+    """A quantity with its range.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        In the units of the library: mm, rad, s, …
+    unit : str
+        For messages.
+    """
+
+    lowest: float
+    highest: float
+    unit: str = ""
+
+
+COMPONENT = QuantityRange(-1.0 - 1e-6, 1.0 + 1e-6)
+"""Of a unit vector, rounded as files round."""
+COORDINATE = QuantityRange(-1e6, 1e6, "mm")
+REFERENCE_DIAMETER = QuantityRange(1e-3, 1e4, "mm")
+TIP_BALL = QuantityRange(1e-3, 1e3, "mm")
+TIP_RADIUS = QuantityRange(0.5e-3, 500.0, "mm")
+DISTANCE = QuantityRange(0.0, 1e5, "mm")
+STEP = QuantityRange(1e-9, 1e5, "mm")
+"""A length that is not zero: the spacing of points, the height of a chord."""
+UNCERTAINTY = QuantityRange(0.0, 1e3, "mm")
+"""Of a length; also scatter and deviations of form."""
+NOISE = QuantityRange(0.0, 10.0, "mm")
+PRETRAVEL = QuantityRange(-1e3, 1e3, "mm")
+FEED = QuantityRange(1e-9, 1e6, "mm/min")
+FEED_OR_NONE = QuantityRange(0.0, 1e6, "mm/min")
+"""Zero where the delay travel was taken off."""
+DELAY = QuantityRange(0.0, 10.0, "s")
+MEASURED_DELAY = QuantityRange(-10.0, 10.0, "s")
+"""Negative by errors of the touches."""
+ANGLE = QuantityRange(-3600.0 * DEGREE, 3600.0 * DEGREE, "rad")
+PROBABILITY = QuantityRange(0.0, 1.0)
+REAL = QuantityRange(-1e150, 1e150)
+"""A number of any kind; its square is finite too."""
+FRICTION = QuantityRange(0.0, 1e3)
+VARIANCE = QuantityRange(0.0, 1.0, "mm²")
+COUNT = QuantityRange(0.0, 1e9)
+TEMPERATURE_DIFFERENCE = QuantityRange(0.0, 1e3, "K")
+
+
+def checked(
+    value: float, what: str, quantity: QuantityRange, *, inputs: tuple[str, ...] = ()
+) -> float:
+    """A number within the range of its quantity.
+
+    Parameters
+    ----------
+    value : float
+    what : str
+        For the message: "the tip's diameter".
+    quantity : QuantityRange
+    inputs : tuple of str
+        See `PretravelError`.
+
+    Raises
+    ------
+    PretravelError
+        Not a number, not finite, or outside the range.
+
+    >>> checked(6.0, "the tip's diameter", TIP_BALL)
+    6.0
+    >>> checked(-1.0, "the noise", NOISE)
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: the noise is -1 mm; it cannot be negative
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        shown = str(value)[:40] if not isinstance(value, int) else "a number of too many digits"
+        raise PretravelError(f"{what} is {shown}; it must be a number", inputs=inputs) from None
+    if not quantity.lowest <= number <= quantity.highest:
+        unit = f" {quantity.unit}" if quantity.unit else ""
+        raise PretravelError(
+            f"{what} is {number:g}{unit}; {_rule(number, quantity)}", inputs=inputs
+        )
+    return number
+
+
+def _rule(number: float, quantity: QuantityRange) -> str:
+    """What a refused number must be."""
+    if quantity.lowest > 0.0 and not 0.0 < number < math.inf:
+        return "it must be positive" + ("" if math.isfinite(number) else " and finite")
+    if quantity.lowest == 0.0 and not 0.0 <= number < math.inf:
+        return "it cannot be negative" if number < 0.0 else "it must be finite and not negative"
+    unit = f" {quantity.unit}" if quantity.unit else ""
+    return f"it must lie between {quantity.lowest:g} and {quantity.highest:g}{unit}"
+
+
+def check_numbers(owner: object, **quantities: QuantityRange) -> None:
+    """Check attributes of an object; those that are None are not stated.
+
+    Parameters
+    ----------
+    owner : object
+    quantities : QuantityRange
+        By the names of the attributes.
+
+    Raises
+    ------
+    PretravelError
+        See `checked`.
+    """
+    for name, quantity in quantities.items():
+        value = getattr(owner, name)
+        if value is not None:
+            checked(value, f"the {name.replace('_', ' ')}", quantity, inputs=(name,))
+
+
+def checked_values(values: npt.ArrayLike, what: str, quantity: QuantityRange) -> FloatArray:
+    """Numbers within the range of their quantity, of any shape.
+
+    Raises
+    ------
+    PretravelError
+        Not numbers, not finite, or outside the range; it states the first.
+
+    >>> checked_values([[0.0, 0.0, 25.0]], "the positions", COORDINATE).shape
+    (1, 3)
+    """
+    array = as_numbers(values, what)
+    inside = (array >= quantity.lowest) & (array <= quantity.highest)
+    if not np.all(inside):
+        checked(float(array[~inside].flat[0]), what, quantity)
+    return array
+
+
+def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
+    """Values as an array of numbers, which may be not finite.
+
+    Raises
+    ------
+    PretravelError
+        Text, or integers of too many digits.
+
+    >>> as_numbers([10**400], "the positions")
+    Traceback (most recent call last):
+    ...
+    pretravel.errors.PretravelError: the positions must be numbers of a usual size
+    """
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise PretravelError(f"{what} must be numbers of a usual size") from None
+
+
+def limits(quantity: QuantityRange, unit: float = 1.0) -> dict[str, Any]:
+    """The range as ``min`` and ``max`` of an option, which is given in another unit.
+
+    >>> limits(NOISE, 1e-3)
+    {'min': 0.0, 'max': 10000.0}
+    """
+    return {
+        "min": _rounded(quantity.lowest / unit),
+        "max": _rounded(quantity.highest / unit),
+    }
+
+
+def _rounded(value: float) -> float:
+    """Without the last digits, which come from the conversion of the unit."""
+    return float(f"{value:.12g}") if math.isfinite(value) else value

@@ -1,0 +1,81 @@
+"""Every number of the command line has a range, and is finite."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import pytest
+
+from pretravel.cli import main, program
+from tests.support.commands import run
+
+
+def _numbers() -> Iterator[tuple[str, str, Any]]:
+    """Command, parameter and option of each number, from the commands' signatures."""
+    for app in (main.app, program.app):
+        for command in app.registered_commands:
+            assert command.callback is not None
+            hints = get_type_hints(command.callback, include_extras=True)
+            for name, hint in hints.items():
+                for option in _options(hint):
+                    kinds = {hint, *_parts(hint)}
+                    if kinds & {float, int} and bool not in kinds:
+                        yield command.callback.__name__, name, option
+
+
+def _parts(hint: Any) -> Iterator[Any]:
+    for part in get_args(hint):
+        yield part
+        yield from _parts(part) if get_origin(part) is not None or get_args(part) else ()
+
+
+def _options(hint: Any) -> Iterator[Any]:
+    if get_origin(hint) is Annotated:
+        yield from (data for data in hint.__metadata__ if hasattr(data, "min"))
+    for part in get_args(hint):
+        yield from _options(part)
+
+
+def test_every_number_has_a_range() -> None:
+    found = list(_numbers())
+    assert len(found) > 50
+    without = [(c, n) for c, n, option in found if option.min is None or option.max is None]
+    assert without == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("pattern iso10360-5 --diameter 25 --turn nan -o t.csv", "--turn nan"),
+        ("pattern iso10360-5 --diameter 25 --turn inf -o t.csv", "--turn inf"),
+        ("pattern iso10360-5 --diameter 25 --clearance nan -o t.csv", "--clearance nan"),
+        ("pattern iso10360-5 --diameter 25 --center nan,0,0 -o t.csv", "--center nan,0,0"),
+        ("pattern iso10360-5 --diameter 25 --center 1e308,0,0 -o t.csv", "--center 1e308,0,0"),
+        ("pattern iso10360-5 --diameter 25 --repeats 1e400 -o t.csv", "--repeats 1e400"),
+        ("check iso10360-5 t.csv --diameter inf", "--diameter inf"),
+        ("check iso10360-5 t.csv --diameter 25 --tip-diameter -1", "--tip-diameter"),
+        ("convert t.csv --tip-diameter nan -o t.msr", "--tip-diameter nan"),
+        ("convert t.csv --tip-diameter nan -o t.qif", "--tip-diameter nan"),
+        ("convert t.csv --offset nan,0,0 -o u.csv", "--offset nan,0,0"),
+        ("convert t.csv --feed 1e308 -o u.csv", "--feed 1e308"),
+        ("separation-plan --u-systematic inf", "--u-systematic inf"),
+        ("separate r.csv --repeat-variance 1e308 --repeat-pair 1,1", "--repeat-variance 1e308"),
+        ("hysteresis omp40-2 --friction inf", "--friction inf"),
+        ("hysteresis omp40-2 --cycles 100000000", "--cycles"),
+        ("simulate omp40-2 --surface convex --targets t.csv --noise 1e308 -o u.csv", "--noise"),
+        ("simulate omp40-2 --surface convex --targets t.csv --friction inf -o u.csv", "--friction"),
+        ("simulate omp40-2 --surface convex --targets t.csv --seed -1 -o u.csv", "--seed"),
+        ("export map.nc --to linuxcnc --tolerance inf -o f", "--tolerance inf"),
+        ("measure p.csv --feature bore --form-tolerance inf", "--form-tolerance inf"),
+        ("qualify t.csv --diameter 25 --lobe-azimuth nan", "--lobe-azimuth nan"),
+        ("predict omp40-2 --azimuth 1e308", "--azimuth 1e308"),
+        ("predict omp40-2 --azimuth 0:1e308:1", "--azimuth"),
+        ("predict omp40-2 --lever -5", "--lever -5"),
+        ("plan convex --grid ²x3 -o p.csv", "--grid"),
+        ("program sphere m.toml --diameter 25 --feeds nan -o s.ngc", "--feeds nan"),
+    ],
+)
+def test_numbers_that_nothing_has_are_refused(arguments: str, words: str) -> None:
+    """The value is named with its option, before any file is read."""
+    assert words in run(*arguments.split(), code=2)
