@@ -28,7 +28,7 @@ from cattrs import (
 from cattrs.gen import make_dict_structure_fn
 
 from pretravel.errors import InputError, PretravelError
-from pretravel.units import DEGREE, GIGAPASCAL, MICROMETRE
+from pretravel.units import DEGREE, GIGAPASCAL, LARGEST_NUMBER, MICROMETRE
 
 Value = TypeVar("Value")
 KeyPath = tuple[str | int, ...]
@@ -42,6 +42,11 @@ _UNITS: Mapping[str, float] = {
     "_g_cm3": 1e-6,
 }
 """Endings of keys whose unit is not the one inside: factor to mm, rad, kg, MPa, kg/mm³."""
+_MOST_SIGNS, _LONGEST_LINE = 200_000, 5_000
+_LONGEST_STATEMENT = 300
+"""Lines of one statement, after which the lines of keys are no longer sought."""
+_QUOTED = 60
+"""Most signs of a value that a message quotes."""
 
 
 @dataclass(frozen=True)
@@ -109,11 +114,41 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
     pretravel.errors.InputError: mill.toml, line 1: not valid TOML: ...
     """
     try:
+        _refuse_size(text, path)
         return TomlDocument(tomllib.loads(text), text, str(path))
+    except InputError:
+        raise
+    except RecursionError:
+        raise InputError("its values are nested too deeply", path=path) from None
     except tomllib.TOMLDecodeError as error:
         stated = re.search(r"at line (\d+)", str(error))
         line = int(stated[1]) if stated else len(text.splitlines())
         raise InputError(f"not valid TOML: {error}", path=path, line=line) from None
+    except ValueError:  # Python reads no integer of more than 4300 digits
+        digits = re.compile(r"[0-9_]{1000,}")
+        place = next((n for n, row in enumerate(text.split("\n"), 1) if digits.search(row)), None)
+        raise InputError(
+            "a number has thousands of digits; it is none that this file needs",
+            path=path,
+            line=place,
+        ) from None
+
+
+def _refuse_size(text: str, path: str | Path) -> None:
+    """Refuse what no such file has: its parts take time that grows with the square of a line."""
+    if len(text) > _MOST_SIGNS:
+        raise InputError(
+            f"the file has {len(text)} signs; files of this kind have at most {_MOST_SIGNS}",
+            path=path,
+        )
+    for number, row in enumerate(text.split("\n"), start=1):
+        if len(row) > _LONGEST_LINE:
+            raise InputError(
+                f"the line has {len(row)} signs; lines of this kind of file have at most "
+                f"{_LONGEST_LINE}",
+                path=path,
+                line=number,
+            )
 
 
 def read_toml(path: str | Path, kind: str, hint: str = "") -> TomlDocument:
@@ -244,7 +279,7 @@ class TomlStructure:
 
         def hook(value: Any, _: Any) -> Any:
             if not isinstance(value, Mapping):
-                raise ValueError(f"must be a table, got {value!r}")
+                raise ValueError(f"must be a table, got {quoted(value)}")
             return make(value, kind)
 
         return hook
@@ -273,7 +308,7 @@ class TomlStructure:
             if is_dataclass(parts[0]) and not isinstance(value, list):
                 raise _NoListOfTablesError
             if not isinstance(value, list) or (count is not None and len(value) != count):
-                raise ValueError(f"must be {_list_words(parts[0], count)}, got {value!r}")
+                raise ValueError(f"must be {_list_words(parts[0], count)}, got {quoted(value)}")
             return tuple(make(value, list[parts[0]]))  # type: ignore[valid-type]
 
         return hook
@@ -284,7 +319,7 @@ class TomlStructure:
 
         def hook(value: Any, _: Any) -> Any:
             if not isinstance(value, Mapping):
-                raise ValueError(f"must be a table, got {value!r}")
+                raise ValueError(f"must be a table, got {quoted(value)}")
             return make(value, dict[str, part])  # type: ignore[valid-type]
 
         return hook
@@ -400,23 +435,42 @@ def _list_words(part: Any, count: int | None) -> str:
     return f"a list of {noun}" if count is None else f"{numerals.get(count, count)} {noun}"
 
 
+def quoted(value: Any) -> str:
+    """A value of a file as a message quotes it.
+
+    >>> quoted(7), quoted("a"), len(quoted([1] * 1000)), quoted(16**4000)
+    ('7', "'a'", 60, 'an integer of 16001 bits')
+    """
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"an integer of {value.bit_length()} bits"
+    try:
+        shown = repr(value)
+    except (ValueError, RecursionError):  # such an integer within it, or nested deeply
+        return f"a {type(value).__name__}"
+    return shown if len(shown) <= _QUOTED else f"{shown[: _QUOTED - 1]}…"
+
+
 def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"must be a number, got {value!r}")
-    if not math.isfinite(value):
-        raise ValueError(f"must be a finite number, got {value!r}")
+        raise ValueError(f"must be a number, got {quoted(value)}")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"must be a finite number, got {value}")
+    if abs(value) > LARGEST_NUMBER:
+        raise ValueError(f"is larger than any value of this kind: {quoted(value)}")
     return float(value)
 
 
 def _integer(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"must be an integer, got {value!r}")
+        raise ValueError(f"must be an integer, got {quoted(value)}")
+    if abs(value) > LARGEST_NUMBER:
+        raise ValueError(f"is larger than any value of this kind: {quoted(value)}")
     return value
 
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"must be text in quotes, got {value!r}")
+        raise ValueError(f"must be text in quotes, got {quoted(value)}")
     return value
 
 
@@ -432,6 +486,8 @@ def _lines_of_keys(text: str) -> dict[KeyPath, int]:
     for number, line in enumerate(text.split("\n"), start=1):
         first = first if statement else number
         statement += line + "\n"
+        if number - first >= _LONGEST_STATEMENT:
+            break
         try:
             content = tomllib.loads(statement)
         except tomllib.TOMLDecodeError:

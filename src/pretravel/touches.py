@@ -233,8 +233,8 @@ def without(touches: Touches, names: Sequence[str]) -> Touches:
     lines = tuple(range(1, len(touches) + 1)) if touches.lines is None else touches.lines
     for name in names:
         rows = [row for row, label in enumerate(labels) if label == name]
-        if not rows and name.isdecimal():
-            rows = [row for row, line in enumerate(lines) if line == int(name)]
+        if not rows:
+            rows = [row for row, line in enumerate(lines) if str(line) == name]
         if not rows:
             raise PretravelError(
                 f"there is no touch with the label or on the line '{name}'", inputs=("exclude",)

@@ -33,6 +33,9 @@ STANDARD_GRAVITY: Final = 9.80665
 
 SECONDS_PER_MINUTE: Final = 60.0
 
+LARGEST_NUMBER: Final = 1e15
+"""Larger numbers, in any unit, are no measured values; files that contain them are refused."""
+
 
 @overload
 def delay_travel(feed: float, delay: float) -> float: ...

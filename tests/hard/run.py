@@ -66,7 +66,7 @@ class Trial:
             self.examples.setdefault(name, []).append(number)
 
 
-def try_reader(reader: Reader, seed: int, inputs: int) -> Trial:
+def try_reader(reader: Reader, seed: str, inputs: int) -> Trial:
     """Try a reader with mutated files, in processes that are watched."""
     trial = Trial(reader.name)
     began = time.perf_counter()
@@ -84,7 +84,7 @@ def try_reader(reader: Reader, seed: int, inputs: int) -> Trial:
     return trial
 
 
-def _work(reader: Reader, seed: int, numbers: range, out: Connection) -> None:
+def _work(reader: Reader, seed: str, numbers: range, out: Connection) -> None:
     """In a process of its own: send the number of each file before it is read, and faults."""
     _limit_memory()
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -134,7 +134,7 @@ def _watch(process: Any, messages: Connection, trial: Trial, first: int) -> int:
     return number + 1
 
 
-def report(trials: Sequence[Trial], seed: int) -> str:
+def report(trials: Sequence[Trial], seed: str) -> str:
     """A table of the trials, and the faults."""
     lines = [
         "| reader | files | faults | slowest [s] | memory [MB] |",
@@ -155,7 +155,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("readers", nargs="*", help=f"all, or some of {', '.join(READERS)}")
     parser.add_argument("--inputs", type=int, default=100_000, help="mutated files for each reader")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", default="1")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--show", type=int, help="write this one file to standard output instead")
     parser.add_argument("--json", type=Path, help="keep the results here too")

@@ -54,16 +54,16 @@ class TestFaults:
 
 class TestTrial:
     def test_a_reader_without_faults(self) -> None:
-        trial = run.try_reader(Reader("a", len, (SAMPLE,)), seed=1, inputs=5)
+        trial = run.try_reader(Reader("a", len, (SAMPLE,)), seed="1", inputs=5)
         assert (trial.inputs, trial.faults) == (5, {})
 
     def test_a_crash_is_counted_and_the_trial_goes_on(self) -> None:
-        trial = run.try_reader(Reader("a", _ends_the_process, (SAMPLE,)), seed=1, inputs=3)
+        trial = run.try_reader(Reader("a", _ends_the_process, (SAMPLE,)), seed="1", inputs=3)
         assert trial.faults == {"the process crashes": 3}
         assert trial.examples == {"the process crashes": [0, 1, 2]}
 
     def test_memory_is_limited(self) -> None:
-        trial = run.try_reader(Reader("a", _takes_memory, (SAMPLE,)), seed=1, inputs=1)
+        trial = run.try_reader(Reader("a", _takes_memory, (SAMPLE,)), seed="1", inputs=1)
         assert [name.partition(" ")[0] for name in trial.faults] == ["MemoryError"]
 
 

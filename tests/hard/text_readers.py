@@ -24,6 +24,7 @@ from pretravel.formats.touches_csv import read_plan, read_targets
 from pretravel.probe.catalogue import description_text, load_probe, rewritten
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
+from pretravel.surface.shapes import Sphere
 from tests.support.control_logs import REFUSED_FILES, SAMPLES
 from tests.support.mutated_files import Reader, at_a_path
 
@@ -107,10 +108,18 @@ def _shop_table(content: bytes) -> object:
 
 
 def _targets(content: bytes) -> object:
+    """As directions, as targets and as a plan; a file may lack the columns of one of them."""
     file = SourceFile("targets.csv", content)
-    read_directions(file)
-    read_targets(file, approach="file")
-    return read_plan(file)
+    sphere = Sphere([0.0, 0.0, 0.0], 12.5)
+    refusals = []
+    for read in (read_directions, read_plan, lambda f: read_targets(f, sphere)):
+        try:
+            read(file)
+        except PretravelError as error:
+            refusals.append(error)
+    if len(refusals) == 3:
+        raise refusals[0]
+    return None
 
 
 def _parameters(content: bytes) -> object:
@@ -137,6 +146,12 @@ def _example(*names: str) -> tuple[bytes, ...]:
     return tuple(b"".join(rows[:40]) for rows in lines)
 
 
+def _short_trace() -> bytes:
+    """A trace of the rig with every 30th of its samples."""
+    lines = (EXAMPLES / "rig" / "rig_000_1.csv").read_bytes().splitlines(keepends=True)
+    return lines[0] + b"".join(lines[1::30])
+
+
 _LOGS = tuple(
     Reader(name, _readings(name, options), (text.encode(),))
     for name, (text, options) in SAMPLES.items()
@@ -156,6 +171,7 @@ _JSON_POINTS = (
     b'[{"label": "a", "x_mm": 1.0, "y_mm": 0, "z_mm": 0, "nx": -1, "ny": 0, "nz": 0, "u_um": 0.5}'
     b',\n{"label": "b", "x_mm": 1, "y_mm": 0, "z_mm": null, "nx": 0, "ny": 0, "nz": 1, "u_um": 1}]'
 )
+_JSON_SAMPLES = (_JSON_POINTS, _JSON_POINTS.replace(b"null", b"5"))
 _PARAMETERS = {5210: 1, 5211: 1, 5212: 2, 5213: 3, 5220: 1, 5221: 10, 5222: 20, 5223: -30, 5230: 90,
                5381: 1, 5382: 2, 5383: 3}  # fmt: skip
 _TOML_WORDS = (
@@ -175,9 +191,13 @@ TEXT_READERS: tuple[Reader, ...] = (
     ),
     Reader("targets", _targets, _example("targets.csv", "part_touches.csv", "bore_touches.csv")),
     Reader("points", lambda c: read_points(SourceFile("points.csv", c)), (_POINTS,)),
-    Reader("points-json", lambda c: read_points(SourceFile("points.json", c)), (_JSON_POINTS,)),
+    Reader("points-json", lambda c: read_points(SourceFile("points.json", c)), _JSON_SAMPLES),
     Reader("map-table", at_a_path(read_map, "map.csv"), (_MAP, *_example("kp3_ring.csv"))),
-    Reader("rig-trace", at_a_path(read_rig_trace, "rig_000_1.csv"), _example("rig/rig_000_1.csv")),
+    Reader(
+        "rig-trace",
+        at_a_path(read_rig_trace, "rig_000_1.csv"),
+        (_short_trace(),),
+    ),
     Reader("rig-budget", at_a_path(read_budget, "budget.csv"), _example("rig_budget.csv")),
     Reader(
         "multi-step",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -50,7 +49,8 @@ def label_prefix(label: str) -> str:
     >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
     ('bore1', 'A', '12')
     """
-    return re.sub(r"[\s._:#/-]*\d+$", "", label) or label
+    name = label.rstrip("0123456789")
+    return (name.rstrip(" \t._:#/-") if name != label else label) or label
 
 
 def points_of_features(

@@ -68,6 +68,10 @@ _LABEL_WORDS = (
     "nr.",
 )  # fmt: skip
 """The first of these is the label where a table has several."""
+_LONGEST = 200
+"""A longer text is neither the name of a column nor a unit."""
+MOST_COLUMNS = 2000
+"""A table of touches has fewer columns."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,8 @@ def column_name(title: str) -> ColumnName:
     >>> column_name("Y-Soll").role, column_name("y_in").unit, column_name("Datum").role
     ('nominal_y', 'inch', None)
     """
+    if len(title) > _LONGEST:
+        return ColumnName(title, None, None, 1)
     for role in ROLES:
         if title == OWN_NAMES.get(role, role):
             return ColumnName(title, role, _own_unit(role), 0)
@@ -121,6 +127,8 @@ def unit_of(text: str) -> str | None:
     >>> unit_of("[mm]"), unit_of("Zoll"), unit_of("-"), unit_of("X")
     ('mm', 'inch', '1', None)
     """
+    if len(text) > _LONGEST:
+        return None
     word = text.strip().strip("[](){}<>").strip().lower().replace(" ", "")
     return _UNITS.get(word)
 
@@ -142,7 +150,7 @@ def names_known_columns(cells: list[str]) -> bool:
     >>> names_known_columns(["Nr", "X", "Y", "Z"]), names_known_columns(["1", "2", "3"])
     (True, False)
     """
-    roles = {column_name(cell).role for cell in cells}
+    roles = {column_name(cell).role for cell in cells[:MOST_COLUMNS]}
     return len(roles & {*NUMBER_ROLES} - {"feed"}) >= 3
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -24,6 +25,8 @@ from pretravel.formats.text_table import TextTable
 
 _LEFT_OUT = "none"
 """Stated for a role that no column has."""
+_MOST_DIGITS = 18
+_COUNT = re.compile(r"[0-9]{1,6}")
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
             return names.index(word), sign
         if plain.count(word.lower()) == 1 and word:
             return plain.index(word.lower()), sign
-        if word.isdecimal() and 1 <= int(word) <= text.width:
+        if _COUNT.fullmatch(word) and 1 <= int(word) <= text.width:
             return int(word) - 1, sign
     there = f"the columns {', '.join(names)}" if names else f"{text.width} columns without names"
     raise text.file.error(
@@ -120,7 +123,8 @@ def _named(
 ) -> dict[str, int]:
     """Columns by their names."""
     found: dict[str, int] = {}
-    repeated = sorted({n for n in (text.names or ()) if n and (text.names or ()).count(n) > 1})
+    counts = Counter(text.names or ())
+    repeated = {name for name, count in counts.items() if name and count > 1}
     for role in ROLES:
         same = [i for i, n in enumerate(names) if n.role == role and i not in taken]
         if not same or role in stated:
@@ -174,12 +178,15 @@ def _without_names(text: TextTable, problem: str) -> InputError:
 def _are_labels(cells: Sequence[str]) -> bool:
     if not all(cell.isdecimal() for cell in cells):
         return not any(re.fullmatch(r"[-+]?\d*[.,]\d+", cell) for cell in cells)
-    numbers = [int(cell) for cell in cells]
+    # A number of many digits is a label, and Python reads none of more than 4300.
+    numbers = [int(cell[:_MOST_DIGITS]) for cell in cells]
+    if any(len(cell) > _MOST_DIGITS for cell in cells):
+        return True
     return all(later > first for first, later in itertools.pairwise(numbers))
 
 
 def _is_zero(cell: str) -> bool:
-    return re.fullmatch(r"[-+]?0*[.,]?0*(?:[eE][-+]?\d+)?", cell) is not None and "0" in cell
+    return re.fullmatch(r"[-+]?(?:0+(?:[.,]0*)?|[.,]0+)(?:[eE][-+]?\d+)?", cell) is not None
 
 
 def _units_of_columns(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,8 +16,9 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
-from pretravel.formats.source_file import Source, SourceFile, opened
+from pretravel.formats.source_file import Source, SourceFile, opened, shortened
 from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
+from pretravel.units import LARGEST_NUMBER
 from pretravel.whole_file import whole_file
 
 SIGNIFICANT_DIGITS = 12
@@ -88,7 +90,8 @@ class CsvTable:
         Raises
         ------
         InputError
-            A cell is empty or is not a finite number; the message contains the line.
+            A cell is empty, is not a finite number, or is larger than any measured value; the
+            message contains the line.
         """
         result = np.empty((len(self), len(names)))
         for index, name in enumerate(names):
@@ -97,7 +100,7 @@ class CsvTable:
                 values = np.array(cells, dtype=np.float64)
             except ValueError:
                 self._refuse_cells(name)
-            if not np.all(np.isfinite(values)):
+            if not np.all(np.abs(values) <= LARGEST_NUMBER):
                 self._refuse_cells(name)
             scale = self.scales.get(name, 1.0)
             result[:, index] = values if scale == 1.0 else scale * values + 0.0
@@ -112,8 +115,13 @@ class CsvTable:
     def _refuse_cells(self, name: str) -> NoReturn:
         """Raise an error for the first cell of a column that is not a finite number."""
         cells = zip(self.columns[name], self.lines, strict=True)
-        cell, line = next(pair for pair in cells if not _is_finite(self._plain(pair[0])))
-        what = "is empty" if not cell else f"is '{cell}', which is not a finite number"
+        cell, line = next(pair for pair in cells if not _is_value(self._plain(pair[0])))
+        if not cell:
+            what = "is empty"
+        elif _is_finite(self._plain(cell)):
+            what = f"is '{shortened(cell)}', which is larger than any measured value"
+        else:
+            what = f"is '{shortened(cell)}', which is not a finite number"
         sign, other = ("comma", ".") if self.decimal == "," else ("point", ",")
         hint = f"; use a {sign} as decimal sign" if other in cell or cell.count(".") > 1 else ""
         if not hint:
@@ -159,7 +167,7 @@ def read_csv_table(source: Source) -> CsvTable:
     for number, line in enumerate(_text(file).splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        cells = [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
+        cells = _cells(file, line, number)
         if header is None:
             _check_header(file, cells, line.strip(), number)
             header, header_line = cells, number
@@ -198,6 +206,16 @@ def _text(file: SourceFile) -> str:
     return text
 
 
+def _cells(file: SourceFile, line: str, number: int) -> list[str]:
+    try:
+        return [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
+    except csv.Error as error:
+        raise file.error(
+            f"the cells cannot be told apart ({error}): is a quote that opens a cell not closed?",
+            number,
+        ) from None
+
+
 def _check_header(file: SourceFile, header: list[str], line: str, number: int) -> None:
     if len(header) == 1 and (";" in line or "\t" in line):
         separator = "semicolons" if ";" in line else "tabs"
@@ -212,9 +230,9 @@ def _check_header(file: SourceFile, header: list[str], line: str, number: int) -
             "(x_mm,y_mm,z_mm,nx,ny,nz for touches)",
             number,
         )
-    repeated = sorted({name for name in header if header.count(name) > 1})
+    repeated = sorted(name for name, count in Counter(header).items() if count > 1)
     if repeated:
-        raise file.error(f"the column {repeated[0]} occurs twice", number)
+        raise file.error(f"the column {shortened(repeated[0])} occurs twice", number)
 
 
 def _is_number(cell: str) -> bool:
@@ -227,6 +245,10 @@ def _is_number(cell: str) -> bool:
 
 def _is_finite(cell: str) -> bool:
     return _is_number(cell) and math.isfinite(float(cell))
+
+
+def _is_value(cell: str) -> bool:
+    return _is_number(cell) and abs(float(cell)) <= LARGEST_NUMBER
 
 
 def format_number(value: float) -> str:

@@ -16,6 +16,11 @@ _G92_ON, _G92 = 5210, 5211
 """Parameters of G92: whether it is active, and its x."""
 _ACTIVE = 5220
 """Parameter of the number of the active offset."""
+_PARAMETER = re.compile(r"[0-9]{1,9}")
+_WORD = re.compile(r"([A-Za-z])\s*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+))")
+_LARGEST_TOOL = 99_999
+_SHOWN = 20
+"""Most tools that a message names."""
 
 
 def read_work_offset(source: Source, offset: str | None = None, units: str = "mm") -> tuple[
@@ -56,7 +61,7 @@ def read_work_offset(source: Source, offset: str | None = None, units: str = "mm
         cells = line.split()
         if not cells:
             continue
-        if len(cells) != 2 or not cells[0].isdigit():
+        if len(cells) != 2 or not _PARAMETER.fullmatch(cells[0]):
             raise file.error(
                 f"'{line.strip()[:40]}': the number of a parameter and its value are needed", number
             )
@@ -126,17 +131,25 @@ def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
         text = line.partition(";")[0].strip()
         if not text:
             continue
-        words = re.findall(r"([A-Za-z])\s*([-+]?\d*\.?\d+)", text)
-        if not words or re.sub(r"[A-Za-z]\s*[-+]?\d*\.?\d+", "", text).strip():
+        words = _WORD.findall(text)
+        if not words or _WORD.sub("", text).strip():
             raise file.error(
                 f"'{text[:40]}' is not a line of a tool table such as T1 P1 D6.0 Z100.0",
                 line_number,
             )
-        values = {letter.upper(): float(value) for letter, value in words}
-        known.append(int(values.get("T", -1)))
-        if known[-1] == number:
+        read = file.numbers([value for _, value in words], line_number)
+        values = dict(zip((letter.upper() for letter, _ in words), read, strict=True))
+        stated = values.get("T", 0.0)
+        if not (stated.is_integer() and 0.0 <= stated <= _LARGEST_TOOL):
+            raise file.error(
+                f"T is {stated:g}; the number of a tool is a whole number up to {_LARGEST_TOOL}",
+                line_number,
+            )
+        known += [int(stated)] if "T" in values else []
+        if "T" in values and known[-1] == number:
             return Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
+    names = ", ".join(f"T{n}" for n in known[:_SHOWN]) + (" …" if len(known) > _SHOWN else "")
     raise file.error(
-        f"there is no tool {number}; there are {', '.join(f'T{n}' for n in known)}",
+        f"there is no tool {number}; there {'are ' + names if known else 'is none'}",
         inputs=("tool",),
     )

@@ -13,7 +13,7 @@ from pretravel.controls.gcode import render
 from pretravel.controls.machine import Machine, work_placement, work_turn
 from pretravel.errors import PretravelError
 from pretravel.frames import Placement
-from pretravel.toml_file import TomlDocument, TomlStructure, read_toml
+from pretravel.toml_file import TomlDocument, TomlStructure, quoted, read_toml
 from pretravel.units import DEGREE
 
 _USUAL = Machine()
@@ -31,7 +31,7 @@ class _ToolNumber:
         whole = isinstance(value, int) and not isinstance(value, bool)
         if not whole and value != "none":
             raise ValueError(
-                f'must be the number of the probe in the tool table, or "none", got {value!r}'
+                f'must be the number of the probe in the tool table, or "none", got {quoted(value)}'
             )
         self.number = value if isinstance(value, int) else None
 

@@ -122,8 +122,10 @@ def _json_table(file: SourceFile) -> CsvTable:
     """The rows of a JSON file as a table of cells."""
     try:
         rows = json.loads(file.content)
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise file.error(f"not JSON: {error}") from None
+    except RecursionError:
+        raise file.error("the values are nested too deeply; a list of rows is needed") from None
+    except ValueError as error:  # not JSON, not UTF-8, or an integer of more than 4300 digits
+        raise file.error(f"not JSON that can be read: {error}") from None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         raise file.error("compensated points in JSON are a list of rows; this is something else")
     names = list(rows[0])

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.formats.source_file import shortened
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
 from pretravel.laboratory.rig_calibration import (
@@ -22,7 +23,7 @@ from pretravel.laboratory.rig_calibration import (
     azimuth_of,
 )
 from pretravel.uncertainty.gum import Budget
-from pretravel.units import MICROMETRE
+from pretravel.units import LARGEST_NUMBER, MICROMETRE
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
@@ -237,9 +238,13 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
             try:
                 values.append(float(cell or "0"))
             except ValueError:
+                values.append(math.nan)
+            if not abs(values[-1]) <= LARGEST_NUMBER:
                 raise InputError(
-                    f"{name} is '{cell}'; it must be a number, or empty", path=path, line=line
-                ) from None
+                    f"{name} is '{shortened(cell)}'; it must be a finite number, or empty",
+                    path=path,
+                    line=line,
+                )
         if min(values) < 0.0:
             raise InputError("an uncertainty is negative", path=path, line=line)
         found.append(

@@ -16,6 +16,7 @@ from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.units import MICROMETRE
 
 _LARGEST = 10_000.0  # µm
+_LARGEST_INDEX = 1_000_000
 
 
 def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
@@ -69,11 +70,11 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
 
 def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
     values = table.numbers(name)[:, 0]
-    odd = np.flatnonzero(values != np.round(values))
+    odd = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INDEX))
     if len(odd):
         row = int(odd[0])
         raise InputError(
-            f"{name} is {values[row]:g}; an index is a whole number",
+            f"{name} is {values[row]:g}; an index is a whole number, at most {_LARGEST_INDEX}",
             path=table.path,
             line=table.lines[row],
         )

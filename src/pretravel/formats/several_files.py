@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -61,9 +62,9 @@ def files_of(places: Sequence[Path | str]) -> list[Path]:
         else:
             found.append(place)
     resolved = [path.resolve() for path in found]
-    for path in found:
-        if resolved.count(path.resolve()) > 1:
-            raise InputError("this file is given twice", path=path)
+    if len(set(resolved)) < len(resolved):
+        twice = Counter(resolved).most_common(1)[0][0]
+        raise InputError("this file is given twice", path=found[resolved.index(twice)])
     return found
 
 

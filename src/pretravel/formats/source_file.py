@@ -11,10 +11,12 @@ from typing import TypeAlias
 import numpy as np
 
 from pretravel.errors import InputError, PretravelError, RowError
-from pretravel.units import INCH
+from pretravel.units import INCH, LARGEST_NUMBER
 
 UNITS = {"mm": 1.0, "inch": INCH}
 """Millimetres in each unit of length that a file can have."""
+_QUOTED = 60
+"""Most signs of a file's text that a message quotes."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ class SourceFile:
         Raises
         ------
         InputError
-            A cell that is not a finite number.
+            A cell that is not a finite number, or larger than any measured value.
 
         >>> SourceFile("a.log", b"").numbers(["1", "-.5"], 1)
         [1.0, -0.5]
@@ -140,7 +142,9 @@ class SourceFile:
                 value = np.nan
             if not np.isfinite(value):
                 hint = "; use a point as decimal sign" if "," in cell else ""
-                raise self.error(f"'{cell}' is not a finite number{hint}", line)
+                raise self.error(f"'{shortened(cell)}' is not a finite number{hint}", line)
+            if abs(value) > LARGEST_NUMBER:
+                raise self.error(f"'{shortened(cell)}' is larger than any measured value", line)
             values.append(value)
         return values
 
@@ -166,6 +170,15 @@ class SourceFile:
             stated = "" if units is None else f"the unit '{units}' is not known: "
             raise self.error(f"{stated}{reason}; give the units, mm or inch", inputs=("units",))
         return UNITS[units]
+
+
+def shortened(text: str) -> str:
+    """A text as a message quotes it.
+
+    >>> shortened("G1 X1"), len(shortened("9" * 5000))
+    ('G1 X1', 60)
+    """
+    return text if len(text) <= _QUOTED else f"{text[: _QUOTED - 1]}…"
 
 
 def _encodings(content: bytes) -> list[tuple[str, str]]:

@@ -9,7 +9,13 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from pretravel.formats.column_names import column_name, is_unit_row, names_known_columns, unit_of
+from pretravel.formats.column_names import (
+    MOST_COLUMNS,
+    column_name,
+    is_unit_row,
+    names_known_columns,
+    unit_of,
+)
 from pretravel.formats.source_file import SourceFile
 from pretravel.formats.spreadsheet_cells import cell_content
 
@@ -20,8 +26,8 @@ _NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
 _IS_NUMBER = re.compile(_NUMBER)
 _IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_NUMBER})|([A-Za-z])({_NUMBER})")
 _COMMENT = re.compile(r"#|%|//|!|\$\$|\(.*\)$")
-_RULE = re.compile(r"[\s;,|+:]*(?:[-=_*~]{3,}[\s;,|+:]*)+")
-"""A line that is drawn below a header."""
+_RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
+_DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
     r"\b(?:units?|einheit(?:en)?|unites?|unités?|unidad(?:es)?|unità)\b\W*(\w+|\"|\[\w+\])|\b(G2[01])\b",
     re.IGNORECASE,
@@ -90,7 +96,8 @@ class TextTable:
 
     def title(self, index: int) -> str:
         """Name of a column in messages: its own, or its number."""
-        return (self.names or [""] * self.width)[index] or f"column {index + 1}"
+        own = "" if self.names is None else self.names[index]
+        return own or f"column {index + 1}"
 
 
 def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTable:
@@ -121,7 +128,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     stated = re.fullmatch(r"\"?sep=(.)\"?", records[0][1]) if records else None
     if stated is not None:
         records = records[1:]
-    records = [record for record in records if not _RULE.fullmatch(record[1])]
+    records = [record for record in records if not _is_rule(record[1])]
     plain = [record for record in records if not _COMMENT.match(record[1])]
     comments = [record for record in records if _COMMENT.match(record[1])]
     absent = set(left_out) - {str(number) for number, _ in plain}
@@ -149,6 +156,14 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
     return _table(file, split, sorted(comments), separator, encoding)
+
+
+def _is_rule(line: str) -> bool:
+    """Whether a line is drawn below a header: of strokes that have three signs or more."""
+    if not _RULE_SIGNS.fullmatch(line):
+        return False
+    strokes = _DRAWN.findall(line)
+    return bool(strokes) and min(map(len, strokes)) >= 3
 
 
 def is_table(lines: Sequence[str]) -> bool:
@@ -230,11 +245,14 @@ def split_cells(line: str, separator: str) -> list[str]:
 def _units_joined(cells: list[str]) -> list[str]:
     """Cells of a header with blanks, where "X [mm]" is one name."""
     joined: list[str] = []
+    has_unit = True  # a name has one; joined to a second, it would grow along the line
     for cell in cells:
-        if joined and cell[0] in "[(" and unit_of(cell) and unit_of(joined[-1]) is None:
+        if not has_unit and cell[0] in "[(" and unit_of(cell) and unit_of(joined[-1]) is None:
             joined[-1] += " " + cell
+            has_unit = True
         else:
             joined.append(cell)
+            has_unit = False
     return joined
 
 
@@ -256,9 +274,12 @@ def _records(file: SourceFile, text: str) -> list[Record]:
     return records
 
 
+_QUOTE_BEGINS = re.compile(r'(?:^\s*|[;,\t|][^\S\t]*)"')
+
+
 def _open_quote(line: str) -> bool:
     """Whether a quote at the beginning of a cell is not closed."""
-    return line.count('"') % 2 == 1 and re.search(r'(?:^|[;,\t|])\s*"', line) is not None
+    return line.count('"') % 2 == 1 and _QUOTE_BEGINS.search(line) is not None
 
 
 def _separator(records: list[Record]) -> str | None:
@@ -309,6 +330,12 @@ def _table(
     encoding: str,
 ) -> TextTable:
     """Find header, row of units and rows among the lines that were split into cells."""
+    for number, cells in split:
+        if len(cells) > MOST_COLUMNS:
+            raise file.error(
+                f"the line has {len(cells)} cells; a table of touches has at most {MOST_COLUMNS}",
+                number,
+            )
     first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))
     header = _header(split, first)
     body = split[first:] if header is None else split[header + 1 :]

@@ -21,7 +21,7 @@ from pretravel.probe.description import (
     Tripod,
 )
 from pretravel.probe.materials import Material, material, material_in
-from pretravel.toml_file import TomlDocument, TomlStructure, parse_toml, read_toml
+from pretravel.toml_file import TomlDocument, TomlStructure, parse_toml, quoted, read_toml
 
 _HINT = "pretravel probes omp40-2 prints a whole description"
 
@@ -259,14 +259,16 @@ def _own_materials(document: TomlDocument) -> Mapping[str, Material]:
 
 def _named(name: Any, own: Mapping[str, Material]) -> Material:
     if not isinstance(name, str):
-        raise ValueError(f"must be the name of a material, got {name!r}")
+        raise ValueError(f"must be the name of a material, got {quoted(name)}")
     return material(name, own)
 
 
 def _solids(value: Any) -> _Solids:
     names = [value] if isinstance(value, str) else value
     if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
-        raise ValueError(f'must name solids of the STEP file, as in ["hub", "#2"], got {value!r}')
+        raise ValueError(
+            f'must name solids of the STEP file, as in ["hub", "#2"], got {quoted(value)}'
+        )
     return _Solids(names)
 
 

@@ -12,9 +12,9 @@ from pretravel.formats.file_format import FileFormat, FileReadings
 from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 
-_POINT = re.compile(r"^(FA?)\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*POINT\s*,\s*(.*)$", re.I)
-_FEATURE = re.compile(r"^FA\s*\(\s*([^)]+?)\s*\)\s*=\s*FEAT\s*/\s*(\w+)", re.I)
-_MEASURED = re.compile(r"FA?\s*\(.*\)\s*=\s*FEAT\s*/", re.I)
+_POINT = re.compile(r"^(FA?)\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*POINT\s*,(.*)$", re.I)
+_FEATURE = re.compile(r"^FA\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*(\w+)", re.I)
+_MEASURED = re.compile(r"FA?\s*\([^)]*\)\s*=\s*FEAT\s*/", re.I)
 _PC_DMIS = re.compile(r"^\w+\s*=\s*FEAT/POINT", re.I)
 _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
@@ -142,9 +142,10 @@ class _Output:
         if found := _UNITS.match(statement):
             self._read_units(found[1], number)
         elif found := _POINT.match(statement):
-            self._read_point(found[1].upper(), found[2], found[3].split(","), number)
+            label, cells = found[2].strip(), found[3].split(",")
+            self._read_point(found[1].upper(), label, cells, number)
         elif found := _FEATURE.match(statement):
-            self.features.append(f"{found[1]} {found[2].upper()}")
+            self.features.append(f"{found[1].strip()} {found[2].upper()}")
 
     def _read_units(self, name: str, number: int) -> None:
         own = _UNIT_NAMES.get(name.upper())

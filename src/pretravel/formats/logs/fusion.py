@@ -21,7 +21,7 @@ from pretravel.touches import Touches
 from pretravel.units import DEGREE
 from pretravel.whole_file import whole_file
 
-_WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
@@ -229,7 +229,8 @@ def _words(file: SourceFile, text: str, number: int) -> dict[str, float]:
     if len(set(letters)) < len(letters):
         twice = next(letter for letter in letters if letters.count(letter) > 1)
         raise file.error(f"the letter {twice} occurs twice", number)
-    return {letter: float(value) for letter, value in pairs}
+    values = file.numbers([value for _, value in pairs], number)
+    return dict(zip(letters, values, strict=True))
 
 
 def _need(file: SourceFile, words: dict[str, float], letters: str, code: str, number: int) -> None:

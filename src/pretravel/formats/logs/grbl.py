@@ -15,14 +15,16 @@ import numpy.typing as npt
 from pretravel.formats.file_format import FileFormat, FilePositions
 from pretravel.formats.source_file import Source, SourceFile, opened
 
-_PROBE = re.compile(r"\[(?:PRB|Probe):([^\]:]*):?([^\]]*)\]")
+# Every class leaves out the bracket that begins: a line of beginnings alone is read once.
+_PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
 _PROBE_BEGINS = re.compile(r"\[(?:PRB|Probe):|<Probe,")
-_OLD_STATUS = re.compile(r"<(\w+),MPos:([-\d.,]+),WPos:([-\d.]+,[-\d.]+,[-\d.]+)[^>]*>")
-_OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\]]*)\]")
-_STATUS_LINE = re.compile(r"<\w+[|,][^>]*>")
+_OLD_STATUS = re.compile(r"<(\w+),MPos:([-\d.,]+),WPos:([-\d.]+,[-\d.]+,[-\d.]+)(?![-\d.])[^<>]*>")
+_OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\[\]]*)\]")
+_STATUS_LINE = re.compile(r"<\w+[|,][^<>]*>")
 _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
-_ACTIVE_OFFSET = re.compile(r"\[(?:GC:)?[^\]]*\b(G5[4-9](?:\.[123])?)\b[^\]]*\]")
+_STATE = re.compile(r"\[GC:([^\[\]]*)\]")
+_WORK_OFFSET = re.compile(r"\bG5[4-9](?:\.[123])?\b")
 _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
 """Parameters after which ``$#`` repeats the last report."""
 _MOVED = 2e-3
@@ -148,11 +150,16 @@ class _GrblLog:
             self._keep_offset("WCO", origin, number, rounded=_ROUNDED)
         for name, values in _OFFSET.findall(text):
             self._keep_offset(name, self._offset(name, values, number), number)
-        if "[GC:" in text and (found := _ACTIVE_OFFSET.search(text)):
-            self._keep_active(found[1], number)
+        if (state := _STATE.search(text)) and (active := _WORK_OFFSET.findall(state[1])):
+            self._keep_active(active[-1], number)
 
     def _offset(self, name: str, text: str, number: int) -> list[float]:
         values = self.file.numbers([cell for cell in text.split(",") if cell], number)
+        if name == "TLO" and len(values) in (0, 2):
+            raise self.file.error(
+                f"TLO has {len(values)} values; the length along z, or x, y and z, is needed",
+                number,
+            )
         if name != "TLO" and len(values) < 3:
             raise self.file.error(f"{name} has {len(values)} values; x, y and z are needed", number)
         return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -109,7 +110,7 @@ class _TargetLines:
 def _lines_of(plan: Targets, tip_radius: float, path: str) -> _TargetLines:
     labels = labels_or_numbers(plan.labels, len(plan))
     if len(set(labels)) < len(labels):
-        twice = next(label for label in labels if labels.count(label) > 1)
+        twice = Counter(labels).most_common(1)[0][0]
         raise InputError(f"the plan has two targets called '{twice}'", path=path)
     approaches = np.asarray(plan.approaches)
     keys = np.round(np.hstack([plan.points, plan.normals, approaches]), 6)
@@ -131,16 +132,18 @@ def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatA
     from scipy.spatial import cKDTree
 
     reach = float(np.hypot(ALONG, ACROSS))
-    near_by = cKDTree(lines.centers).query_ball_point(found.positions, reach)
+    tree = cKDTree(lines.centers)
     waiting = [list(rows) for rows in lines.repeats]
     owners, beyond = [], []
-    for row, near in enumerate(near_by):
+    for row, position in enumerate(found.positions):
+        near = np.sort(np.asarray(tree.query_ball_point(position, reach), dtype=np.int64))
+        stated_miss = found.contact is not None and not found.contact[row]
         try:
-            line, along = _line_through(
-                found, row, lines, np.sort(np.asarray(near, dtype=np.int64))
-            )
+            if stated_miss and not len(near):
+                raise found.error("a miss far from all targets", row)
+            line, along = _line_through(found, row, lines, near)
         except InputError:
-            if found.contact is None or found.contact[row]:
+            if not stated_miss:
                 raise
             owners.append(_NO_TARGET)
             beyond.append(np.nan)

@@ -9,10 +9,10 @@ import numpy as np
 from pretravel.formats.file_format import FileFormat, FilePositions
 from pretravel.formats.source_file import Source, SourceFile, opened
 
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d.,eE])", re.IGNORECASE)
-_NUMBER = r"[-+.\d]"
-_POSITION = re.compile(
-    rf"(?:N\d+\s*)?(?:G0?[01]\s*)?X\s*{_NUMBER}.*Y\s*{_NUMBER}.*Z\s*{_NUMBER}", re.IGNORECASE
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])", re.IGNORECASE)
+_X_FIRST, _THEN_Y, _THEN_Z = (
+    re.compile(rf"{words}\s*[-+.\d]", re.IGNORECASE)
+    for words in (r"(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
 )
 _ROTARY = "ABC"
 _MOVED = 1e-4
@@ -49,7 +49,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     rows, numbers = [], []
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
-        line = re.sub(r"\(.*?\)", "", text).strip()
+        line = without_comments(text).strip()
         if not line or line.startswith((";", "%")):
             continue
         units = _units(file, line, number, units)
@@ -62,6 +62,19 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     if not rows:
         raise file.error("the file contains no position")
     return FilePositions(file.path, scale * np.array(rows), tuple(numbers))
+
+
+def without_comments(line: str) -> str:
+    """Return a line of G-code without its comments in brackets.
+
+    >>> without_comments("G1 (to (the left) X1 (open")
+    'G1  X1 (open'
+    """
+    kept, at = "", 0
+    while (begin := line.find("(", at)) >= 0 and (end := line.find(")", begin)) >= 0:
+        kept += line[at:begin]
+        at = end + 1
+    return kept + line[at:]
 
 
 def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
@@ -108,13 +121,21 @@ def _position(
     if not set("XYZ") <= set(words):
         missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
         raise file.error(f"'{line[:40]}' has no {missing}", number)
-    return [float(words[axis]) for axis in "XYZ"]
+    return file.numbers([words[axis] for axis in "XYZ"], number)
 
 
 def _is_positions(lines: list[str]) -> bool:
     # A label such as X1 in a CSV file looks like a coordinate.
     is_csv = "nx" in lines[0].split(",")
-    return not is_csv and any(_POSITION.match(line) for line in lines[:_HEAD])
+    return not is_csv and any(map(_is_position, lines[:_HEAD]))
+
+
+def _is_position(line: str) -> bool:
+    """Whether X begins a line, and Y and Z follow in this order."""
+    place = _X_FIRST.match(line)
+    for word in (_THEN_Y, _THEN_Z):
+        place = place and word.search(line, place.end())
+    return place is not None
 
 
 POSITIONS = FileFormat(

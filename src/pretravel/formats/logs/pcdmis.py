@@ -13,7 +13,8 @@ from pretravel.formats.logs.dmis import checked_radius_taken_off, with_unit_norm
 from pretravel.formats.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 
-_FEATURE = re.compile(r"^(\S.*?)\s*=\s*(?:FEAT|AUTO)\s*/\s*(.*)$", re.IGNORECASE)
+_FEATURE = re.compile(r"=\s*(?:FEAT|AUTO)\s*/", re.IGNORECASE)
+"""Stands between the label of a feature and its kind."""
 _VALUES = re.compile(r"^(THEO|ACTL)\s*/\s*(.*)$", re.IGNORECASE)
 _HIT = re.compile(r"^HIT\s*/\s*(.*)$", re.IGNORECASE)
 _ALIGNMENT = re.compile(r"(?:=\s*ALIGNMENT/START|^RECALL/ALIGNMENT)", re.IGNORECASE)
@@ -102,9 +103,10 @@ class _Routine:
         if _ALIGNMENT.search(statement):
             self.close_feature()
             self.alignment = number if self.touches else None
-        elif found := _FEATURE.match(statement):
+        elif (found := _FEATURE.search(statement)) and (label := statement[: found.start()]):
             self.close_feature()
-            self.feature = _Feature(found[1], found[2], number)
+            kind = statement[found.end() :].strip()
+            self.feature = _Feature(label.strip(), kind, number)
         elif self.feature is None:
             return
         elif _NO_TOUCH.match(statement):
@@ -236,7 +238,7 @@ def _statements(lines: list[str]) -> list[tuple[int, str]]:
 
 
 def _is_pc_dmis(lines: list[str]) -> bool:
-    return any(_FEATURE.match(line) for line in lines) and any(
+    return any(_FEATURE.search(line) for line in lines) and any(
         _VALUES.match(line) for line in lines
     )
 

@@ -70,7 +70,8 @@ class _Log:
         self.columns: tuple[str, ...] = ()
         self.touched: dict[str, list[float]] = {}
         self.lines: list[int] = []
-        self.missed: list[str] = []
+        self.missed: dict[str, int] = {}
+        """Line by label."""
         self.points: dict[str, FloatArray] = {}
         self._takers: dict[str, Callable[[list[str], int], None]] = {
             LOG_HEAD: self._take_head,
@@ -138,7 +139,7 @@ class _Log:
             raise self.file.error(f"the touch {label} occurs twice", number)
         row = self.file.numbers(values[1:], number)
         if round(row[-1]) == 0:
-            self.missed.append(label)
+            self.missed[label] = number
         else:
             self.touched[label] = row
             self.lines.append(number)

@@ -11,13 +11,16 @@ import re
 from pretravel.formats.file_format import FeatureResult, FileFormat
 from pretravel.formats.source_file import Source, SourceFile, opened
 
-_HEAD = re.compile(r"COMPONENT\s+NO\s+(\d+)\s+FEATURE\s+NO\s+(\d+)", re.I)
-_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+))"
+# Of lines in which every run of blanks is one blank.
+_HEAD = re.compile(r"COMPONENT NO (\d+) FEATURE NO (\d+)", re.I)
+_NUMBER = r"([-+]?(?:\d+(?:\.\d*)?|\.\d+))"
 _ROW = re.compile(
-    rf"^(SIZE|POSN|ANG)\s+([A-Z]?)\s*{_NUMBER}\s+ACTUAL\s+{_NUMBER}"
-    rf"(?:\s+TOL\s+(?:TP\s+)?{_NUMBER})?\s+DEV\s+{_NUMBER}$",
+    rf"^(SIZE|POSN|ANG) ([A-Z]?) ?{_NUMBER} ACTUAL {_NUMBER}"
+    rf"(?: TOL (?:TP )?{_NUMBER})? DEV {_NUMBER}$",
     re.I,
 )
+_ACTUAL, _DEVIATION = (re.compile(rf"\b{word}\b", re.I) for word in ("ACTUAL", "DEV"))
+_MOST_DIGITS = 9
 _LAST_DIGIT = 2e-4
 """DEV can differ from ACTUAL less nominal by the rounding of four decimals."""
 
@@ -50,8 +53,10 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     component, feature = 0, 0
     results = []
     for number, text in enumerate(file.lines("a print-out"), start=1):
-        line = text.replace("*", " ").strip()
+        line = " ".join(text.replace("*", " ").split())
         if head := _HEAD.search(line):
+            if max(len(head[1]), len(head[2])) > _MOST_DIGITS:
+                raise file.error("the numbers of component and feature are no such numbers", number)
             component, feature = int(head[1]), int(head[2])
         if not re.match(r"(SIZE|POSN|ANG)\b", line, re.I):
             continue
@@ -71,7 +76,7 @@ def _result(
     if found is None:
         raise file.error(f"'{line[:50]}' cannot be read; SIZE D… ACTUAL … DEV … is needed", number)
     kind, axis, tolerance = found[1].upper(), found[2].upper(), found[5]
-    nominal, actual, deviation = float(found[3]), float(found[4]), float(found[6])
+    nominal, actual, deviation = file.numbers([found[3], found[4], found[6]], number)
     if abs(actual - nominal - deviation) > _LAST_DIGIT:
         raise file.error(
             f"DEV {deviation:g} is not ACTUAL {actual:g} less the nominal {nominal:g}", number
@@ -83,13 +88,14 @@ def _result(
         nominal=own * nominal,
         actual=own * actual,
         deviation=own * deviation,
-        tolerance=None if tolerance is None else own * float(tolerance),
+        tolerance=None if tolerance is None else own * file.numbers([tolerance], number)[0],
         line=number,
     )
 
 
 def _is_print_file(lines: list[str]) -> bool:
-    return any(re.search(r"\bACTUAL\b.*\bDEV\b", line, re.I) for line in lines)
+    found = ((line, _ACTUAL.search(line)) for line in lines)
+    return any(word and _DEVIATION.search(line, word.end()) for line, word in found)
 
 
 PRINT_FILE = FileFormat(

@@ -32,7 +32,7 @@ from pretravel.formats.logs.qif_document import (
     unit_normals,
 )
 from pretravel.formats.logs.qif_measure_points import read_measure_points
-from pretravel.formats.source_file import Source, opened
+from pretravel.formats.source_file import Source, opened, shortened
 from pretravel.touches import Touches
 from pretravel.whole_file import whole_file
 
@@ -155,10 +155,7 @@ class _SetElement:
         """Read the whole set; the unit's millimetres and its name are the document's."""
         scale = self._own_scale(scale, main_unit)
         self._refuse_what_is_not_read()
-        try:
-            count = int(self.element.get("count", ""))
-        except ValueError:
-            raise self.error("it does not state its count") from None
+        count = self._count()
         points = self._numbers("Points", 3 * count)
         if points is None:
             raise self.error("it has no Points")
@@ -174,6 +171,15 @@ class _SetElement:
             self._labels(count),
             self._lines(),
         )
+
+    def _count(self) -> int:
+        """Read the number of points; a file cannot have more of them than signs."""
+        stated = self.element.get("count", "")
+        if not re.fullmatch("[0-9]{1,12}", stated.strip()):
+            raise self.error("it does not state its count") from None
+        if not 1 <= int(stated) <= len(self.document.file.content):
+            raise self.error(f"its count is {stated}: it has no points, or not so many")
+        return int(stated)
 
     def _refuse_what_is_not_read(self) -> None:
         for child in ("CoordinateSystemId", "TranformId"):  # the schema's own spelling
@@ -204,7 +210,7 @@ class _SetElement:
     def _number(self, word: str) -> float:
         value = finite_number(word)
         if np.isnan(value):
-            raise self.error(f"'{word}' is not a finite number")
+            raise self.error(f"'{shortened(word)}' is not a finite number of usual size")
         return value
 
     def _radii(self, count: int) -> FloatArray | None:

@@ -11,8 +11,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError
-from pretravel.formats.source_file import SourceFile
-from pretravel.units import INCH
+from pretravel.formats.source_file import SourceFile, shortened
+from pretravel.units import INCH, LARGEST_NUMBER
 
 NAMESPACE = "http://qifstandards.org/xsd/qif3"
 NAMESPACE_2 = "http://qifstandards.org/xsd/qif2"
@@ -134,16 +134,16 @@ class QifDocument:
         unit = self.root.find(self.path("FileUnits", "PrimaryUnits", "LinearUnit"))
         if unit is None:
             return METRE
-        if float(unit.findtext(self.path("UnitConversion", "Offset")) or 0.0) != 0.0:
+        if finite_number(unit.findtext(self.path("UnitConversion", "Offset")) or "0") != 0.0:
             raise self.file.error("a length unit with an offset is not read")
         factor = unit.findtext(self.path("UnitConversion", "Factor"))
         if factor is not None:
-            try:
-                return float(factor) * METRE
-            except ValueError:
+            metres = finite_number(factor)
+            if not 1e-12 <= metres <= 1e6:
                 raise self.file.error(
-                    f"the factor '{factor}' of the length unit is not a number"
-                ) from None
+                    f"the factor '{shortened(factor)}' of the length unit is no number of metres"
+                )
+            return metres * METRE
         name = (unit.findtext(self.path("UnitName")) or "meter").strip().lower()
         if name not in UNIT_NAMES:
             raise self.file.error(f"the length unit '{name}' is not known and has no factor")
@@ -167,7 +167,7 @@ def own_text(element: ET.Element | None) -> str | None:
 
 
 def finite_number(word: str) -> float:
-    """Return a word as a number; NaN where it is no finite number.
+    """Return a word as a number; NaN where it is not finite, or larger than any measured value.
 
     >>> finite_number("7.6e-006"), finite_number("INF")
     (7.6e-06, nan)
@@ -176,7 +176,7 @@ def finite_number(word: str) -> float:
         value = float(word)
     except ValueError:
         return np.nan
-    return value if np.isfinite(value) else np.nan
+    return value if abs(value) <= LARGEST_NUMBER else np.nan
 
 
 def unit_normals(normals: FloatArray, error: Callable[[int, str], InputError]) -> FloatArray:

@@ -9,14 +9,16 @@ import re
 from collections.abc import Callable
 
 from pretravel.formats.file_format import FileFormat
+from pretravel.formats.logs.log_lines import without_comments
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""
-_BLOCK = re.compile(
-    r"(?:/?\s*N\d+\s*)?(?:(?:[A-Z]\s?[-+]?(?:\.?\d|\[|#|<)[^\s,;]*\s*)+|#\s?[\d<].*=.*)",
-    re.IGNORECASE,
-)
-"""A block of letters, each with its number or expression."""
+_NUMBERED = re.compile(r"/?\s*N\d+\s*", re.IGNORECASE)
+_VALUE = r"[-+]?(?:\.?\d|\[|#|<)"
+_APART = re.compile(rf"(?<=[A-Z])\s(?={_VALUE})", re.IGNORECASE)
+"""A blank between a letter and its number."""
+_WORD = re.compile(rf"[A-Z]{_VALUE}[^,;]*", re.IGNORECASE)
+_ASSIGNMENT = re.compile(r"#\s?[\d<].*=")
 _HEIDENHAIN_PROGRAM = re.compile(r"(?:0\s+)?BEGIN PGM\b|\d+\s+TCH PROBE \d{3}\b", re.IGNORECASE)
 _DPRNT = re.compile(r"(?:N\d+\s*)?(?:DPRNT\[|POPEN\b)", re.IGNORECASE)
 _SUBROUTINE = re.compile(r"o\s?(?:<\w+>|\d+)\s*(?:sub|call|if|while|repeat)\b", re.IGNORECASE)
@@ -30,12 +32,20 @@ def _any(pattern: str, *, head: int | None = None) -> Callable[[list[str]], bool
 
 def _is_program(lines: list[str]) -> bool:
     for line in lines:
-        code = re.sub(r"\(.*?\)|;.*", "", line).strip()
+        code = without_comments(line).partition(";")[0].strip()
         if _HEIDENHAIN_PROGRAM.match(code) or _DPRNT.match(code) or _SUBROUTINE.match(code):
             return True
-        if _BLOCK.fullmatch(code) and _CODE.search(code):
+        if _CODE.search(code) and _is_block(code):
             return True
     return False
+
+
+def _is_block(code: str) -> bool:
+    """Whether a line has letters alone, each with its number or expression, or sets a variable."""
+    numbered = _NUMBERED.match(code)
+    rest = code[numbered.end() :] if numbered else code
+    words = _APART.sub("", rest).split()
+    return bool(_ASSIGNMENT.match(rest) or (words and all(map(_WORD.fullmatch, words))))
 
 
 def _is_height_grid(lines: list[str]) -> bool:
@@ -105,12 +115,26 @@ BED_MESH = FileFormat(
     "offset",
 )
 
+_TAGGED = re.compile(
+    r"(?<!\w)[E\d]\d{4}\s+(?:[#%]\s+)?(?:PtMeas|GoTo|X|StartSession|OnPtMeasReport)\s*\(",
+    re.IGNORECASE,
+)
+"""The tag of an order or an answer, and a word of the protocol."""
+
+
+def _is_tagged(line: str) -> bool:
+    """Whether a line begins with a tag, after one word at most, such as a time."""
+    found = _TAGGED.search(line)
+    if found is None:
+        return False
+    before = re.sub(r"^\W+", "", line[: found.start()])
+    return not before or (before[-1].isspace() and len(before.split()) == 1)
+
+
 I_PLUS_PLUS = FileFormat(
     name="i++",
     what="log of an I++ DME server",
-    recognises=_any(
-        r"^\W*(?:\S+\s+)?[E\d]\d{4}\s+(?:[#%]\s+)?(?:PtMeas|GoTo|X|StartSession|OnPtMeasReport)\s*\("
-    ),
+    recognises=lambda lines: any(map(_is_tagged, lines)),
     refusal="this is a log of an I++ DME server. It is not read, because the properties that state "
     "what its positions are (OnPtMeasReport, the tool's compensation) differ from session to "
     "session. Write X, Y, Z of the answers to PtMeas and IJK of the requests as CSV",

@@ -11,6 +11,9 @@ _WIDTH = 72
 _UNIT_FLAG = 14
 """Number of the parameter with the unit, from 1 (IGES 5.3, section 2.2.4.3)."""
 _UNITS = range(1, 12)
+_MOST_DIGITS = 9
+_STRING = re.compile(rb"(\d+)[Hh]")
+"""The begin of a string: its length and H."""
 
 
 def check_iges_header(lines: list[bytes]) -> None:
@@ -34,10 +37,10 @@ def check_iges_header(lines: list[bytes]) -> None:
     section = [line[:_WIDTH].ljust(_WIDTH) for line in lines if line[_WIDTH : _WIDTH + 1] == b"G"]
     parameters = _parameters(b"".join(section))
     flag = parameters[_UNIT_FLAG - 1] if len(parameters) >= _UNIT_FLAG else b""
-    if flag and not (flag.isdigit() and int(flag) in _UNITS):
+    if flag and not (len(flag) <= _MOST_DIGITS and flag.isdigit() and int(flag) in _UNITS):
         raise PretravelError(
             f"its unit (parameter {_UNIT_FLAG} of the global section) is "
-            f"'{flag.decode('ascii', 'replace')}'; it must be a number from 1 to {_UNITS[-1]}"
+            f"'{flag[:24].decode('ascii', 'replace')}'; it must be a number from 1 to {_UNITS[-1]}"
         )
 
 
@@ -48,10 +51,11 @@ def _parameters(text: bytes) -> list[bytes]:
     at = 0
     while True:
         at = _after_blanks(text, at)
-        count = re.compile(rb"(\d+)[Hh]").match(text, at)
+        count = _STRING.match(text, at)
         if count:
-            stop = count.end() + int(count.group(1))
-            if int(count.group(1)) == 1 and len(found) < 2:
+            length = int(count[1]) if len(count[1]) <= _MOST_DIGITS else len(text)
+            stop = count.end() + length
+            if length == 1 and len(found) < 2:
                 mark = text[stop - 1 : stop]
                 delimiter, end = (mark, end) if not found else (delimiter, mark)
         else:

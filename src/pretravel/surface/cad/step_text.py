@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections import deque
 
-_SPACE = rb"(?:\s|/\*[^*]*\*+(?:[^/*][^*]*\*+)*/)*"
+_SPACE = rb"(?:\s++|/\*[^*]*+\*++(?:[^/*][^*]*+\*++)*+/)*+"
 """White space and comments, which may stand between any two tokens (ISO 10303-21)."""
 
 _TOPOLOGY = """
@@ -45,7 +46,8 @@ _TOKENS = re.compile(
     rb"|(?P<nameless>" + _NAMELESS + rb")",
     re.DOTALL,
 )
-_CANDIDATE = re.compile(_NAMELESS)
+_ASIDE = re.compile(rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)", re.DOTALL)
+"""Strings and comments."""
 
 
 def with_names(text: bytes) -> tuple[bytes, int]:
@@ -71,9 +73,8 @@ def with_names(text: bytes) -> tuple[bytes, int]:
     >>> with_names(b"#1=PLANE($,#2); #3=SI_UNIT($,.METRE.); /* =PLANE($ */")
     (b"#1=PLANE('',#2); #3=SI_UNIT($,.METRE.); /* =PLANE($ */", 1)
     """
-    if _CANDIDATE.search(text) is None:
-        return text, 0
     count = 0
+    end = _begin_of_open_comment(text)
 
     def mended(token: re.Match[bytes]) -> bytes:
         nonlocal count
@@ -82,4 +83,18 @@ def with_names(text: bytes) -> tuple[bytes, int]:
         count += 1
         return token.group()[:-1] + b"''"
 
-    return _TOKENS.sub(mended, text), count
+    return _TOKENS.sub(mended, text[:end]) + text[end:], count
+
+
+def _begin_of_open_comment(text: bytes) -> int:
+    """Where a comment begins that does not end; else the length of the text.
+
+    Looked for from every place before it, its end would take time with the square of the text.
+    """
+    if b"/*" not in text:
+        return len(text)
+    tokens = deque(_ASIDE.finditer(text), maxlen=1)
+    if not tokens or not tokens[0].group().startswith(b"/*"):
+        return len(text)
+    last = tokens[0]
+    return len(text) if last.group().endswith(b"*/", 2) else last.start()
