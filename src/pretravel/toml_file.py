@@ -43,6 +43,8 @@ _UNITS: Mapping[str, float] = {
 }
 """Endings of keys whose unit is not the one inside: factor to mm, rad, kg, MPa, kg/mm³."""
 _MOST_SIGNS, _LONGEST_LINE = 200_000, 5_000
+_MOST_BYTES = 4
+"""Of a sign in UTF-8."""
 _LONGEST_STATEMENT = 300
 """Lines of one statement, after which the lines of keys are no longer sought."""
 _QUOTED = 60
@@ -113,11 +115,10 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
     ...
     pretravel.errors.InputError: mill.toml, line 1: not valid TOML: ...
     """
+    _refuse_size(text, path)
+    _refuse_long_lines(text, path)
     try:
-        _refuse_size(text, path)
         return TomlDocument(tomllib.loads(text), text, str(path))
-    except InputError:
-        raise
     except RecursionError:
         raise InputError("its values are nested too deeply", path=path) from None
     except tomllib.TOMLDecodeError as error:
@@ -134,13 +135,14 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
         ) from None
 
 
-def _refuse_size(text: str, path: str | Path) -> None:
-    """Refuse what no such file has: its parts take time that grows with the square of a line."""
-    if len(text) > _MOST_SIGNS:
-        raise InputError(
-            f"the file has {len(text)} signs; files of this kind have at most {_MOST_SIGNS}",
-            path=path,
-        )
+def _refuse_size(content: str | bytes, path: str | Path) -> None:
+    most = _MOST_SIGNS * (_MOST_BYTES if isinstance(content, bytes) else 1)
+    if len(content) > most:
+        raise InputError(f"files of this kind have at most {_MOST_SIGNS} signs", path=path)
+
+
+def _refuse_long_lines(text: str, path: str | Path) -> None:
+    """Refuse lines whose parts would take time that grows with the square of the line."""
     for number, row in enumerate(text.split("\n"), start=1):
         if len(row) > _LONGEST_LINE:
             raise InputError(
@@ -173,7 +175,10 @@ def read_toml(path: str | Path, kind: str, hint: str = "") -> TomlDocument:
     pretravel.errors.InputError: none.toml: there is no such machine file
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        with Path(path).open("rb") as stream:
+            content = stream.read(_MOST_BYTES * _MOST_SIGNS + 1)
+        _refuse_size(content, path)
+        text = content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except FileNotFoundError:
         advice = f"; {hint}" if hint else ""
         raise InputError(f"there is no such {kind}{advice}", path=path) from None

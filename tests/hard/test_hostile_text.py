@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from pretravel import toml_file
 from pretravel.errors import InputError, PretravelError
+from pretravel.formats import source_file
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.format_registry import format_of
@@ -24,7 +27,7 @@ from pretravel.formats.rig_csv import read_budget
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.source_file import SourceFile
 from pretravel.formats.touches_csv import read_touches
-from pretravel.probe.catalogue import description_text, parse_probe
+from pretravel.probe.catalogue import description_text, load_probe, parse_probe
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.toml_file import parse_toml
 from tests.hard.text_readers import TEXT_READERS
@@ -316,3 +319,24 @@ def test_a_log_of_forty_thousand_touches() -> None:
 def test_a_log_of_forty_thousand_misses() -> None:
     with no_longer_than(HANG), pytest.raises(InputError, match="40000 were missed"):
         read_readings(SourceFile("a.log", _long_log("0.0", 40_000)))
+
+
+class TestFilesWithoutEnd:
+    """A link to a device, or a file of another kind: no more is read than such a file can have."""
+
+    def test_readings(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(source_file, "LARGEST_FILE", 1000)
+        link = tmp_path / "a.csv"
+        link.symlink_to("/dev/zero")
+        with pytest.raises(InputError, match=r"a.csv: the file is larger than 0.001 MB"):
+            read_touches(link)
+
+    @pytest.mark.parametrize("read", [read_machine, read_laboratory, load_probe])
+    def test_settings(
+        self, read: Callable[[Path], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(toml_file, "_MOST_SIGNS", 1000)
+        link = tmp_path / "a.toml"
+        link.symlink_to("/dev/zero")
+        with no_longer_than(HANG), pytest.raises(InputError, match=r"a.toml: .*at most 1000"):
+            read(link)

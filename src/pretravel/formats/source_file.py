@@ -15,6 +15,8 @@ from pretravel.units import INCH, LARGEST_NUMBER
 
 UNITS = {"mm": 1.0, "inch": INCH}
 """Millimetres in each unit of length that a file can have."""
+LARGEST_FILE = 1_000_000_000
+"""More is not read: a million touches take a fifth of it. [bytes]"""
 _QUOTED = 60
 """Most signs of a file's text that a message quotes."""
 
@@ -213,13 +215,20 @@ def opened(source: Source) -> SourceFile:
     Raises
     ------
     InputError
-        The file does not exist or cannot be read.
+        The file does not exist, cannot be read or is larger than `LARGEST_FILE`.
     """
     if isinstance(source, SourceFile):
         return source
     try:
-        return SourceFile(str(source), Path(source).read_bytes())
+        with Path(source).open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise InputError("there is no such file", path=source) from None
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path=source) from error
+    if len(content) > LARGEST_FILE:
+        raise InputError(
+            f"the file is larger than {LARGEST_FILE / 1e6:g} MB; no file of readings is: split it",
+            path=source,
+        )
+    return SourceFile(str(source), content)
