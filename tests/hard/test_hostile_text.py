@@ -5,19 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from pretravel import toml_file
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats import source_file
 from pretravel.formats.csv_table import read_csv_table
-from pretravel.formats.file_format import ReadingOptions
+from pretravel.formats.file_format import FilePositions, ReadingOptions
 from pretravel.formats.format_registry import format_of
 from pretravel.formats.laboratory_file import read_laboratory
 from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
 from pretravel.formats.logs.fusion import read_fusion
 from pretravel.formats.logs.grbl import read_grbl_log
+from pretravel.formats.logs.joining import join
 from pretravel.formats.logs.print_file import read_print_file
 from pretravel.formats.logs.qif import read_qif
 from pretravel.formats.machine_file import read_machine
@@ -27,8 +30,12 @@ from pretravel.formats.rig_csv import read_budget
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.source_file import SourceFile
 from pretravel.formats.touches_csv import read_touches
+from pretravel.model.fem import step_solids as model_solids
 from pretravel.probe.catalogue import description_text, load_probe, parse_probe
+from pretravel.probe.description import StepGeometry
+from pretravel.probing.targets import Targets
 from pretravel.surface.cad.iges_header import check_iges_header
+from pretravel.surface.cad.part import Part
 from pretravel.toml_file import parse_toml
 from tests.hard.text_readers import TEXT_READERS
 from tests.support.control_logs import OWN_LOG_HEAD, OWN_LOG_TOUCH, QIF_FILE
@@ -236,6 +243,21 @@ class TestCad:
         with pytest.raises(PretravelError):
             check_iges_header([f"{row:<72}G{i:>7}".encode() for i, row in enumerate(rows, 1)])
 
+    @pytest.mark.parametrize("selector", ["#²", f"#{TOO_LONG}", "#"])
+    def test_the_number_of_a_solid(
+        self, selector: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        solids = [SimpleNamespace(name=name, mass=1.0) for name in "ab"]
+        monkeypatch.setattr(model_solids, "read_step_solids", lambda _: solids)
+        (tmp_path / "a.step").touch()
+        step = StepGeometry(tmp_path / "a.step", ("a",), ("b",), (selector,))
+        with pytest.raises(InputError, match="there is no solid '#"):
+            model_solids.step_solids(load_probe("omp40-2"), step)
+
+    def test_the_number_of_a_face(self) -> None:
+        with pytest.raises(PretravelError, match="has no face"):
+            Part("a.step", (), ()).select(TOO_LONG)
+
 
 LONG_LINES = [
     ("dmis", "FA(", " ", "x"),
@@ -340,3 +362,47 @@ class TestFilesWithoutEnd:
         link.symlink_to("/dev/zero")
         with no_longer_than(HANG), pytest.raises(InputError, match=r"a.toml: .*at most 1000"):
             read(link)
+
+
+MANY = 25_000
+"""Points of a file; a reader that compares each with all others takes more than `HANG`."""
+
+
+def _many_of_pc_dmis(number: int) -> str:
+    return f"P{number} =FEAT/POINT,RECT\nTHEO/0,0,{number},0,0,1\nACTL/0,0,{number}.01,0,0,1\n"
+
+
+def _many_of_dmis(number: int) -> str:
+    return f"FA(P{number})=FEAT/POINT,CART,0,0,{number},0,0,1\n"
+
+
+def _many_of_fusion(number: int) -> str:
+    return f"G800 N{number} X0 Y0 Z0 I0 J0 K1\nG801 N{number} X0 Y0 Z3 R3\n"
+
+
+class TestManyPoints:
+    @pytest.mark.parametrize(
+        ("name", "line"),
+        [("pcdmis", _many_of_pc_dmis), ("dmis", _many_of_dmis), ("fusion", _many_of_fusion)],
+    )
+    def test_a_label_at_the_end_occurs_twice(self, name: str, line: Callable[[int], str]) -> None:
+        text = "".join(line(number) for number in [*range(MANY), MANY - 1])
+        options = ReadingOptions(units="mm", radius_taken_off=0.0)
+        with no_longer_than(HANG), pytest.raises(InputError, match="occurs twice"):
+            read_readings(SourceFile("a.txt", text.encode()), options, file_format=name)
+
+    def test_two_targets_at_the_end_of_a_plan_have_one_label(self) -> None:
+        labels = (*(f"p{i}" for i in range(MANY)), f"p{MANY - 1}")
+        points = np.zeros((MANY + 1, 3))
+        plan = Targets(points, np.tile([0.0, 0.0, 1.0], (MANY + 1, 1)), labels=labels)
+        found = FilePositions("a.log", points[:1], (1,))
+        with no_longer_than(HANG), pytest.raises(InputError, match=f"two targets .*p{MANY - 1}"):
+            join(found, plan, 3.0)
+
+    def test_misses_far_from_every_target(self) -> None:
+        plan = Targets(np.eye(3)[:1], np.eye(3)[:1])
+        positions = np.vstack([[[4.0, 0.0, 0.0]], np.full((MANY, 3), 1e6)])
+        contact = (True, *(False,) * MANY)
+        found = FilePositions("a.log", positions, tuple(range(1, MANY + 2)), contact)
+        with no_longer_than(HANG):
+            assert len(join(found, plan, 3.0).touches) == 1

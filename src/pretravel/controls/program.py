@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -263,7 +264,7 @@ def _checked_labels(targets: Targets) -> tuple[str, ...]:
                 "to 40 letters, digits and signs of -_."
             )
     if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
+        twice = Counter(names).most_common(1)[0][0]
         raise PretravelError(
             f"two targets are called '{twice}'; readings are assigned to targets by their labels"
         )

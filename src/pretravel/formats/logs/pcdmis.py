@@ -180,10 +180,11 @@ def _check(file: SourceFile, routine: _Routine) -> None:
             "with THEO/ and ACTL/. Features alone cannot be compensated; let PC-DMIS show the hits "
             "before the routine is saved as text"
         )
-    labels = [label for label, _, _ in routine.touches]
+    seen = set()
     for label, _, line in routine.touches:
-        if labels.count(label) > 1:
+        if label in seen:
             raise file.error(f"the point {label} occurs twice", line)
+        seen.add(label)
     if all(values[:3] == values[6:] for _, values, _ in routine.touches):
         raise file.error(
             "every measured point equals its nominal point: the routine was not run on a machine, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,7 @@ def step_solids(probe: Probe, step: StepGeometry) -> list[ProbeSolid]:
 
     def picked(selector: str) -> list[Any]:
         """One solid by its number, or all solids of a name (such as three rods)."""
-        if selector.startswith("#") and selector[1:].isdigit():
+        if re.fullmatch("#[0-9]{1,9}", selector):
             number = int(selector[1:])
             if 1 <= number <= len(solids):
                 return [solids[number - 1]]

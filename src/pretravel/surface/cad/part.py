@@ -22,6 +22,10 @@ _MOST_POINTS = 2_000_000
 """Approximate largest number of points on all faces."""
 
 
+_MOST_DIGITS = 18
+"""A longer number is that of no face; Python reads none of more than 4300."""
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """The faces of a part.
@@ -52,7 +56,7 @@ class Part:
         """
         numbers = [face.number for face in self.faces]
         if word.isdecimal():
-            number = int(word)
+            number = int(word[:_MOST_DIGITS])
             if number in self.unreadable:
                 raise PretravelError(
                     f"{self.name}: face {number} cannot be used: {self.unreadable[number]}"
