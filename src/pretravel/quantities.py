@@ -39,7 +39,7 @@ REFERENCE_DIAMETER = QuantityRange(1e-3, 1e4, "mm")
 TIP_BALL = QuantityRange(1e-3, 1e3, "mm")
 TIP_RADIUS = QuantityRange(0.5e-3, 500.0, "mm")
 DISTANCE = QuantityRange(0.0, 1e5, "mm")
-STEP = QuantityRange(1e-9, 1e5, "mm")
+STEP = QuantityRange(1e-6, 1e5, "mm")
 """A length that is not zero: the spacing of points, the height of a chord."""
 UNCERTAINTY = QuantityRange(0.0, 1e3, "mm")
 """Of a length; also scatter and deviations of form."""

@@ -72,7 +72,7 @@ class TestPredict:
             (["omp40-2", "--polar", "nan"], "--polar nan"),
             (["omp40-2", "--workpiece", "cheese"], "there are aluminium"),
             (["omp40-2", "--lever", "10"], "shorter than the stylus"),
-            (["omp40-2", "--lever", "-10", "--model", "shen"], "positive"),
+            (["omp40-2", "--lever", "-10", "--model", "shen"], "--lever -10"),
             (["omp40-2", "-o", "map.xyz"], "the ending must be"),
             (["omp40-2", "-o", "no/such/folder/map.csv"], "does not exist"),
             (["omp40-2", "--plot", "map.bmp"], "the ending must be"),

@@ -61,7 +61,7 @@ class TestSeparate:
             (["--repeat-variance", "0.8", "--repeat-pair", "25,1"], "no reading has machine"),
             (["--method", "magic"], "not one of 'reml', 'least-squares'"),
             (["--pair", "1.5,2"], "whole numbers"),
-            (["--repeat-variance", "-1", "--repeat-pair", "1,1"], "positive"),
+            (["--repeat-variance", "-1", "--repeat-pair", "1,1"], "--repeat-variance -1"),
         ],
     )
     def test_errors_teach(self, options: list[str], words: str) -> None:

@@ -98,11 +98,11 @@ class TestSimulate:
             ("plane:polar=400", [], "between 0 and 180"),
             ("sphere:radius=twelve", [], "not a number"),
             ("plane:polar=90", [], "cannot be touched"),
-            ("sphere:radius=12.5", ["--friction", "-0.1"], "cannot be negative"),
+            ("sphere:radius=12.5", ["--friction", "-0.1"], "--friction -0.1"),
             ("sphere:radius=12.5", ["--approach", "file"], "ax, ay, az"),
             ("sphere:radius=12.5", ["--approach", "sideways"], "not one of 'normal', 'file'"),
             ("sphere:radius=12.5", ["--delay", "5"], "state the feed too (--feed)"),
-            ("sphere:radius=12.5", ["--noise", "-1"], "cannot be negative"),
+            ("sphere:radius=12.5", ["--noise", "-1"], "--noise -1"),
         ],
     )
     def test_errors_teach(self, surface: str, extra: list[str], words: str, tmp_path: Path) -> None:

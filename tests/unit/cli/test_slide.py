@@ -68,8 +68,8 @@ class TestSlide:
         [
             (["--surface", "convex", "--at", "2,0"], "is not on the surface"),
             (["--surface", "convex", "--at", "middle"], "expected two numbers"),
-            (["--surface", "convex", "--at", "0,0", "--step", "0"], "above zero"),
-            (["--surface", "convex", "--at", "0,0", "--steps", "0"], "1 to 100000"),
+            (["--surface", "convex", "--at", "0,0", "--step", "0"], "--step 0: it should be"),
+            (["--surface", "convex", "--at", "0,0", "--steps", "0"], "--steps 0: it should be"),
             (["--surface", "convex", "--at", "0,0", "--process", "odd"], "not one of 'curved'"),
             (["--surface", "convex", "--at", "0,0", "--search", "golden"], "vertical and inclined"),
             (["--surface", "convex", "--at", "0.5,0.5", "--process", "vertical"], "for walls"),
