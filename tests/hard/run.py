@@ -22,7 +22,7 @@ from typing import Any
 
 from tests.hard.binary_readers import BINARY_READERS
 from tests.hard.text_readers import TEXT_READERS
-from tests.support.mutated_files import LONGEST, Reader, fault_of, mutated
+from tests.support.mutated_files import LONGEST, PATIENCE, Reader, fault_of, mutated
 
 READERS = {reader.name: reader for reader in (*TEXT_READERS, *BINARY_READERS)}
 MEMORY = 2**30
@@ -112,7 +112,7 @@ def _watch(process: Any, messages: Connection, trial: Trial, first: int) -> int:
     number = first
     while True:
         try:
-            heard = messages.poll(LONGEST + _GRACE)
+            heard = messages.poll(PATIENCE * LONGEST + _GRACE)
             kind, value = messages.recv() if heard else ("hangs", None)
         except EOFError:
             kind, value = "crashes", None

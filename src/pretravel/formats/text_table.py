@@ -247,7 +247,12 @@ def _units_joined(cells: list[str]) -> list[str]:
     joined: list[str] = []
     has_unit = True  # a name has one; joined to a second, it would grow along the line
     for cell in cells:
-        if not has_unit and cell[0] in "[(" and unit_of(cell) and unit_of(joined[-1]) is None:
+        if (
+            not has_unit
+            and cell.startswith(("[", "("))
+            and unit_of(cell)
+            and unit_of(joined[-1]) is None
+        ):
             joined[-1] += " " + cell
             has_unit = True
         else:
