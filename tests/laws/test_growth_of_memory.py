@@ -13,9 +13,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
+from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import repeat_outliers
 from pretravel.touches import Touches
@@ -64,3 +65,14 @@ def test_many_repeats_of_few_directions_need_memory_in_proportion():
         return lambda: repeat_outliers(touches, observe(touches, setup))
 
     assert _exponent(job, 10_000, 40_000) < LARGEST_EXPONENT
+
+
+def test_directions_beside_a_long_edge_need_memory_in_proportion():
+    def job(count: int) -> Callable[[], object]:
+        around = np.linspace(0.0, 2.0 * math.pi, count // 2, endpoint=False)
+        rings = [from_angles(np.radians(polar), around) for polar in (80.0, 90.0)]
+        support = DirectionSupport(np.concatenate(rings))
+        outside = from_angles(np.radians(91.0), np.linspace(0.0, 6.0, count))
+        return lambda: support.interpolation(outside)
+
+    assert _exponent(job, 2000, 8000) < LARGEST_EXPONENT

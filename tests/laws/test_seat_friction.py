@@ -199,3 +199,11 @@ def test_bad_values_are_explained(omp40: Probe) -> None:
     rigid = replace(omp40, seats=replace(omp40.seats, contact="rigid"))
     with pytest.raises(PretravelError, match="rigid"):
         friction_cycle(rigid, DIRECTIONS, 0.1)
+
+
+def test_more_steps_than_memory_holds_are_refused_before_any_work():
+    probe = load_probe("omp40-2")
+    for numbers in ({"cycles": 10**8}, {"steps": 10**9}):
+        with pytest.raises(PretravelError, match="every step is kept") as refused:
+            friction_cycle(probe, [[1.0, 0.0, 0.0]], 0.1, **numbers)
+        assert refused.value.inputs == ("cycles", "steps")

@@ -67,7 +67,7 @@ def hysteresis(
     description = load_probe(probe)
     directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     beyond = None if overtravel is None else overtravel * MICROMETRE
-    check_conditions(description, friction, beyond, cycles, steps)
+    check_conditions(description, friction, beyond, cycles, steps, len(directions))
     with working(f"{cycles} touches in {len(directions)} directions"):
         result = friction_cycle(
             description,

@@ -30,7 +30,9 @@ MARGIN = 5.0 * DEGREE
 """Distance from the triangles up to which a direction is still supported. [rad]"""
 
 _SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
-_CHUNK_VALUES = 1_000_000  # pairs of a direction and an edge at a time
+_CHUNK = 8192
+_PAIRS = 100_000  # of a direction and an edge at a time
+_NEAREST = 16  # edges that are compared first, where there are many
 
 
 def _project(directions: FloatArray) -> FloatArray:
@@ -57,6 +59,16 @@ class _Mesh:
     edges: IntArray
     edge_normals: FloatArray  # of the great circles of the edges, towards their triangles
     edge_bounds: BoolArray  # whether the edge bounds a triangle
+
+
+@dataclass(frozen=True, eq=False)
+class _Arcs:
+    """Edges as arcs of great circles: ends, the direction from the start along the arc, length."""
+
+    start: FloatArray
+    end: FloatArray
+    across: FloatArray
+    length: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,39 +203,78 @@ class DirectionSupport:
             nodes[inside] = mesh.triangulation.simplices[simplex]
             outside = ~inside
         rows = np.flatnonzero(outside)
-        step = max(_CHUNK_VALUES // max(len(mesh.edges), 1), 1)
-        for start in range(0, len(rows), step):
-            chunk = rows[start : start + step]
+        for start in range(0, len(rows), _CHUNK):
+            chunk = rows[start : start + _CHUNK]
             nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(d[chunk])
         return nodes, weights, distance
 
-    def _nearest_on_edges(self, directions: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """The nearest point of all edges, which are arcs of great circles."""
+    @cached_property
+    def _arcs(self) -> _Arcs:
+        """The edges as arcs of great circles."""
         mesh = self._mesh
         start, end = self.nodes[mesh.edges[:, 0]], self.nodes[mesh.edges[:, 1]]
-        sine_length = np.linalg.norm(np.cross(start, end), axis=1)
-        length = np.arctan2(sine_length, np.sum(start * end, axis=1))
+        length = np.arctan2(
+            np.linalg.norm(np.cross(start, end), axis=1), np.sum(start * end, axis=1)
+        )
         across = np.cross(mesh.edge_normals, start)
         across *= np.where(np.sum(across * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
-        along = np.arctan2(directions @ across.T, directions @ start.T)
-        height = directions @ mesh.edge_normals.T
+        return _Arcs(start, end, across, length)
+
+    def _nearest_on_edges(self, directions: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The nearest point of all edges, from those whose middles are nearest where that is sure.
+
+        The middle of an edge is at most half of its length from any of its points.
+        """
+        edges, lengths = self._mesh.edges, self._arcs.length
+        if len(edges) <= 4 * _NEAREST:
+            return self._nearest_among(directions, np.arange(len(edges))[None, :])
+        from scipy.spatial import cKDTree
+
+        middle = 0.5 * (self._arcs.start + self._arcs.end)
+        apart, nearest = (np.asarray(f) for f in cKDTree(middle).query(directions, k=_NEAREST))
+        nodes, weights, distance = self._nearest_among(directions, nearest)
+        # Chords and arcs: a middle lies inside the sphere, by less than half of the length.
+        sure = 2.0 * np.sin(0.5 * distance) <= apart[:, -1] - lengths.max()
+        rows, step = np.flatnonzero(~sure), max(_PAIRS // len(edges), 1)
+        for first in range(0, len(rows), step):
+            part = rows[first : first + step]
+            found = self._nearest_among(directions[part], np.arange(len(edges))[None, :])
+            nodes[part], weights[part], distance[part] = found
+        return nodes, weights, distance
+
+    def _nearest_among(
+        self, directions: FloatArray, candidates: IntArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The nearest point of candidate edges: (m, c) for each direction, or (1, c) for all."""
+        mesh, arcs = self._mesh, self._arcs
+        length = arcs.length[candidates]
+
+        def along_each(vectors: FloatArray) -> FloatArray:
+            if len(candidates) == 1:
+                return np.asarray(directions @ vectors[candidates[0]].T)
+            return np.asarray(np.einsum("mi,mci->mc", directions, vectors[candidates]))
+
+        to_start, to_end = along_each(arcs.start), along_each(arcs.end)
+        along = np.arctan2(along_each(arcs.across), to_start)
+        height = along_each(mesh.edge_normals)
         on_arc = (along >= 0.0) & (along <= length) & (length > 0.0)
-        to_start = np.arccos(np.clip(directions @ start.T, -1.0, 1.0))
-        to_end = np.arccos(np.clip(directions @ end.T, -1.0, 1.0))
+        to_start = np.arccos(np.clip(to_start, -1.0, 1.0))
+        to_end = np.arccos(np.clip(to_end, -1.0, 1.0))
         distance = np.where(
             on_arc, np.abs(np.arcsin(np.clip(height, -1.0, 1.0))), np.minimum(to_start, to_end)
         )
-        nearest = np.argmin(distance, axis=1)
+        place = np.argmin(distance, axis=1)
         rows = np.arange(len(directions))
-        t = np.clip(along[rows, nearest] / np.maximum(length[nearest], 1e-300), 0.0, 1.0)
-        t = np.where(on_arc[rows, nearest], t, 1.0 * (to_end < to_start)[rows, nearest])
+        nearest = candidates[rows if len(candidates) > 1 else 0, place]
+        t = np.clip(along[rows, place] / np.maximum(arcs.length[nearest], 1e-300), 0.0, 1.0)
+        t = np.where(on_arc[rows, place], t, 1.0 * (to_end < to_start)[rows, place])
         # The chords of the flat triangles cut off the area between chord and arc.
-        cut_off = on_arc[rows, nearest] & mesh.edge_bounds[nearest] & (height[rows, nearest] >= 0.0)
+        cut_off = on_arc[rows, place] & mesh.edge_bounds[nearest] & (height[rows, place] >= 0.0)
         chosen = mesh.edges[nearest]
         return (
             np.concatenate([chosen, chosen[:, 1:]], axis=1),
             np.stack([1.0 - t, t, np.zeros_like(t)], axis=1),
-            np.where(cut_off, 0.0, distance[rows, nearest]),
+            np.where(cut_off, 0.0, distance[rows, place]),
         )
 
     def supports(self, directions: npt.ArrayLike, margin: float = MARGIN) -> BoolArray:

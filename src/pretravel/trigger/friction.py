@@ -35,6 +35,8 @@ LARGEST_FRICTION = 0.5
 between their balls and the equations have no unique solution."""
 LARGEST_OVERTRAVEL = 1.0
 """Beyond a millimetre the tripod turns too far for its equations. [mm]"""
+MOST_STEPS = 1_000_000
+"""Steps of all cycles and directions together that are kept: each is about a kilobyte."""
 _BISECTIONS = 24  # of a step, where a seat opens or closes
 
 
@@ -163,7 +165,7 @@ def friction_cycle(
     (0.7498, True)
     """
     d = checked_unit(directions, "directions")
-    check_conditions(probe, friction, overtravel, cycles, steps)
+    check_conditions(probe, friction, overtravel, cycles, steps, len(d))
     statics = seat_statics(probe)
     mechanism = seat_mechanism(probe, statics, d, friction, reduced)
     base = _frictionless_deflection(mechanism, statics, probe.threshold)
@@ -179,9 +181,21 @@ def friction_cycle(
 
 
 def check_conditions(
-    probe: Probe, friction: float, overtravel: float | None, cycles: int, steps: int
+    probe: Probe,
+    friction: float,
+    overtravel: float | None,
+    cycles: int,
+    steps: int,
+    directions: int = 1,
 ) -> None:
     """Check the conditions of `friction_cycle`, before long work is done for them.
+
+    Parameters
+    ----------
+    probe, friction, overtravel, cycles, steps
+        As of `friction_cycle`.
+    directions : int
+        Their number.
 
     Raises
     ------
@@ -205,6 +219,13 @@ def check_conditions(
     if cycles < 1 or steps < 5:
         raise PretravelError(
             f"{cycles} cycles of {steps} steps are too few: at least 1 cycle of 5 steps is needed"
+        )
+    if 2 * cycles * steps * directions > MOST_STEPS:
+        raise PretravelError(
+            f"{cycles} cycles of {steps} steps, there and back, in {directions} "
+            f"direction{'s' if directions > 1 else ''} are too many: every step is kept, at most "
+            f"{MOST_STEPS} of all together (1 GB). After the first few a cycle repeats itself",
+            inputs=("cycles", "steps"),
         )
     if probe.criterion != "first_contact":
         raise PretravelError(
