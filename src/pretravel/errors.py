@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+_HALF = 1000
+"""Signs of each half of the longest message."""
+
 
 class PretravelError(ValueError):
     """A fault that the user can correct; the text says what is wrong and what to do.
@@ -13,7 +16,8 @@ class PretravelError(ValueError):
     Parameters
     ----------
     message : str
-        It speaks of quantities, not of options of the command line.
+        It speaks of quantities, not of options of the command line. It can quote a file: control
+        characters are shown as text, and a long message loses its middle.
     inputs : tuple of str
         Names of the inputs that can correct the fault, as the parameters of the Python functions
         are called. The command line adds its options of these names to the message.
@@ -23,8 +27,20 @@ class PretravelError(ValueError):
     """
 
     def __init__(self, message: str = "", *, inputs: tuple[str, ...] = ()) -> None:
-        super().__init__(message)
+        super().__init__(_for_people(message))
         self.inputs = inputs
+
+
+def _for_people(message: str) -> str:
+    """A message without control characters, which a terminal would obey, and of bounded length."""
+    if len(message) > 2 * _HALF:
+        message = f"{message[:_HALF]} … {message[-_HALF:]}"
+    if message.replace("\n", "").isprintable():
+        return message
+    return "".join(
+        sign if sign.isprintable() or sign == "\n" else sign.encode("unicode_escape").decode()
+        for sign in message
+    )
 
 
 class InputError(PretravelError):

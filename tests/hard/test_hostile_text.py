@@ -406,3 +406,20 @@ class TestManyPoints:
         found = FilePositions("a.log", positions, tuple(range(1, MANY + 2)), contact)
         with no_longer_than(HANG):
             assert len(join(found, plan, 3.0).touches) == 1
+
+
+class TestMessages:
+    """What a message quotes of a file goes to a terminal."""
+
+    def test_control_characters_are_written_as_text(self) -> None:
+        text = "x_mm,y_mm,z_mm,nx,ny,nz\n1,2,\x1b[2J\x9b\x07,0,0,1\n"
+        with pytest.raises(InputError, match=r"z_mm is '\\x1b\[2J\\x9b\\x07'"):
+            read_csv_table(SourceFile("a.csv", text.encode())).numbers("z_mm")
+        with pytest.raises(PretravelError, match=r"material '\\x1b' is not known"):
+            parse_probe(_described("material", '"\\u001b"'), "a.toml")
+
+    def test_their_length_is_limited(self) -> None:
+        text = "x_mm,y_mm,z_mm,nx,ny,nz\n1,2,'" + "1'" * 50_000 + ",0,0,1\n"
+        with pytest.raises(InputError, match=r"a.csv, line 2: .* save the table") as refused:
+            read_touches(SourceFile("a.csv", text.encode()))
+        assert len(str(refused.value)) < 3000

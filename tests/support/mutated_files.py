@@ -24,6 +24,8 @@ LONGEST = 5.0
 """A reader that takes longer for a mutated file hangs. [s]"""
 PATIENCE = 10.0
 """Time on the clock for each time of the processor, before what only waits is stopped."""
+MESSAGE = 3000
+"""Length of the longest message."""
 LARGEST = 200_000
 """Size up to which a mutation lets a file grow. [bytes]"""
 CORPUS = Path(__file__).parent.parent / "hard" / "corpus"
@@ -108,7 +110,9 @@ def fault_of(reader: Reader, content: bytes, longest: float | None = LONGEST) ->
             # An overflow is a number that goes on as infinity.
             warnings.simplefilter("error", RuntimeWarning)
             reader.read(content)
-    except PretravelError:
+    except PretravelError as refusal:
+        if len(str(refusal)) > MESSAGE or not str(refusal).replace("\n", "").isprintable():
+            return f"a message that cannot be shown\n{str(refusal)[:300]!r}"
         return None
     except (Exception, HangError) as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if "pretravel" in f.filename]
