@@ -37,7 +37,7 @@ def hysteresis(
         ),
     ] = None,
     steps: Annotated[
-        int, typer.Option(min=1, max=100_000, help="Steps of each loading and of each return.")
+        int, typer.Option(min=1, max=10_000, help="Steps of each loading and of each return.")
     ] = 100,
     model: Annotated[
         Literal["fem", "rigid"],

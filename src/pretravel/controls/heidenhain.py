@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib.resources import files
 from string import Formatter
@@ -17,6 +18,9 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.units import DEGREE, MICROMETRE
 
 _ROW_NAMES = {"angle_deg", "deviation_mm", "number"}
+_TITLE_NAMES = {"title", "where", "residual_um"}
+_FORM = re.compile(r"[<>^=]?[+ -]?0?\d{0,2}(\.\d{1,2})?[defgs]?")
+"""Forms of Python's format that a template may have."""
 _AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
 """Azimuths of the mean, and of the largest residual. [rad]"""
 
@@ -70,14 +74,13 @@ def heidenhain_table(
     lines, has_rows = [], False
     for number, line in enumerate(text.splitlines(), start=1):
         try:
-            filled = _filled(line, profile, travel)
+            has_rows |= bool(_names(line) & _ROW_NAMES)
+            lines += _filled(line, profile, travel)
         except (KeyError, ValueError, IndexError) as error:
             raise PretravelError(
                 f"template, line {number}: {error}; a template may contain number, angle_deg, "
                 "deviation_mm (in rows), title, where and residual_um"
             ) from None
-        lines += filled
-        has_rows |= bool(_names(line) & _ROW_NAMES)
     if not has_rows:
         raise PretravelError("the template has no line with {angle_deg} and {deviation_mm}")
     return "\n".join(lines) + "\n"
@@ -144,4 +147,14 @@ def _filled(line: str, profile: _Profile, travel: float) -> list[str]:
 
 
 def _names(line: str) -> set[str]:
-    return {name for _, name, _, _ in Formatter().parse(line) if name is not None}
+    """The names in a line; parts of values (``{title.x}``) and widths without limit are refused."""
+    found = set()
+    for _, name, form, conversion in Formatter().parse(line):
+        if name is None:
+            continue
+        if name not in _ROW_NAMES | _TITLE_NAMES:
+            raise ValueError(f"{{{name}}} is not known")
+        if conversion or not _FORM.fullmatch(form or ""):
+            raise ValueError(f"the form of {{{name}}} is not one such as +.5f")
+        found.add(name)
+    return found

@@ -110,7 +110,17 @@ class TestHeidenhain:
 
     @pytest.mark.parametrize(
         ("template", "words"),
-        [("{angel_deg}\n", "line 1: 'angel_deg'"), ("hello\n", "no line with"), ("{\n", "line 1")],
+        [
+            ("{title[a]} {angle_deg}", "not known"),
+            ("{title.__class__.__mro__} {angle_deg}", "not known"),
+            ("{angle_deg:>9999999999}", "the form of"),
+            ("{angle_deg:>{number}}", "the form of"),
+            ("{angle_deg!r}", "the form of"),
+            ("{title:.2f}\n{angle_deg}", "line 1"),
+            ("{angel_deg}\n", "line 1: 'angel_deg'"),
+            ("hello\n", "no line with"),
+            ("{\n", "line 1"),
+        ],
     )
     def test_templates_refused(self, template: str, words: str) -> None:
         with pytest.raises(PretravelError, match=words):

@@ -1,0 +1,42 @@
+"""A short run of the driver, and that it notices what it is for."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from tests.hard import nonsensical_options
+from tests.hard.interrupted_writes import COMMANDS, WritingCommand
+from tests.hard.nonsensical_options import MORE, options_of, try_options
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked")
+BY_NAME = {command.name: command for command in (*COMMANDS, *MORE)}
+
+
+@pytest.mark.parametrize("name", ["pattern", "separation-plan", "plan", "check", "predict"])
+def test_values_that_mean_nothing_are_refused(name: str) -> None:
+    result = try_options(BY_NAME[name], trials=8, seed=7)
+    assert result.faults == []
+    assert sum(result.codes.values()) == 8
+    assert set(result.codes) <= {0, 2, 3}
+
+
+def test_every_command_is_tried() -> None:
+    commands = {
+        " ".join([*path, name])
+        for path, group in (((), nonsensical_options.commands()), (("program",), None))
+        for name in (group or nonsensical_options.commands("program"))
+    }
+    # fem and laboratory: minutes for each model; a text to edit.
+    assert commands - {n.split(":")[0] for n in BY_NAME} == {"program", "fem", "laboratory"}
+
+
+def test_an_exception_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("pretravel.cli.check.check_files", fails)
+    assert options_of("pattern")
+    result = try_options(WritingCommand("pattern", "iso10360-5 --diameter 25 -o {0}/a.csv", ()), 12)
+    assert any("ZeroDivisionError" in fault for fault in result.faults)
