@@ -55,8 +55,10 @@ linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linu
 linuxcnc-if-possible:
 	@examples/linuxcnc/install || echo "LinuxCNC cannot be installed here: tests on the real control are NOT run"
 
-hard: $(STAMP)  ## 100,000 mutated files for each reader: hours
+hard: $(STAMP)  ## 100,000 mutated files for each reader, interrupted commands: hours
 	$(SINGLE) $(BIN)/python -m tests.hard.run --processes $$(nproc)
+	$(SINGLE) $(BIN)/python -m tests.hard.interrupted_writes
+	$(SINGLE) $(BIN)/python -m tests.hard.nonsensical_options
 
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py

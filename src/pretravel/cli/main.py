@@ -40,6 +40,7 @@ from pretravel.cli import (
 )
 from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
 from pretravel.errors import PretravelError
+from pretravel.report.style import ignore_settings_of_folder
 
 app = typer.Typer(
     name="pretravel",
@@ -107,6 +108,7 @@ app.add_typer(program.app)
 def run() -> None:
     """Run the command line; faults become one message and exit code 2, no traceback."""
     warnings.showwarning = _show_warning
+    ignore_settings_of_folder()
     try:
         app()
     except SystemExit as stop:

@@ -21,12 +21,31 @@ COLOURS = (
     "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
 )  # fmt: skip
 _ENDINGS = (".png", ".svg", ".pdf")
+_folder = {"trusted": True}
+"""Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads when imported."""
+
+
+def ignore_settings_of_folder() -> None:
+    """Draw without a ``matplotlibrc`` of the current folder: it can start other programs (LaTeX).
+
+    For the command line, which runs beside files of strangers.
+    """
+    _folder["trusted"] = False
+
+
+def _drop_settings_of_folder() -> None:
+    import matplotlib as mpl
+
+    if not _folder["trusted"] and Path(mpl.matplotlib_fname()).resolve().parent == Path.cwd():
+        mpl.rcdefaults()
+    _folder["trusted"] = True
 
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
     """An empty figure of a size in inches, with a title above all of it."""
     from matplotlib.figure import Figure
 
+    _drop_settings_of_folder()
     figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
     engine = figure.get_layout_engine()
     if engine is not None:

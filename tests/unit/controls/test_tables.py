@@ -117,7 +117,7 @@ class TestHeidenhain:
             ("{angle_deg:>{number}}", "the form of"),
             ("{angle_deg!r}", "the form of"),
             ("{title:.2f}\n{angle_deg}", "line 1"),
-            ("{angel_deg}\n", "line 1: 'angel_deg'"),
+            ("{angel_deg}\n", r"line 1: .angel_deg. is not known"),
             ("hello\n", "no line with"),
             ("{\n", "line 1"),
         ],

@@ -70,6 +70,24 @@ class TestCodeBesideAPart:
         assert done.returncode == 0, done.stderr
 
 
+class TestSettingsBesideAPart:
+    def test_a_matplotlibrc_starts_no_latex(self, tmp_path: Path) -> None:
+        (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
+        (tmp_path / "bin").mkdir()
+        latex = tmp_path / "bin" / "latex"
+        latex.write_text(f"#!/bin/sh\ntouch {tmp_path}/RAN\nexit 1\n")
+        latex.chmod(0o755)
+        code = "from pretravel.cli.main import run; run()"
+        words = ["predict", "omp40-2", "--azimuth", "0:300:60", "--plot", "p.png"]
+        path = {"PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}"}
+        done = subprocess.run(
+            [sys.executable, "-c", code, *words], cwd=tmp_path, env=_environment() | path,
+            capture_output=True, text=True,
+        )  # fmt: skip
+        assert not (tmp_path / "RAN").exists()
+        assert done.returncode == 0, done.stderr
+
+
 class TestLimits:
     def test_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(kernel_process, "MEMORY", KernelLimit(100e6, 0.0))
