@@ -22,7 +22,7 @@ COLOURS = (
 )  # fmt: skip
 _ENDINGS = (".png", ".svg", ".pdf")
 _folder = {"trusted": True}
-"""Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads when imported."""
+"""Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
 
 
 def ignore_settings_of_folder() -> None:
