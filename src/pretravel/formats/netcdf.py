@@ -98,33 +98,49 @@ def read_dataset(file: SourceFile) -> StoredDataset:
     A process of its own reads the file, with limits of memory and time: damaged files make the
     HDF5 library run without end (a wild number of dimension scales) and crash.
     """
-    size = len(file.content)
-    command = [
-        sys.executable,
-        "-I",  # modules in the current folder are not imported
-        str(Path(netcdf_worker.__file__).resolve()),
-        json.dumps(module_folders()),
-        str(max(LARGEST_CONTENT, size)),
-    ]
     try:
-        worker = subprocess.run(
-            command,
-            input=file.content,
-            capture_output=True,
-            timeout=_SECONDS + size / _BYTES_A_SECOND,
-            check=False,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread reserves memory
-        )
+        code, answer = run_worker(file.content)
     except subprocess.TimeoutExpired:
         raise file.error(f"{_REFUSED} (reading it does not end)") from None
-    found = _header(worker.stdout)
+    found = _header(answer)
     if found is None:
-        how = f"signal {-worker.returncode}" if worker.returncode < 0 else "it gave no content"
+        how = f"signal {-code}" if code < 0 else "it gave no content"
         raise file.error(f"{_REFUSED} (the HDF5 library fails on it: {how})")
     header, buffers = found
     if "error" in header:
         raise file.error(f"{_REFUSED} ({header['error']})")
     return restored_dataset(header, buffers)
+
+
+def run_worker(content: bytes) -> tuple[int, bytes]:
+    """Return code and answer of the process that reads a file.
+
+    Raises
+    ------
+    subprocess.TimeoutExpired
+        It takes far longer than reading does, without using its processor time.
+    """
+    command = [
+        sys.executable,
+        "-I",  # modules in the current folder are not imported
+        str(Path(netcdf_worker.__file__).resolve()),
+        json.dumps(module_folders()),
+        str(largest_content(content)),
+    ]
+    worker = subprocess.run(
+        command,
+        input=content,
+        capture_output=True,
+        timeout=_SECONDS + len(content) / _BYTES_A_SECOND,
+        check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread reserves memory
+    )
+    return worker.returncode, worker.stdout
+
+
+def largest_content(content: bytes) -> int:
+    """Largest size of all arrays together that a file of this size may declare. [bytes]"""
+    return max(LARGEST_CONTENT, len(content))
 
 
 _REFUSED = "this is not a NetCDF file that can be read; it is of another kind, or damaged"

@@ -84,23 +84,26 @@ def _limit(size: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
 
 
-def main() -> None:
-    """Answer with the content, or with a header that has the key ``error``."""
+def answer(read: bytes, largest: int) -> list[bytes]:
+    """The parts of the answer: with the content, or with a header that has the key ``error``."""
     from h5netcdf import File
 
-    read = sys.stdin.buffer.read()
     _limit(len(read))
     buffers: list[bytes] = []
     try:
         with File(io.BytesIO(read), "r") as stored:
-            header, buffers = content(stored, int(sys.argv[1]))
+            header, buffers = content(stored, largest)
     # Whatever a foreign file makes these libraries raise, the file is at fault.
     except Exception as error:
         header = {"error": f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"}
     text = json.dumps(header).encode()
-    sys.stdout.buffer.write(len(text).to_bytes(8, "little") + text)
-    for buffer in buffers:
-        sys.stdout.buffer.write(buffer)
+    return [len(text).to_bytes(8, "little") + text, *buffers]
+
+
+def main() -> None:
+    """Read a file from standard input, and answer."""
+    for part in answer(sys.stdin.buffer.read(), int(sys.argv[1])):
+        sys.stdout.buffer.write(part)
 
 
 if __name__ == "__main__":

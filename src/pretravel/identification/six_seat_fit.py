@@ -115,10 +115,14 @@ class SixSeatProblem:
 
         The reference's radius is uncertain, and its error is a constant part of pretravel.
         """
-        share = np.maximum(self.terms[:, 0], 2.0) ** (-2.0 * _DECAY)
-        variances = correction**2 * share / share.sum()
+        variances = correction**2 * self.correction_shares()
         variances[0] += self.observation.u_reference_radius**2
         return np.asarray(variances)
+
+    def correction_shares(self) -> FloatArray:
+        """Share of each harmonic in the mean square of a correction, (k,); they add up to one."""
+        share = np.maximum(self.terms[:, 0], 2.0) ** (-2.0 * _DECAY)
+        return np.asarray(share / share.sum())
 
     def covariance(self, scales: PriorScales) -> SharedCovariance:
         """Of the mean touches about a six-seat probe. [mm²]"""

@@ -144,6 +144,26 @@ def ring_terms() -> IntArray:
     )
 
 
+def first_harmonic_variance(amplitudes: Amplitudes) -> float:
+    """Variance of a first harmonic across the axis, which touches take for a shift.
+
+    Its size follows from that of the asymmetric harmonics that touches do determine, by the same
+    decay with the degree.
+
+    Parameters
+    ----------
+    amplitudes : Amplitudes
+
+    Returns
+    -------
+    float
+        As a shift, along each of two axes. [mm²]
+    """
+    asymmetry = float(amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, 2]))
+    at_degree_1 = asymmetry * 3.0 ** (2.0 * _DECAY)
+    return float(3.0 * at_degree_1 * MICROMETRE**2)  # n_x is 1/sqrt(3) of a harmonic
+
+
 class _Problem:
     """The regression, reduced to the terms of the likelihood; lengths in um."""
 

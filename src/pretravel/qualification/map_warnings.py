@@ -14,6 +14,10 @@ from pretravel.units import DEGREE, MICROMETRE
 
 MOST_LOOKED_AT = 5000
 """Touched directions in which a map is evaluated for a report; a map is smooth between them."""
+_POLE = np.array([[0.0, 0.0, 1.0]])
+_BADLY_KNOWN = 1.0 * MICROMETRE
+"""The assumption of the pretravel along the axis alone has 0.7 µm."""
+
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 
@@ -140,3 +144,25 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"
         )
     return found
+
+
+def height_warnings(u_height: float, pretravel_map: PretravelMap, *, ring: bool) -> list[str]:
+    """Whether the height of the reference is badly known, because no touch is near the pole.
+
+    Parameters
+    ----------
+    u_height : float
+        Standard uncertainty of the centre along the axis of the probe. [mm]
+    pretravel_map : PretravelMap
+    ring : bool
+        The reference is a ring, whose height nothing determines.
+    """
+    if ring or u_height < _BADLY_KNOWN or pretravel_map.support.supports(_POLE)[0]:
+        return []
+    return [
+        (
+            "no touch is near the pole: the height of the sphere's centre along the axis of the "
+            f"probe is known to u = {u_height / MICROMETRE:.1f} µm only (distances between points "
+            "are not affected). Touch the sphere at its pole too"
+        )
+    ]

@@ -20,7 +20,12 @@ from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.delay import SignalDelay, travel_per_second
 from pretravel.qualification.machine_in_touches import MachineEffects
-from pretravel.qualification.map_warnings import map_warnings, repeat_warnings, setup_warnings
+from pretravel.qualification.map_warnings import (
+    height_warnings,
+    map_warnings,
+    repeat_warnings,
+    setup_warnings,
+)
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
@@ -210,6 +215,9 @@ def qualified(ready: PreparedTouches, kind: KindOfMap, near: MapFit | None = Non
             *repeat_warnings(repeatability, repeated=ready.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
+            *height_warnings(
+                math.sqrt(centered.center_covariance[-1, -1]), pretravel_map, ring=setup.ring
+            ),
         ),
     )
 

@@ -12,8 +12,10 @@ from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
-from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.harmonic_regression import first_harmonic_variance
+from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicMapFit
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
+from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.examples import EXAMPLES
@@ -88,7 +90,8 @@ class TestQualification:
         assert np.allclose(u, math.sqrt(variance), rtol=1e-4)
         expected = math.hypot(math.sqrt(variance * inverse[0, 0]), 2e-4)
         assert result.u_effective_radius == pytest.approx(expected, rel=1e-4)
-        assert np.allclose(result.center_covariance, variance * inverse[1:, 1:], rtol=1e-3)
+        by_noise = result.center_covariance - usual_shift_covariance(result.fit.observation)
+        assert np.allclose(by_noise, variance * inverse[1:, 1:], rtol=1e-3)
 
     def test_without_repeats_noise_is_not_lobing(self) -> None:
         """Kind mean, each direction once: lobes of 3 µm around it, but the probe repeats to
@@ -121,17 +124,20 @@ class TestQualification:
             centers.append(result.center)
             radii.append(result.effective_radius)
             values.append(result.pretravel_map.pretravel(check))
+            assert isinstance(result.fit, HarmonicMapFit)
+            # The conventions are uncertain too, which no noise shows.
+            convention = first_harmonic_variance(result.fit.posterior.amplitudes) * np.ones(3)
+            usual = usual_shift_covariance(result.fit.observation)[2, 2]
+            convention[2] = usual if told is None else U_AXIAL_PRETRAVEL**2
             stated.append(
                 [
-                    *np.sqrt(np.diag(result.center_covariance)),
+                    *np.sqrt(np.diag(result.center_covariance) - convention),
                     result.u_effective_radius,
                     *result.pretravel_map.standard_uncertainty(check),
                 ]
             )
         scatter = np.concatenate([np.std(centers, axis=0), [np.std(radii)], np.std(values, axis=0)])
         u = np.mean(stated, axis=0)
-        if told is not None:  # the assumption itself is uncertain, which no noise shows
-            u[2] = math.sqrt(u[2] ** 2 - U_AXIAL_PRETRAVEL**2)
         ratio = scatter[:4] / u[:4]
         assert np.all((ratio > 0.5) & (ratio < 1.3)), ratio
         assert np.all(scatter[4:] < 1.3 * u[4:])
@@ -233,7 +239,10 @@ class TestQualification:
             for _ in range(600)
         ]
         centers = np.array([r.center for r in results])
-        stated = np.mean([np.diag(r.center_covariance) for r in results], axis=0)
+        by_noise = [
+            r.center_covariance - usual_shift_covariance(r.fit.observation) for r in results
+        ]
+        stated = np.mean([np.diag(covariance) for covariance in by_noise], axis=0)
         assert np.allclose(centers.var(axis=0), stated, rtol=0.25)
         radii = np.array([r.effective_radius for r in results])
         u_radius = np.mean([r.u_effective_radius for r in results])

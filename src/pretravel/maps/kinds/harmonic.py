@@ -15,6 +15,7 @@ from pretravel.maps.direction_means import Smoothing
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
+    first_harmonic_variance,
     fit_harmonics,
     ring_terms,
     sphere_terms,
@@ -24,10 +25,12 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import checked_terms, real_spherical_harmonics
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import MICROMETRE
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
+_ALONG = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,50 +131,62 @@ class HarmonicKind(KindOfMap):
     def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
         assert isinstance(fit, HarmonicMapFit)
         observation = fit.observation
-        if axial_pretravel is None or observation.ring or not observation.tip_known:
-            return shifted_center(fit)
-        if not DirectionSupport(observation.group_directions).supports(_POLE)[0]:
-            found = shifted_center(fit)
-            note = " (its height is not better known, because no touch is near the pole)"
-            return replace(found, gauge=found.gauge + note)
-        return _with_pretravel_at_pole(fit, axial_pretravel)
+        if axial_pretravel is not None and not observation.ring and observation.tip_known:
+            return _with_pretravel_at_pole(fit, axial_pretravel)
+        found = shifted_center(fit)
+        if observation.ring:
+            return found
+        # The least-squares height, on request or because the level of the map is not known.
+        usual = usual_shift_covariance(observation)[2, 2] * np.outer(_ALONG, _ALONG)
+        return replace(found, center_covariance=found.center_covariance + usual)
 
 
 def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> CenteredFit:
     at_pole = fit.basis.design(_POLE)[0]
     axial = float(at_pole @ fit.coefficients) - axial_pretravel
-    # The map less its own value at the pole, which scatters with the touches as well.
-    move = np.eye(len(fit.coefficients))
+    covariance = fit.covariance.matrix
+    u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
     first_zonal = (fit.basis.terms == (1, 0)).all(axis=1)
-    move[first_zonal] -= at_pole / math.sqrt(3.0)
+    touched = bool(DirectionSupport(fit.observation.group_directions).supports(_POLE)[0])
+    move = np.eye(len(fit.coefficients))
+    if touched:
+        # The map less its own value at the pole, which scatters with the touches as well. Where
+        # the pole is extrapolated, this value is a shift of the whole map, and in u of the centre.
+        move[first_zonal] -= at_pole / math.sqrt(3.0)
     coefficients = fit.coefficients.copy()
     coefficients[first_zonal] -= axial / math.sqrt(3.0)
     center = shifted_center(fit).center
     center[2] -= axial
-    along = np.array([0.0, 0.0, 1.0])
-    mixed = np.outer(fit.shift_covariance_with_map @ at_pole, along)
-    covariance = fit.covariance.matrix
-    u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
-    gauge = (
-        f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
-        f"(assumed, u {U_AXIAL_PRETRAVEL / MICROMETRE:g} µm: touches on a sphere do not determine "
-        "it; in u of the centre, not of the map) and has no first harmonic across"
-    )
-    if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
-        gauge += (
-            "; the pole was not touched, its value is interpolated "
-            f"(u {u_pole / MICROMETRE:.1f} µm)"
-        )
+    mixed = np.outer(fit.shift_covariance_with_map @ at_pole, _ALONG)
     return CenteredFit(
         center=center,
         center_covariance=fit.shift_covariance
         + mixed
         + mixed.T
-        + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(along, along),
+        + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
         covariance=Covariance.full(move @ covariance @ move.T),
-        gauge=gauge,
+        gauge=_gauge(fit, axial_pretravel, u_pole, touched=touched),
     )
+
+
+def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touched: bool) -> str:
+    gauge = (
+        f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
+        f"(assumed, u {U_AXIAL_PRETRAVEL / MICROMETRE:g} µm: touches on a sphere do not determine "
+        "it; in u of the centre, not of the map) and has no first harmonic across"
+    )
+    if not touched:
+        return gauge + (
+            "; no touch is near the pole, whose value is extrapolated (u "
+            f"{u_pole / MICROMETRE:.1f} µm, in u of the centre, not of the map)"
+        )
+    if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
+        return gauge + (
+            "; the pole was not touched, its value is interpolated "
+            f"(u {u_pole / MICROMETRE:.1f} µm)"
+        )
+    return gauge
 
 
 def fit_harmonic(
@@ -218,7 +233,8 @@ def fit_harmonic(
         mean=(mean_of @ fit.coefficients).item(),
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
-        shift_covariance=shift_of @ fit.covariance @ shift_of.T,
+        shift_covariance=shift_of @ fit.covariance @ shift_of.T
+        + first_harmonic_variance(fit.amplitudes) * np.diag([1.0, 1.0, 0.0][: observation.axes]),
         residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
         dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,

@@ -13,6 +13,7 @@ from pretravel.arrays import FloatArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 
 
@@ -99,7 +100,7 @@ def averaged(
         mean=float(solution[0]),
         u_mean=math.sqrt(float(sphere_covariance[0, 0])),
         shift=solution[1:],
-        shift_covariance=sphere_covariance[1:, 1:],
+        shift_covariance=sphere_covariance[1:, 1:] + usual_shift_covariance(observation),
         residuals=residuals,
         dof=dof,
         noise=math.sqrt(variance),

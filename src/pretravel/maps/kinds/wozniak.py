@@ -16,6 +16,8 @@ from pretravel.errors import PretravelError
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit, shifted_center
 from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
+from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.quantities import ANGLE, check_numbers
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE, MICROMETRE
@@ -26,6 +28,8 @@ TRANSDUCERS = ("contact", "piezo")
 """What triggers: electric contacts at three arms (lobes), or a piezo element (no lobes)."""
 
 _LOBE = 2.0 * math.pi / 3.0
+_LEFT = 0.4
+"""Share of the shape of a probe's pretravel that differs from this one."""
 
 
 @dataclass(frozen=True)
@@ -283,10 +287,18 @@ def _fit_at(observation: Observation, basis: WozniakBasis, *, lobes_found: bool)
         mean=float(observation.to_sphere[0] @ values),
         u_mean=math.sqrt(variance) * float(np.linalg.norm(observation.to_sphere[0])),
         shift=np.asarray(solution[1:], dtype=np.float64),
-        shift_covariance=variance * cofactor[1:, 1:],
+        shift_covariance=variance * cofactor[1:, 1:] + _shift_by_shape(observation),
         residuals=residuals,
         dof=float(dof),
         noise=math.sqrt(variance),
         gauge="Woźniak's model, which has no pretravel along the axis"
         + (f"; lobes found at azimuth {basis.lobe_azimuth / DEGREE:.1f}°" if lobes_found else ""),
     )
+
+
+def _shift_by_shape(observation: Observation) -> FloatArray:
+    """Covariance of the centre by what this one shape leaves of a probe's. [mm²]"""
+    found = usual_shift_covariance(observation, _LEFT)
+    if not observation.ring:  # no pretravel along the axis, where probes have a little
+        found[2, 2] += AXIAL_PRETRAVEL**2 + U_AXIAL_PRETRAVEL**2
+    return found
