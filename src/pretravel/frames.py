@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import checked_unit
 from pretravel.errors import PretravelError
-from pretravel.quantities import COMPONENT, COORDINATE, checked_values
+from pretravel.quantities import COMPONENT, COORDINATE, NUMBER, checked_values
 from pretravel.units import DEGREE
 
 _ROUNDING = 1e-6
@@ -173,5 +173,6 @@ def parse_placement(text: str) -> Placement:
             f"placement '{text}': expected x,y,z in mm, or x,y,z,a,b,c with rotations in degrees",
             inputs=("place",),
         )
+    checked_values(numbers, "placement", NUMBER)
     turn = turned_about_axes(*(angle * DEGREE for angle in numbers[3:] or (0.0, 0.0, 0.0)))
     return Placement(frozen(turn), frozen(numbers[:3]))

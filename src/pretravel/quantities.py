@@ -35,6 +35,8 @@ class QuantityRange(NamedTuple):
 COMPONENT = QuantityRange(-1.0 - 1e-6, 1.0 + 1e-6)
 """Of a unit vector, rounded as files round."""
 COORDINATE = QuantityRange(-1e6, 1e6, "mm")
+NUMBER = QuantityRange(-1e6, 1e6)
+"""Of a vector, a placement or the parameters of a surface: a length, an angle or an index."""
 REFERENCE_DIAMETER = QuantityRange(1e-3, 1e4, "mm")
 TIP_BALL = QuantityRange(1e-3, 1e3, "mm")
 TIP_RADIUS = QuantityRange(0.5e-3, 500.0, "mm")

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeVar
 import typer
 
 from pretravel.errors import PretravelError
-from pretravel.quantities import COORDINATE, FEED, QuantityRange, checked_values
+from pretravel.quantities import FEED, NUMBER, QuantityRange, checked_values
 from pretravel.units import MICROMETRE
 
 _MOST_VALUES = 100_000
@@ -133,7 +133,7 @@ def angles(text: str) -> Angles:
     """
     try:
         numbers = [float(part) for part in text.replace(":", ",").split(",")]
-        checked_values(numbers, "angles", DEGREES)
+        checked_values(numbers, "an angle", DEGREES)
         if ":" not in text:
             return Angles(text, tuple(numbers))
         start, stop, step = numbers
@@ -171,7 +171,7 @@ def _numbers(text: str, count: int, expected: str, quantity: QuantityRange) -> l
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
         raise typer.BadParameter(f"{text}: expected {expected}")
-    checked_values(numbers, "these numbers", quantity)
+    checked_values(numbers, "one of the numbers", quantity)
     return numbers
 
 
@@ -182,9 +182,7 @@ def pair(text: str) -> Pair:
     >>> pair("0.5,-0.5")
     Pair(first=0.5, second=-0.5)
     """
-    return Pair(
-        *_numbers(text.replace(":", ","), 2, "two numbers, for example 0.5,0.5", COORDINATE)
-    )
+    return Pair(*_numbers(text.replace(":", ","), 2, "two numbers, for example 0.5,0.5", NUMBER))
 
 
 @parser(Indices)
@@ -195,7 +193,7 @@ def indices(text: str) -> Indices:
     Indices(machine=1, probe=2)
     """
     expected = "two whole numbers, for example 1,1"
-    first, second = _numbers(text.replace(":", ","), 2, expected, COORDINATE)
+    first, second = _numbers(text.replace(":", ","), 2, expected, NUMBER)
     if first != round(first) or second != round(second):
         raise typer.BadParameter(f"{text}: expected {expected}")
     return Indices(int(first), int(second))
@@ -234,7 +232,7 @@ def length_or_none(text: str) -> Length:
     """
     if text.lower() == "none":
         return Length(None)
-    (value,) = _numbers(text, 1, "a number in µm, or none", COORDINATE)
+    (value,) = _numbers(text, 1, "a number in µm, or none", NUMBER)
     if not 0.0 <= value <= 100.0:
         raise typer.BadParameter(f"{text}: it lies between 0 and 100 µm")
     return Length(value)
@@ -262,7 +260,7 @@ def vector(text: str) -> Vector:
     >>> vector("0,0,1")
     Vector(x=0.0, y=0.0, z=1.0)
     """
-    return Vector(*_numbers(text, 3, "three numbers x,y,z", COORDINATE))
+    return Vector(*_numbers(text, 3, "three numbers x,y,z", NUMBER))
 
 
 @parser(Vector)

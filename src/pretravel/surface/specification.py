@@ -12,6 +12,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
 from pretravel.errors import InputError, PretravelError
+from pretravel.quantities import NUMBER, checked
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import CAD_ENDINGS, read_part
 from pretravel.surface.local_geometry import Surface
@@ -142,6 +143,7 @@ def _parameters(shape: str, text: str, defaults: ShapeParameters) -> ShapeParame
             values[key] = math.nan
         if not math.isfinite(values[key]):
             raise PretravelError(f"{key}={number} is not a number") from None
+        checked(values[key], f"{key}=", NUMBER)
     missing = [key for key, value in values.items() if math.isnan(value)]
     if missing:
         raise PretravelError(f"{missing[0]}= is missing")
