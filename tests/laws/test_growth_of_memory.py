@@ -14,11 +14,14 @@ import numpy as np
 import pytest
 
 from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.change_tests import touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import repeat_outliers
+from pretravel.qualification.prior_update import update_map
 from pretravel.touches import Touches
 
 LARGEST_EXPONENT = 1.2
@@ -76,3 +79,12 @@ def test_directions_beside_a_long_edge_need_memory_in_proportion():
         return lambda: support.interpolation(outside)
 
     assert _exponent(job, 2000, 8000) < LARGEST_EXPONENT
+
+
+def test_comparisons_of_all_pairs_refuse_more_than_memory_holds():
+    touches, setup = _touches(3000, 3000), QualificationSetup(25.0, tip_diameter=6.0)
+    old = qualify(_touches(75, 25), 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
+    with pytest.raises(PretravelError, match="3000 directions: a verification compares every pair"):
+        touches_and_map(observe(touches, setup), old, 0.0)
+    with pytest.raises(PretravelError, match="3000 touches: an old map is brought up to date"):
+        update_map(touches, old, 25.0)

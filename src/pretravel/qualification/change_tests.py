@@ -17,6 +17,8 @@ from pretravel.units import DEGREE
 
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""
+MOST_DIRECTIONS = 2000
+"""With more directions the covariances of all their pairs need more than a gigabyte."""
 _TURN = 0.5 * DEGREE
 _TESTS = 3
 _POWER = 0.95
@@ -176,7 +178,8 @@ def touches_and_map(
     Raises
     ------
     PretravelError
-        Fewer directions than the centre and a change need, or some outside the map.
+        Fewer directions than the centre and a change need, more than `MOST_DIRECTIONS`, or some
+        outside the map.
     """
     counts = np.bincount(observation.groups)
     axes = observation.axes
@@ -184,6 +187,12 @@ def touches_and_map(
         raise PretravelError(
             f"{len(counts)} directions: the centre takes {axes}, and at least {axes + 2} are "
             "needed to detect a change"
+        )
+    if len(counts) > MOST_DIRECTIONS:
+        raise PretravelError(
+            f"{len(counts)} directions: a verification compares every pair of directions, of "
+            f"{MOST_DIRECTIONS} directions at most; 25 are enough. Give a part of these touches, "
+            "or qualify with all of them"
         )
     of_map = Scatter(max(pretravel_map.repeatability, _RESOLUTION), pretravel_map.repeatability_dof)
     noise = touch_noise(observation, of_map, step)

@@ -20,6 +20,8 @@ from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import MICROMETRE
 
+MOST_TOUCHES = 2000
+"""With more touches the covariances of all their pairs need more than a gigabyte."""
 REFUSED_FIT = 1e-4
 """Touches with a smaller probability than this do not belong to the old map and its drift."""
 DOUBTFUL_FIT = 0.01
@@ -143,6 +145,12 @@ def update_map(
     >>> found.pretravel_map.coefficients.round(5).tolist()
     [0.0102]
     """
+    if len(touches) > MOST_TOUCHES:
+        raise PretravelError(
+            f"{len(touches)} touches: an old map is brought up to date by a few, at most "
+            f"{MOST_TOUCHES}, because every pair of them is compared. So many determine a map by "
+            "themselves: qualify without the old map"
+        )
     noted = _feed_warnings(touches, old_map)
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
