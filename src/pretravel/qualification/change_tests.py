@@ -17,7 +17,7 @@ from pretravel.units import DEGREE
 
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""
-MOST_DIRECTIONS = 2000
+MOST_VERIFIED = 2000
 """With more directions the covariances of all their pairs need more than a gigabyte."""
 _TURN = 0.5 * DEGREE
 _TESTS = 3
@@ -178,7 +178,7 @@ def touches_and_map(
     Raises
     ------
     PretravelError
-        Fewer directions than the centre and a change need, more than `MOST_DIRECTIONS`, or some
+        Fewer directions than the centre and a change need, more than `MOST_VERIFIED`, or some
         outside the map.
     """
     counts = np.bincount(observation.groups)
@@ -188,10 +188,10 @@ def touches_and_map(
             f"{len(counts)} directions: the centre takes {axes}, and at least {axes + 2} are "
             "needed to detect a change"
         )
-    if len(counts) > MOST_DIRECTIONS:
+    if len(counts) > MOST_VERIFIED:
         raise PretravelError(
             f"{len(counts)} directions: a verification compares every pair of directions, of "
-            f"{MOST_DIRECTIONS} directions at most; 25 are enough. Give a part of these touches, "
+            f"{MOST_VERIFIED} directions at most; 25 are enough. Give a part of these touches, "
             "or qualify with all of them"
         )
     of_map = Scatter(max(pretravel_map.repeatability, _RESOLUTION), pretravel_map.repeatability_dof)
