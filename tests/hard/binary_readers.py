@@ -16,6 +16,7 @@ import numpy as np
 
 from pretravel.compensation.points import Points
 from pretravel.directions import sphere_pattern_25
+from pretravel.errors import PretravelError
 from pretravel.formats import netcdf, netcdf_worker
 from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.history_drift import drift_of_history
@@ -27,10 +28,21 @@ from pretravel.formats.points_reading import read_points
 from pretravel.formats.probe_history import read_history
 from pretravel.formats.readings import read_readings
 from pretravel.formats.source_file import SourceFile
+from pretravel.model.fem import reduction_cache
+from pretravel.model.fem.condensation import ElasticField, ReducedModel
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.model.fem.interface_loads import INTERFACE
+from pretravel.probe.materials import material
 from pretravel.report.history_report import history_columns, history_document
+from pretravel.surface.cad.kernel_process import CadContent, understood
+from pretravel.surface.cad.part_file import read_part
+from pretravel.surface.cad.step_part import part_from_content
+from tests.support.examples import EXAMPLES
 from tests.support.mutated_files import Reader, at_a_path
 from tests.support.stored_maps import map_of
 
+BREP = Path(__file__).parent / "samples" / "part.brep"
+"""What the CAD kernel writes of examples/data/part.step."""
 MAPS = Path(__file__).parents[1] / "unit" / "formats" / "data" / "maps_version_1"
 
 
@@ -142,6 +154,55 @@ def _quickly(read: Callable[[bytes], object]) -> Callable[[bytes], object]:
     return read_content
 
 
+def _kept_model() -> tuple[bytes, ...]:
+    """A reduced model of one tetrahedron."""
+    size = len(INTERFACE)
+    mesh = FiniteElementMesh(
+        points=np.eye(10, 3),
+        elements=np.arange(10)[None, :],
+        regions=np.zeros(1, dtype=np.int64),
+        region_names=("tip",),
+        faces={"tip": np.arange(3)},
+        boundary=np.arange(6)[None, :],
+        quality=np.ones(1),
+        notes=(),
+    )
+    field = ElasticField(mesh, {"tip": material("steel")}, np.zeros((size, 10, 3)))
+    model = ReducedModel(
+        flexibility=np.eye(size),
+        flexibility_by_region={"tip": np.eye(size)},
+        resultants=np.ones((6, size)),
+        patch_compliance=1e-5,
+        ball_correction=1e-6,
+        seat_part="tripod",
+        summary={"nodes": 10.0},
+        load_field=lambda: field,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "reduced.npz"
+        reduction_cache._write(path, model, "key")
+        return (path.read_bytes(),)
+
+
+def _read_kept_model(path: Path) -> object:
+    def made_anew() -> ReducedModel:
+        raise PretravelError("made anew")
+
+    path.chmod(0o600)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of damage
+        found = reduction_cache._read(path, "key", made_anew)
+    return found and found.elastic_field
+
+
+def _read_brep(content: bytes) -> object:
+    """What the CAD kernel wrote: the part that the package computes from it."""
+    path = Path("part.step")
+    return part_from_content(
+        CadContent(understood(content.decode("ascii", "replace"), path), ()), path
+    )
+
+
 BINARY_READERS: tuple[Reader, ...] = (
     Reader("map", _quickly(at_a_path(_read_map, "map.nc")), _maps(), binary=True),
     Reader(
@@ -158,4 +219,7 @@ BINARY_READERS: tuple[Reader, ...] = (
     ),
     Reader("parquet", _read_table, _tables(), binary=True),
     Reader("history", at_a_path(_read_history, "h.sqlite"), _history(), binary=True),
+    Reader("kept_model", at_a_path(_read_kept_model, "reduced.npz"), _kept_model(), binary=True),
+    Reader("brep", _read_brep, (BREP.read_bytes(),)),
+    Reader("step", at_a_path(read_part, "part.step"), ((EXAMPLES / "part.step").read_bytes(),)),
 )

@@ -11,8 +11,9 @@ import pytest
 
 from pretravel.errors import InputError
 from pretravel.surface.cad import kernel_process
-from pretravel.surface.cad.kernel_process import KernelLimit
+from pretravel.surface.cad.kernel_process import KernelLimit, understood
 from pretravel.surface.cad.part_file import read_part
+from tests.hard.binary_readers import BREP
 from tests.support.examples import EXAMPLES
 
 PART = EXAMPLES / "part.step"
@@ -98,3 +99,13 @@ class TestLimits:
         monkeypatch.setattr(kernel_process, "TIME", KernelLimit(0.01, 0.0))
         with pytest.raises(InputError, match="took longer than 0 s"):
             read_part(PART)
+
+
+@pytest.mark.parametrize(("old", "new"), [("Curves ", "Curves 9"), ("Surfaces ", "Surfaces 9")])
+def test_a_description_that_does_not_fit_together(old: str, new: str) -> None:
+    """Of a damaged file the kernel may write lists that are shorter than they state."""
+    text = BREP.read_text("ascii")
+    path = Path("part.step")
+    assert understood(text, path).roots
+    with pytest.raises(InputError, match=r"part\.step: is damaged"):
+        understood(text.replace(old, new, 1), path)

@@ -66,7 +66,7 @@ def read_iges(path: str | Path) -> CadContent:
                 "(AP214 or AP242)",
                 path=path,
             )
-        content = kernel_content(folder)
+        content = kernel_content(folder, path)
     if content.open:
         groups = content.open + content.closed
         wording = (

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from pretravel.errors import InputError, PretravelError
 from pretravel.own_process import module_folders
 from pretravel.surface.cad.brep import Brep, parse_brep
 
@@ -110,13 +113,56 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
 
 
-def kernel_content(folder: Path) -> CadContent:
-    """The content that `run_kernel` wrote into a folder."""
-    brep = parse_brep((folder / "part.brep").read_text("ascii", errors="replace"))
+def kernel_content(folder: Path, path: Path) -> CadContent:
+    """The content that `run_kernel` wrote into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    path : Path
+        Of the CAD file, for messages.
+
+    Raises
+    ------
+    InputError
+        The kernel read a damaged file and wrote a description that is none.
+    """
+    text = (folder / "part.brep").read_text("ascii", errors="replace")
     content = json.loads((folder / "content.json").read_text("utf-8"))
     return CadContent(
-        brep, tuple(content["names"]), int(content.get("closed", 0)), int(content.get("open", 0))
+        understood(text, path),
+        tuple(content["names"]),
+        int(content.get("closed", 0)),
+        int(content.get("open", 0)),
     )
+
+
+def understood(text: str, path: Path) -> Brep:
+    """The kernel's description of a part; a damaged part can have one that is none.
+
+    Parameters
+    ----------
+    text : str
+        In the kernel's text form.
+    path : Path
+        Of the CAD file, for messages.
+
+    Raises
+    ------
+    InputError
+        Knots, poles or references that do not fit together.
+    """
+    try:
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            return parse_brep(text)
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+    except (ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
+        raise InputError(
+            f"is damaged: what the CAD kernel read of it does not fit together ({error}). Export "
+            "the part again",
+            path=path,
+        ) from error
 
 
 def kernel_message(kernel: subprocess.CompletedProcess[str]) -> str:

@@ -47,7 +47,7 @@ def read_step(path: str | Path) -> CadContent:
     path = Path(path)
     with temporary_folder() as folder:
         _convert(path, folder)
-        return kernel_content(folder)
+        return kernel_content(folder, path)
 
 
 def read_step_solids(path: str | Path) -> list[Any]:
