@@ -10,14 +10,15 @@ import pytest
 from tests.hard.run import READERS
 from tests.support.mutated_files import CORPUS, fault_of, mutated
 
-FILES = 40
+TEXTS, BINARY = 150, 40
 """Mutated files for each reader."""
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_a_mutated_file_is_read_or_refused(name: str) -> None:
-    for number in range(FILES):
-        fault = fault_of(READERS[name], mutated(READERS[name], f"check {number}"))
+    reader = READERS[name]
+    for number in range(BINARY if reader.binary else TEXTS):
+        fault = fault_of(reader, mutated(reader, f"check {number}"))
         assert fault is None, f"python -m tests.hard.run {name} --seed check --show {number}"
 
 
