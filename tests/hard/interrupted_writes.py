@@ -63,7 +63,7 @@ COMMANDS = tuple(
         ("predict:nc", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.nc", ("predicted.nc",)),
         ("predict:html", "omp40-2 --azimuth 0:330:30 -o {0}/p.html", ("p.html",)),
         ("slide", "omp40-2 --surface convex --at 0.5,0.5 -o {0}/slide.csv", ("slide.csv",)),
-        ("plan", "sphere:radius=12.5 --grid 6x4 -o {0}/plan.csv", ("plan.csv",)),
+        ("plan", "sphere:radius=12.5 --grid 6x4 --max-polar 60 -o {0}/plan.csv", ("plan.csv",)),
         ("simulate", (f"omp40-2 --surface sphere:radius=12.5 --targets {EXAMPLES}/targets.csv "
          "--leave-out -o {0}/touches.csv"), ("touches.csv",)),
         ("machine", "-o {0}/mill.toml", ("mill.toml",)),
@@ -75,7 +75,7 @@ COMMANDS = tuple(
         ("export:file", "{0}/map.nc --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
         ("plan-touches", "--map {0}/h.nc --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
         ("verify", (f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
-         "-o {0}/v.json"), ("v.json",), HARMONIC),
+         "-o {0}/v.json"), ("v.json", "probe.sqlite"), HARMONIC),
         ("compare", "{0}/map.nc -o {0}/compare.csv", ("compare.csv",), MAP),
         ("check", f"iso10360-5 {SPHERE} --diameter 24.9987 --tip-diameter 6 -o {{0}}/check.json",
          ("check.json",)),
@@ -89,6 +89,33 @@ COMMANDS = tuple(
         ("separation-plan", "--directions 12 --u-systematic 0.5 -o {0}/form.csv", ("form.csv",)),
         ("hysteresis", "omp40-2 --model rigid --azimuth 0 --cycles 2 --steps 30 -o {0}/h.csv",
          ("h.csv",)),
+        (
+            "verify:accept",
+            (
+                f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
+                "--accept {0}/new.nc"
+            ),
+            ("new.nc",),
+            HARMONIC,
+        ),
+        (
+            "history",
+            "{0}/probe.sqlite -o {0}/history.csv --plot {0}/history.png",
+            ("history.csv", "history.png"),
+            ("h.nc", "probe.sqlite"),
+        ),
+        (
+            "program part",
+            "{0}/mill.toml {0}/plan.csv -o {0}/p.ngc",
+            ("p.ngc",),
+            ("mill.toml", "plan.csv"),
+        ),
+        (
+            "identify",
+            "{0}/predicted.nc --probe omp40-2 --free preload -o {0}/i.toml",
+            ("i.toml",),
+            ("predicted.nc",),
+        ),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
          ("map.nc", "points.csv")),
     )

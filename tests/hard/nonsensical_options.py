@@ -42,15 +42,6 @@ MORE = (
     WritingCommand("probes", "omp40-2", ()),
     WritingCommand("faces", f"{EXAMPLES}/part.step", ()),
     WritingCommand("formats", "", ()),
-    WritingCommand("history", "{0}/probe.sqlite", (), ("probe.sqlite",)),
-    WritingCommand(
-        "program part", f"{{0}}/mill.toml {EXAMPLES}/targets.csv -o {{0}}/p.ngc", ("p.ngc",),
-        ("mill.toml",),
-    ),
-    WritingCommand(
-        "identify", "{0}/predicted.nc --probe omp40-2 --free preload -o {0}/i.toml", ("i.toml",),
-        ("predicted.nc",),
-    ),
     WritingCommand("demo", f"--data {EXAMPLES.parent}/nowhere -o {{0}}/demo", ()),
     WritingCommand("convert:look", f"{SPHERE}", ()),
 )  # fmt: skip
@@ -146,8 +137,7 @@ def _folder(command: WritingCommand) -> Path:
 
 def _makers(command: WritingCommand) -> Iterator[WritingCommand]:
     for other in COMMANDS:
-        made = {*other.outputs, *(("probe.sqlite",) if other.name == "verify" else ())}
-        if made & set(command.needs):
+        if set(other.outputs) & set(command.needs) and other.name != command.name:
             yield from _makers(other)
             yield other
 

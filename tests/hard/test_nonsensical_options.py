@@ -14,11 +14,11 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are f
 BY_NAME = {command.name: command for command in (*COMMANDS, *MORE)}
 
 
-@pytest.mark.parametrize("name", ["pattern", "separation-plan", "plan", "check", "predict"])
+@pytest.mark.parametrize("name", ["pattern", "separation-plan", "check", "predict"])
 def test_values_that_mean_nothing_are_refused(name: str) -> None:
-    result = try_options(BY_NAME[name], trials=8, seed=7)
+    result = try_options(BY_NAME[name], trials=5, seed=7)
     assert result.faults == []
-    assert sum(result.codes.values()) == 8
+    assert sum(result.codes.values()) == 5
     assert set(result.codes) <= {0, 2, 3}
 
 

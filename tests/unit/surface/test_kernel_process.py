@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from pretravel.errors import InputError
+from pretravel.formats.map_file import read_map, write_map
 from pretravel.surface.cad import kernel_process
 from pretravel.surface.cad.kernel_process import KernelLimit, understood
 from pretravel.surface.cad.part_file import read_part
 from tests.hard.binary_readers import BREP
+from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
 
 PART = EXAMPLES / "part.step"
@@ -24,6 +26,7 @@ def poisoned(tmp_path: Path) -> Path:
     """A folder with modules of the names of all that a process could import."""
     names = {"shutil", "json", "typing", "logging", "tempfile", "numpy", "netgen", "typer"}
     names |= {"sitecustomize", "usercustomize", "runpy", "re", "random", "scipy", "shapely"}
+    names |= {"h5py", "h5netcdf", "xarray", "matplotlib", "subprocess", "csv", "sqlite3"}
     for name in names:
         code = f"open({str(tmp_path / name)!r} + ' RAN', 'w').close()\nraise ImportError({name!r})"
         (tmp_path / f"{name}.py").write_text(code)
@@ -50,6 +53,17 @@ class TestCodeBesideAPart:
         monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
         monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
         assert len(read_part(PART).faces) == 1
+        assert _ran(poisoned) == []
+
+    def test_the_reader_of_maps_imports_nothing_from_there(
+        self, poisoned: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        write_map(poisoned / "map.nc", lobes(3))
+        read_map(poisoned / "map.nc")  # this process imports what it needs
+        monkeypatch.chdir(poisoned)
+        monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
+        monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
+        assert read_map("map.nc").tip_radius == lobes(3).tip_radius
         assert _ran(poisoned) == []
 
     def test_python_m_imports_nothing_from_there(self, poisoned: Path) -> None:
