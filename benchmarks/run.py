@@ -110,7 +110,8 @@ def _example_map() -> PretravelMap:
     n = np.repeat(sphere_pattern_25(), 3, axis=0)
     noise = np.random.default_rng(0).normal(0.0, 3e-4, 75)
     distance = 15.5 - predict(probe, n).pretravel + noise
-    return qualify(Touches(n * distance[:, None], n), 25.0, tip_diameter=6.0).pretravel_map
+    touches = Touches(n * distance[:, None], n)
+    return qualify(touches, 25.0, kind="harmonic", tip_diameter=6.0).pretravel_map
 
 
 def _row(name: str, ours: float, loop: float) -> None:
@@ -135,7 +136,8 @@ def touches() -> None:
     basis = pretravel_map.basis
     assert isinstance(basis, HarmonicBasis)
     coefficients, covariance = pretravel_map.coefficients, pretravel_map.covariance.matrix
-    radius, variance = pretravel_map.tip_radius, pretravel_map.repeatability**2
+    radius = pretravel_map.tip_radius
+    variance = pretravel_map.single_touch**2 + pretravel_map.u_tip_radius**2
 
     def one(row: int) -> tuple[np.ndarray, float]:
         normal = n[row]
