@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
+from pretravel.quantities import REAL, checked_values
 
 
 class Curve(ABC):
@@ -128,6 +129,11 @@ class SplineCurve(Curve):
     degree : int
     wraps : bool
         Whether the curve is periodic; its parameter is then moved into the range of the knots.
+
+    Raises
+    ------
+    PretravelError
+        Poles or weights that are not finite.
     """
 
     knots: FloatArray
@@ -139,6 +145,8 @@ class SplineCurve(Curve):
     def __post_init__(self) -> None:
         from scipy.interpolate import BSpline
 
+        checked_values(self.poles, "a pole of a spline curve", REAL)
+        checked_values(self.weights, "a weight of a spline curve", REAL)
         weighted = np.column_stack([self.poles * self.weights[:, None], self.weights])
         object.__setattr__(self, "poles", frozen(self.poles))
         object.__setattr__(self, "_spline", BSpline(self.knots, weighted, self.degree))

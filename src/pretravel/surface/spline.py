@@ -8,6 +8,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
+from pretravel.quantities import COORDINATE, REAL, checked_values
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Parametric, SecondOrder
 
@@ -27,6 +28,11 @@ class SplineSurface(Parametric):
     periods : pair of float
         Infinite where the surface is not periodic.
 
+    Raises
+    ------
+    PretravelError
+        Poles beyond the size of parts, weights that are not positive.
+
     >>> poles = np.array([[[0, 0, 0], [0, 2, 0]], [[3, 0, 0], [3, 2, 0]]], dtype=float)
     >>> flat = SplineSurface(np.array([0.0, 0, 1, 1]), np.array([0.0, 0, 1, 1]), poles,
     ...                      np.ones((2, 2)), (1, 1))
@@ -44,8 +50,9 @@ class SplineSurface(Parametric):
     def __post_init__(self) -> None:
         from scipy.interpolate import NdBSpline
 
-        if not np.all(self.weights > 0.0):
-            raise PretravelError("the weights of a rational surface must be positive")
+        checked_values(self.poles, "a pole of a spline surface", COORDINATE)
+        if not np.all((self.weights > 0.0) & (self.weights <= REAL.highest)):
+            raise PretravelError("the weights of a rational surface must be positive and finite")
         weighted = np.concatenate(
             [self.poles * self.weights[..., None], self.weights[..., None]], 2
         )

@@ -308,6 +308,23 @@ class TestBrepText:
             own = [1 + 5 * math.cos(0.4), 2 + handed * 5 * math.sin(0.4), 3.5]
             assert point[0] == pytest.approx(own)
 
+    @pytest.mark.parametrize("pole", ["inf", "nan", "1e9"])
+    def test_a_spline_surface_with_a_pole_that_no_part_has(self, pole: str) -> None:
+        """Its face alone is refused, with this reason."""
+        from pretravel.surface.cad.brep_geometry import Tokens, read_surface
+
+        corners = ["0", "0", "0", "0", "1", "0", "1", pole, "0", "1", "1", "0"]
+        record = read_surface(Tokens(["8", "0", "0", "1", "1", *corners]))
+        assert record.surface is None
+        assert record.problem.startswith(f"a pole of a spline surface is {float(pole):g}")
+
+    @pytest.mark.parametrize("pole", ["inf", "nan"])
+    def test_a_curve_with_a_pole_that_is_not_finite(self, pole: str) -> None:
+        from pretravel.surface.cad.brep_geometry import Tokens, read_curve
+
+        with pytest.raises(PretravelError, match=f"a pole of a spline curve is {pole}"):
+            read_curve(Tokens(["6", "0", "1", "0", "0", "0", "1", pole, "0"]), 3)
+
     def test_placements_within_placements(self, tmp_path: Path) -> None:
         """A box is twice in a group, the group twice in another: rotated, moved, moved again."""
         from netgen.occ import Axis, Box, Compound, TopLoc_Location, Vec, Z, gp_Trsf
