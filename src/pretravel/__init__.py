@@ -9,8 +9,11 @@ from __future__ import annotations
 import sys
 
 if getattr(sys, "argv", [])[:1] == ["-m"] and not sys.flags.safe_path:
-    # python -m pretravel: a typing.py or shutil.py beside a part file must not be imported.
-    del sys.path[0]
+    # python -m pretravel: a typing.py or shutil.py beside a part file must not be imported. A
+    # program in the current folder that imports pretravel has the modules beside it.
+    _started = sys.orig_argv[-len(sys.argv)].partition(".")[0]  # "pretravel" or "-mpretravel"
+    if _started == "pretravel" or (_started[:1] == "-" and _started.endswith("mpretravel")):
+        del sys.path[0]
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any

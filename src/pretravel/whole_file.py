@@ -152,12 +152,35 @@ def _locked_file(folder: Path, suffix: str) -> Iterator[Path]:
 
 
 def _finish(temporary: Path, target: Path) -> None:
-    """Let a complete temporary file replace the target, with the target's permissions."""
-    mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else _usual_permissions()
+    """Let a complete temporary file replace the target, with its owner and permissions."""
+    mode = _usual_permissions()
+    if target.exists():
+        mode = stat.S_IMODE(target.stat().st_mode)
+        _give_to_owner(temporary, target.stat())
     temporary.chmod(mode)
     with temporary.open("rb+") as file:
         os.fsync(file.fileno())  # a full disk of another computer is noticed here
     temporary.replace(target)
+
+
+def _give_to_owner(path: Path, former: os.stat_result) -> None:
+    """Give a new file the group of the former one, and as administrator its owner.
+
+    Where others can write to the folder, `path` could be a link to a file elsewhere by now.
+    """
+    if sys.platform == "win32":
+        return
+    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        found = os.fstat(handle)
+        if found.st_nlink == 1 and found.st_gid != former.st_gid:
+            with suppress(OSError):  # a group of others
+                os.fchown(handle, -1, former.st_gid)
+        if found.st_nlink == 1 and found.st_uid != former.st_uid:
+            with suppress(OSError):  # not the administrator
+                os.fchown(handle, former.st_uid, -1)
+    finally:
+        os.close(handle)
 
 
 def _locked(make: Callable[[], str]) -> tuple[Path, int | None]:

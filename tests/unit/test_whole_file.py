@@ -82,6 +82,28 @@ class TestPermissions:
         write_text(file, "new")
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
 
+    def test_the_group_of_a_shared_file_is_kept(self, tmp_path: Path) -> None:
+        """Else its members lose access to a file with the permissions 660."""
+        mine = os.getgid()
+        groups = [65534] if os.geteuid() == 0 else [g for g in os.getgroups() if g != mine]
+        if not groups:
+            pytest.skip("this user is in one group only")
+        file = tmp_path / "shared.csv"
+        file.write_text("old")
+        os.chown(file, -1, groups[0])
+        file.chmod(0o660)
+        write_text(file, "new")
+        found = file.stat()
+        assert (found.st_gid, stat.S_IMODE(found.st_mode)) == (groups[0], 0o660)
+
+    @pytest.mark.skipif(os.geteuid() != 0, reason="only the administrator gives files to others")
+    def test_the_administrator_leaves_a_file_to_its_owner(self, tmp_path: Path) -> None:
+        file = tmp_path / "of_a_user.csv"
+        file.write_text("old")
+        os.chown(file, 65534, 65534)
+        write_text(file, "new")
+        assert (file.stat().st_uid, file.stat().st_gid) == (65534, 65534)
+
     @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is protected from the administrator")
     def test_a_protected_file_is_not_replaced(self, tmp_path: Path) -> None:
         file = tmp_path / "kept.csv"

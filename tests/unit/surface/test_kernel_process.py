@@ -66,8 +66,38 @@ class TestCodeBesideAPart:
         assert read_map("map.nc").tip_radius == lobes(3).tip_radius
         assert _ran(poisoned) == []
 
-    def test_python_m_imports_nothing_from_there(self, poisoned: Path) -> None:
-        command = [sys.executable, "-m", "pretravel", "faces", str(PART)]
+    def test_a_program_of_the_current_folder_finds_its_own_modules(self, tmp_path: Path) -> None:
+        """A package that imports pretravel at its beginning, run as ``python -m shop.daily``."""
+        (tmp_path / "shop").mkdir()
+        (tmp_path / "shop" / "__init__.py").write_text("import pretravel\n")
+        (tmp_path / "shop" / "daily.py").write_text("import rooms\nprint(rooms.NAME)\n")
+        (tmp_path / "rooms.py").write_text("NAME = 'measuring room'\n")
+        done = subprocess.run(
+            [sys.executable, "-m", "shop.daily", "pretravel"],
+            cwd=tmp_path,
+            env=_environment(),
+            capture_output=True,
+            text=True,
+        )
+        assert done.stdout == "measuring room\n", done.stderr
+
+    @pytest.mark.parametrize("module", [["-m", "pretravel"], ["-mpretravel"]])
+    def test_the_folder_of_the_libraries_can_be_the_current_one(self, module: list[str]) -> None:
+        """What this process has imported from there is there for the other process too."""
+        import numpy as np
+
+        done = subprocess.run(
+            [sys.executable, *module, "faces", str(PART)],
+            cwd=Path(np.__file__).parents[1],
+            env=_environment(),
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+
+    @pytest.mark.parametrize("module", [["-m", "pretravel"], ["-Bmpretravel"]])
+    def test_python_m_imports_nothing_from_there(self, poisoned: Path, module: list[str]) -> None:
+        command = [sys.executable, *module, "faces", str(PART)]
         done = subprocess.run(
             command, cwd=poisoned, env=_environment(), capture_output=True, text=True
         )
