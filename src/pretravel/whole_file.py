@@ -43,6 +43,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     ------
     PretravelError
         The folder does not exist, or cannot be written to.
+    BrokenPipeError
+        The reader of the standard output has closed it.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -73,6 +75,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
             yield temporary
             _finish(temporary, target)
     except OSError as error:
+        if isinstance(error, BrokenPipeError) and _descriptor(target) == 1:
+            raise  # as print does: the reader of the standard output has enough
         raise PretravelError(f"cannot write {path}: {error.strerror or error}") from error
 
 

@@ -65,6 +65,21 @@ class TestVerify:
 
 
 class TestWhoReadsTheOutput:
+    def test_a_reader_of_the_result_that_has_enough_gets_no_message(self) -> None:
+        """``-o /dev/stdout | head``: as for what is printed, the exit code alone tells it."""
+        plan = ("plan", "sphere:radius=12", "--grid", "5x5", "-o", "/dev/stdout")
+        read, write = os.pipe()
+        os.close(read)
+        with os.fdopen(write, "wb") as closed:
+            done = subprocess.run(
+                [*COMMAND, *plan],
+                stdout=closed,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+        assert (done.returncode, "Error" in done.stderr) == (2, False), done.stderr
+
     def test_a_closed_pipe_is_a_fault(self) -> None:
         read, write = os.pipe()
         os.close(read)
