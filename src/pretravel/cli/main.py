@@ -150,7 +150,7 @@ def _end(code: int | str | None) -> NoReturn:
 
     See https://docs.python.org/3/library/signal.html#note-on-sigpipe.
     """
-    for stream in (sys.stdout, sys.stderr):
+    for stream in filter(None, (sys.stdout, sys.stderr)):  # None: closed from the beginning
         try:
             stream.flush()
         except OSError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sqlite3
 import subprocess
 import sys
@@ -65,6 +66,14 @@ class TestVerify:
 
 
 class TestWhoReadsTheOutput:
+    @pytest.mark.skipif(sys.platform == "win32", reason="redirections of a POSIX shell")
+    @pytest.mark.parametrize("closed", [">&-", "2>&-"])
+    def test_no_output_at_all_is_no_fault(self, closed: str) -> None:
+        """Of services and programs without a terminal: Python has no such stream then."""
+        command = shlex.join([*COMMAND, "formats"])
+        done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (0, b"")
+
     def test_a_reader_of_the_result_that_has_enough_gets_no_message(self) -> None:
         """``-o /dev/stdout | head``: as for what is printed, the exit code alone tells it."""
         plan = ("plan", "sphere:radius=12", "--grid", "5x5", "-o", "/dev/stdout")
