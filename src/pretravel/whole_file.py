@@ -220,7 +220,7 @@ def _lock(path: Path) -> int | None:
 
 
 def _remove_left(folder: Path) -> None:
-    """Remove the temporary files and folders of runs that were killed: nobody has their locks."""
+    """Remove the temporary files and folders of killed runs: no process locks them."""
     if sys.platform == "win32":
         return
     import fcntl

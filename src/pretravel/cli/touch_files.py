@@ -33,7 +33,8 @@ TableColumns: TypeAlias = Annotated[
         parser=stated_columns,
         metavar="x=X,nx=I,…",
         help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,label,"
-        "nominal_x…; nx=-I changes the sign, label=none leaves out. Others are found by name.",
+        "nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other columns are "
+        "found by their names.",
     ),
 ]
 DecimalSign: TypeAlias = Annotated[

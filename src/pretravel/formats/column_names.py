@@ -17,7 +17,7 @@ ROLES = (*NUMBER_ROLES, "label")
 """What a column of a table of touches can be."""
 
 OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {"feed": "feed_mm_min"}
-"""Names of the columns with a unit in the tables that are written; the others have their role's."""
+"""Names of columns with a unit, in written tables. Other columns are called as their role."""
 
 LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3}
 """Millimetres in the units of length that a column can state."""

@@ -166,7 +166,8 @@ def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
     each = sorted({part.reading for part in parts})
     same = each[0].partition("; ")[2] if len({r.partition("; ")[2] for r in each}) == 1 else ""
     reading = f"{sum(map(len, parts))} touches of {len(parts)} files in this order: {listed}"
-    details = [same] if same else [f"{n}: {p.reading}" for n, p in zip(names, parts, strict=True)]
+    stated = [(name, part.reading) for name, part in zip(names, parts, strict=True) if part.reading]
+    details = [same] if same else [f"{name}: {how}" for name, how in stated]
     return Touches(
         positions=np.vstack([part.positions for part in parts]),
         normals=np.vstack([part.normals for part in parts]),
@@ -175,7 +176,7 @@ def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
         labels=_unique_labels(paths, parts),
         nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
         source=f"{names[0]} … {names[-1]} ({len(names)} files)",
-        reading="; ".join([reading, *(d for d in details if not d.endswith(": "))]),
+        reading="; ".join([reading, *details]),
     )
 
 

@@ -340,8 +340,9 @@ QIF = FileFormat(
     reads="touches, positions",
     writes="touches, points",
     needs="plan without normals",
-    verified="public files of a CMM in versions 2.0, 2.1 and 3, whose deviation and features were "
-    "computed again; the schema's path to the set, transcribed (not the whole schema)",
+    verified="public files of a CMM in versions 2.0, 2.1 and 3: deviations and features were "
+    "computed again from the points; the schema's path to the set, transcribed (not the whole "
+    "schema)",
     endings=(".qif",),
     recognises=_is_qif,
     parse=lambda file, _: read_qif(file),

@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import unit
-from pretravel.errors import PretravelError
 from pretravel.uncertainty.fitting.feature import (
-    FLAT,
     Fit,
     ScaledPoints,
+    about_axis,
     across,
+    check_determined,
     checked_points,
     fitted_from_axes,
     least_squares_parameters,
@@ -82,17 +82,9 @@ class _Cone:
             self.angle + float(x[5]),
         )
 
-    def coordinates(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Heights along the axis, distances from it, and unit vectors away from it."""
-        offset = q - self.foot
-        height = offset @ self.axis
-        radial = offset - np.outer(height, self.axis)
-        distance = np.linalg.norm(radial, axis=1)
-        return height, distance, radial / np.maximum(distance, 1e-300)[:, None]
-
     def distances(self, q: FloatArray) -> FloatArray:
         """Of points from the cone, positive outside."""
-        height, distance, _ = self.coordinates(q)
+        height, distance, _ = about_axis(q, self.foot, self.axis)
         return np.asarray(
             (distance - self.radius) * np.cos(self.angle) - height * np.sin(self.angle)
         )
@@ -101,7 +93,7 @@ class _Cone:
         """Derivatives of the distances from the displaced cone by the displacements x."""
         sideways = across(self.axis)
         moved = self.displaced(x)
-        height, distance, outward = moved.coordinates(q)
+        height, distance, outward = about_axis(q, moved.foot, moved.axis)
         sine, cosine = np.sin(moved.angle), np.cos(moved.angle)
         normal = cosine * outward - sine * moved.axis
         tilt = (outward @ sideways.T) / np.linalg.norm(self.axis + x[2:4] @ sideways)
@@ -134,7 +126,7 @@ def fit_cone(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> ConeFi
     points : (n, 3) float
         On one side of the apex. [mm]
     axis : (3,) float, optional
-        Approximate direction of the axis, to start from.
+        Approximate direction of the axis. The search starts from it.
 
     Returns
     -------
@@ -196,7 +188,7 @@ def _fitted_cone(q: FloatArray, axis: FloatArray) -> _Cone | None:
     if found is None:
         return None
     cone = start.displaced(found).settled()
-    height, _, _ = cone.coordinates(q)
+    height, _, _ = about_axis(q, cone.foot, cone.axis)
     one_sided = bool(np.all(cone.radius + height * np.tan(cone.angle) > 0.0))
     return cone if one_sided and cone.angle < 0.5 * np.pi else None
 
@@ -204,12 +196,7 @@ def _fitted_cone(q: FloatArray, axis: FloatArray) -> _Cone | None:
 def _cone_cofactor(q: FloatArray, best: _Cone, scale: float) -> FloatArray:
     """Covariance of (point, axis, radius, half angle) per unit variance of a distance, (8, 8)."""
     jacobian = best.jacobian(q, np.zeros(6))
-    singular = np.linalg.svd(jacobian, compute_uv=False)
-    if singular[-1] <= FLAT * singular[0]:
-        raise PretravelError(
-            "these points do not determine the cone's axis and angle: they lie in one circle or "
-            "in one plane; take two circles apart, with three points or more"
-        )
+    check_determined(jacobian, "the cone's axis and angle: they lie in one circle or in one plane")
     sideways = across(best.axis).T
     change = np.zeros((8, 6))
     change[:3, :2] = sideways

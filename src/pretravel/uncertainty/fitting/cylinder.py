@@ -11,10 +11,11 @@ from pretravel.arrays import FloatArray, frozen
 from pretravel.directions import unit
 from pretravel.errors import PretravelError
 from pretravel.uncertainty.fitting.feature import (
-    FLAT,
     Fit,
     ScaledPoints,
+    about_axis,
     across,
+    check_determined,
     checked_points,
     fitted_from_axes,
     least_squares_parameters,
@@ -64,19 +65,15 @@ class _Cylinder:
 
     def distances(self, q: FloatArray) -> FloatArray:
         """Of points from the cylinder, positive outside."""
-        offset = q - self.foot
-        radial = offset - np.outer(offset @ self.axis, self.axis)
-        return np.asarray(np.linalg.norm(radial, axis=1) - self.radius)
+        _, distance, _ = about_axis(q, self.foot, self.axis)
+        return np.asarray(distance - self.radius)
 
     def jacobian(self, q: FloatArray, x: FloatArray) -> FloatArray:
         """Derivatives of the distances from the displaced cylinder by the displacements x."""
         sideways = across(self.axis)
         moved = self.displaced(x)
-        offset = q - moved.foot
-        height = offset @ moved.axis
-        radial = offset - np.outer(height, moved.axis)
-        distance = np.linalg.norm(radial, axis=1)
-        outward = (radial / np.maximum(distance, 1e-300)[:, None]) @ sideways.T
+        height, _, away = about_axis(q, moved.foot, moved.axis)
+        outward = away @ sideways.T
         lever = height / np.linalg.norm(self.axis + x[2:4] @ sideways)
         return -np.hstack([outward, lever[:, None] * outward, np.ones((len(q), 1))])
 
@@ -97,7 +94,7 @@ def fit_cylinder(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Cy
     points : (n, 3) float
         [mm]
     axis : (3,) float, optional
-        Approximate direction of the axis, to start from.
+        Approximate direction of the axis. The search starts from it.
 
     Returns
     -------
@@ -150,12 +147,9 @@ def _fitted_from(q: FloatArray, axis: FloatArray) -> _Cylinder | None:
 def _cofactor(q: FloatArray, best: _Cylinder, scale: float, sign: float) -> FloatArray:
     """Covariance of (point, axis, radius) per unit variance of a distance, (7, 7)."""
     jacobian = best.jacobian(q, np.zeros(5))
-    singular = np.linalg.svd(jacobian, compute_uv=False)
-    if singular[-1] <= FLAT * singular[0]:
-        raise PretravelError(
-            "these points do not determine the cylinder's axis: they lie in one circle, in one "
-            "plane or along one line; take two circles apart, with three points or more"
-        )
+    check_determined(
+        jacobian, "the cylinder's axis: they lie in one circle, in one plane or along one line"
+    )
     # From two shifts, two tilts and the radius to point, axis and radius.
     sideways = across(best.axis).T
     change = np.zeros((7, 5))

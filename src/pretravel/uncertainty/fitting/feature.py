@@ -136,6 +136,45 @@ class ScaledPoints:
         return ScaledPoints((p - middle) / scale, middle, float(scale))
 
 
+def about_axis(
+    q: FloatArray, foot: FloatArray, axis: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Heights of points along an axis, distances from it, and unit vectors away from it.
+
+    >>> height, distance, outward = about_axis(
+    ...     np.array([[3.0, 4.0, 7.0]]), np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    >>> height.tolist(), distance.tolist(), outward.tolist()
+    ([7.0], [5.0], [[0.6, 0.8, 0.0]])
+    """
+    offset = q - foot
+    height = offset @ axis
+    radial = offset - np.outer(height, axis)
+    distance = np.linalg.norm(radial, axis=1)
+    return height, distance, radial / np.maximum(distance, 1e-300)[:, None]
+
+
+def check_determined(jacobian: FloatArray, what: str) -> None:
+    """Refuse points for which a change of the parameters changes no distance.
+
+    Parameters
+    ----------
+    jacobian : (n, k) float
+        Derivatives of the distances by the parameters.
+    what : str
+        What the points do not determine, and how they lie.
+
+    Raises
+    ------
+    PretravelError
+    """
+    singular = np.linalg.svd(jacobian, compute_uv=False)
+    if singular[-1] <= FLAT * singular[0]:
+        raise PretravelError(
+            f"these points do not determine {what}; measure two circles at different heights, with "
+            "three points or more in each"
+        )
+
+
 def fitted_from_axes(
     q: FloatArray,
     name: str,
