@@ -1,0 +1,1 @@
+"""The workbench: the jobs of pretravel as a local page in the browser."""
