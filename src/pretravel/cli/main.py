@@ -6,6 +6,7 @@ import os
 import sys
 import traceback
 import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Annotated, NoReturn, TextIO
 
@@ -44,11 +45,14 @@ from pretravel.report.style import ignore_settings_of_folder
 
 app = typer.Typer(
     name="pretravel",
-    help="Predict, calibrate and compensate the pretravel of touch-trigger probes.",
+    help="Predict, calibrate and compensate the pretravel of touch-trigger probes."
+    "\n\nThe first path: demo shows a result; convert FILE shows how your file of touches is read; "
+    "then qualify (touches on a sphere), compensate and measure (touches on a part).",
     epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
     f"\n\nExit codes: 0 done; {FAULT} a fault, with a message; {ANSWER} an answer to notice: "
     f"changed (verify), does not conform (check, measure); {INTERRUPTED} interrupted.",
     no_args_is_help=True,
+    context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -69,40 +73,49 @@ def _main(
     del version
 
 
-for command in (
-    probes.probes,
-    predict.predict,
-    fem.fem,
-    hysteresis.hysteresis,
-    slide.slide,
-    faces.faces,
-    plan.plan,
-    machine.machine,
-    convert.convert,
-    convert.formats,
-    export.export,
-    compare.compare,
-    plan_touches.plan_touches,
-    verify.verify,
-    verify.history,
-    simulate.simulate,
-    qualify.qualify,
-    compensate.compensate,
-    measure.measure,
-    identify.identify,
-    rig.rig,
-    laboratory.laboratory,
-    separate.separate,
-    separate.separation_plan,
-    check.check,
-    check.pattern,
-    demo.demo,
-):
-    example = (command.__doc__ or "").rpartition("Example: ")[2].strip()
-    summary = (command.__doc__ or "").rpartition("Example: ")[0].strip()
-    app.command(cls=Command, help=summary, epilog=f"Example: {example}")(command)
+GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
+    "Start": (demo.demo,),
+    "Qualify": (qualify.qualify, verify.verify, verify.history, plan_touches.plan_touches),
+    "Measure": (
+        compensate.compensate,
+        measure.measure,
+        compare.compare,
+        faces.faces,
+        plan.plan,
+    ),
+    "Control": (export.export, machine.machine),
+    "Predict": (
+        probes.probes,
+        predict.predict,
+        simulate.simulate,
+        slide.slide,
+        fem.fem,
+        hysteresis.hysteresis,
+        identify.identify,
+    ),
+    "Laboratory": (
+        rig.rig,
+        laboratory.laboratory,
+        separate.separate,
+        separate.separation_plan,
+        check.check,
+        check.pattern,
+    ),
+    "Files": (convert.convert, convert.formats),
+}
+"""The commands in the groups of the help; each group begins with what is needed first."""
 
-app.add_typer(program.app)
+for group, commands in GROUPS.items():
+    for command in commands:
+        summary, _, example = (command.__doc__ or "").rpartition("Example: ")
+        app.command(
+            cls=Command,
+            help=summary.strip(),
+            epilog=f"Example: {example.strip()}",
+            rich_help_panel=group,
+        )(command)
+
+app.add_typer(program.app, rich_help_panel="Control")
 
 
 def run() -> None:
