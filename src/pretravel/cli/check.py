@@ -8,9 +8,9 @@ import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.command import ANSWER
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
@@ -93,7 +93,8 @@ def check(
     plan: RunPlan = None,
     axis: ProbeAxis = Vector(0, 0, 1),
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Figures: .csv or .json; or .html.")
+        Path | None,
+        typer.Option("--output", "-o", help="Figures: .csv or .json; or a page, .html or .pdf."),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -115,7 +116,7 @@ def check(
 
     files, name = files_of_touches(touches)
     inputs = [*files, map_file, plan]
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], inputs)
+    check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], inputs)
     limits = _limits(form_limit, size_limit, repeat_limit)
     _refuse_other_options(standard, limits, u_diameter)
     if "size" in limits and tip_diameter is None and map_file is None:
@@ -197,9 +198,7 @@ def _write(output: Path, result: StandardCheck, report: Document) -> None:
     elif ending == ".json":
         write_json(output, standard_json(result))
     else:
-        from pretravel.report.page import write_page
-
-        write_page(output, report)
+        save_page(report, output)
 
 
 def pattern(

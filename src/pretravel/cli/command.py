@@ -8,6 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperOption
 
+from pretravel.cli.running import running
 from pretravel.errors import PretravelError
 
 FAULT = 2
@@ -16,6 +17,8 @@ ANSWER = 3
 """Exit code of an answer that a script must notice: changed, does not conform."""
 INTERRUPTED = 130
 """Exit code after an interruption from the keyboard."""
+_TYPED = "pretravel.typed"
+"""Where the context keeps the arguments as they were typed."""
 
 
 class Command(TyperCommand):
@@ -28,6 +31,7 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
+        ctx.meta[_TYPED] = tuple(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -44,7 +48,8 @@ class Command(TyperCommand):
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
         try:
-            return super().invoke(ctx)
+            with running(ctx, ctx.meta[_TYPED]):
+                return super().invoke(ctx)
         except PretravelError as error:
             options = ", ".join(filter(None, (self.option(name) for name in error.inputs)))
             if not options:

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 
 
 def compare(
@@ -21,7 +21,8 @@ def compare(
         typer.Option(help="Touches or targets of a part (columns nx,ny,nz), to compare there too."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html.")
+        Path | None,
+        typer.Option("--output", "-o", help="Table: .csv, .json; or a page, .html or .pdf."),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -39,17 +40,15 @@ def compare(
     from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
     from pretravel.report.comparison_report import comparison_columns, comparison_document
-    from pretravel.report.page import write_page
 
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [map_file, part])
+    check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [map_file, part])
     with working("comparing"):
         pretravel_map = map_or_prediction(map_file)
         normals = None if part is None else read_directions(part)
         result = compare_corrections(pretravel_map, normals)
     report = comparison_document(result, map_name=Path(map_file).name)
-    if output is not None and output.suffix.lower() in (".csv", ".json"):
+    if output is not None and not is_page(output):
         write_table(output, comparison_columns(result))
-    elif output is not None:
-        write_page(output, report)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Frame, ModelName, PictureFile, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
@@ -44,7 +44,8 @@ def compensate(
         typer.Option(
             "--output",
             "-o",
-            help="Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); a page, .html.",
+            help="Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); or a "
+            "page, .html or .pdf.",
         ),
     ],
     nominal: Annotated[
@@ -95,7 +96,6 @@ def compensate(
     )
     from pretravel.compensation.points import placed
     from pretravel.formats.point_files import point_endings
-    from pretravel.report.page import write_page
     from pretravel.report.points_report import points_document
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved, with_feed
@@ -103,7 +103,7 @@ def compensate(
     files, name = files_of_touches(touches)
     surfaces = [] if nominal is None else source_file(nominal)
     check_files(
-        [(output, (*point_endings(), ".html")), (plot, PICTURES)],
+        [(output, (*point_endings(), *PAGES)), (plot, PICTURES)],
         [*files, map_file, plan, *surfaces],
     )
     placement = part_in_machine(place, frame)
@@ -140,9 +140,8 @@ def compensate(
         + extrapolated
         + compensation_warnings(measured, points, pretravel_map),
     )
-    if output.suffix.lower() == ".html":
-        write_page(output, with_reading(report, readings))
-    else:
+    save_page(with_reading(report, readings), output)
+    if not is_page(output):
         _write_points(output, points, measured, pretravel_map, names=(name, Path(map_file).name))
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import Vector, one_of, vector
-from pretravel.cli.files import check_files
-from pretravel.cli.showing import show
+from pretravel.cli.files import PAGES, check_files, is_page
+from pretravel.cli.showing import save_page, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
@@ -44,7 +44,8 @@ def convert(
         typer.Option(
             "--output",
             "-o",
-            help="Touches: .csv, .parquet, .qif; .msr or .txt for Fusion. Without it, a preview.",
+            help="Touches: .csv, .parquet, .qif; .msr or .txt for Fusion. Without it, a preview; "
+            "which is also a page, .html or .pdf.",
         ),
     ] = None,
     file_format: Annotated[
@@ -118,7 +119,7 @@ def convert(
     from pretravel.formats.source_file import opened
 
     files, _ = files_of_touches(readings)
-    check_files([(output, touch_endings())], [*files, plan, machine])
+    check_files([(output, (*touch_endings(), *PAGES))], [*files, plan, machine])
     known_machine = None if machine is None else read_machine(machine)
     if tip_diameter is None and known_machine is not None:
         tip_diameter = known_machine.tip_diameter
@@ -138,8 +139,8 @@ def convert(
         file_format = "parquet" if files[0].suffix.lower() == ".parquet" else "csv"
     file = opened(files[0])
     known = format_of(file) if file_format is None else format_named(file_format)
-    if output is None:
-        _preview(files, options, known)
+    if output is None or is_page(output):
+        _preview(files, options, known, output)
         return
     if known.parse_features is not None:
         if output.suffix.lower() != ".csv":
@@ -155,15 +156,24 @@ def convert(
         typer.echo(f"Warning: {note}", err=True)
 
 
-def _preview(files: list[Path], options: ReadingOptions, known: FileFormat) -> None:
-    """Show how files are understood, and what is missing."""
+def _preview(
+    files: list[Path], options: ReadingOptions, known: FileFormat, output: Path | None
+) -> None:
+    """Show how files are understood, and what is missing; on a page that of one file."""
+    from pretravel.errors import PretravelError
     from pretravel.formats.preview import look_at
     from pretravel.report.preview_report import preview_document
 
+    if output is not None and len(files) > 1:
+        raise PretravelError(
+            f"{output}: a page shows the preview of one file, and there are {len(files)}: name one"
+        )
     typer.echo(f"{files[0]}: format {known.name}, {known.what}")
     for path in files:
         found, unit_known = look_at(path, options, known)
-        show(preview_document(path.name, found, unit_known=unit_known), verbose=False)
+        report = preview_document(path.name, found, unit_known=unit_known)
+        save_page(report, output)
+        show(report, verbose=False)
 
 
 def _work_rotation(machine: Machine | None) -> float | None:

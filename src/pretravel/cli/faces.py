@@ -5,15 +5,18 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 
 
 def faces(
     step: Annotated[Path, typer.Argument(help="A STEP or IGES file.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The list: .csv.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="The list: .csv; or a page, .html or .pdf."),
+    ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
@@ -26,12 +29,13 @@ def faces(
     from pretravel.report.part_report import faces_document
     from pretravel.surface.cad.part_file import read_part
 
-    check_files([(output, (".csv",)), (plot, PICTURES)], [step])
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [step])
     with working(f"reading {step.name}"):
         part = read_part(step)
         table = faces_table(part)
-    if output is not None:
+    if output is not None and not is_page(output):
         write_csv_table(output, table)
     report = faces_document(part, table)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import one_of
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files
 from pretravel.cli.options import PictureFile, ProbeName, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 
 
 def _solvers() -> list[str]:
@@ -53,6 +53,9 @@ def fem(
     step: Annotated[
         Path | None, typer.Option(help="The solids of the mesh, for CAD: .step.")
     ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A page, .html or .pdf.")
+    ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
@@ -73,7 +76,9 @@ def fem(
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.trigger.predict import predict
 
-    check_files([(vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe])
+    check_files(
+        [(output, PAGES), (vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe]
+    )
     description = load_probe(probe)
     check_solver(solver)
     direction = from_angles(math.radians(polar), math.radians(azimuth))[0]
@@ -87,5 +92,6 @@ def fem(
         if vtu is not None:
             write_vtu(vtu, field)
     report = finite_elements_document(reduced, field, description.name)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from pretravel.cli.running import note_inputs
 from pretravel.errors import PretravelError
 from pretravel.whole_file import is_stream
 
 PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".nc", ".csv", ".json", ".html")
+PAGES = (".html", ".pdf")
+MAPS = (".nc", ".csv", ".json", *PAGES)
 
 
 def check_files(
@@ -22,7 +24,8 @@ def check_files(
     outputs : pairs of path and endings
         Paths that will be written (None: no such output), and the endings that they may have.
     inputs : paths
-        Files that are read; none of them may be overwritten (None: no such input).
+        Files that are read; none of them may be overwritten (None: no such input). Where a page is
+        an output, their checksums are noted for it.
 
     Raises
     ------
@@ -62,3 +65,14 @@ def check_files(
                 "another name"
             )
         seen.add(resolved)
+    if any(is_page(path) and ".html" in endings for path, endings in outputs):
+        note_inputs(inputs)
+
+
+def is_page(path: Path | None) -> bool:
+    """Whether an output is a page for people, not a file of values.
+
+    >>> is_page(Path("map.nc")), is_page(Path("map.html")), is_page(None)
+    (False, True, False)
+    """
+    return path is not None and path.suffix.lower() in PAGES

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import Angles
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Azimuths, PictureFile, Polars, ProbeName, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.quantities import FRICTION, STEP, limits
 from pretravel.units import MICROMETRE
 
@@ -44,7 +44,10 @@ def hysteresis(
         typer.Option(help="Body of the probe: finite elements (elastic) or rigid."),
     ] = "fem",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Every step of every cycle: .csv.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Every step of every cycle: .csv; or a page, .html or .pdf."
+        ),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -63,7 +66,7 @@ def hysteresis(
     from pretravel.report.friction_report import friction_document
     from pretravel.trigger.friction import check_conditions, friction_cycle
 
-    check_files([(output, (".csv",)), (plot, PICTURES)], [probe])
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [probe])
     description = load_probe(probe)
     directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     beyond = None if overtravel is None else overtravel * MICROMETRE
@@ -78,8 +81,9 @@ def hysteresis(
             cycles=cycles,
             steps=steps,
         )
-    if output is not None:
+    if output is not None and not is_page(output):
         write_csv_table(output, friction_table(result))
     report = friction_document(result, description.name)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import ModelName, PictureFile, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 
 
 def identify(
@@ -23,7 +23,10 @@ def identify(
     ] = "rotation,stem_diameter",
     model: ModelName = "analytic",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The identified description, .toml.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="The identified description, .toml; or a page, .html or .pdf."
+        ),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -39,16 +42,17 @@ def identify(
     from pretravel.report.identification_report import identification_document
     from pretravel.whole_file import write_text
 
-    check_files([(output, (".toml",)), (plot, PICTURES)], [map_file, probe])
+    check_files([(output, (".toml", *PAGES)), (plot, PICTURES)], [map_file, probe])
     description = load_probe(probe)
     pretravel_map = read_map(map_file)
     names = [name.strip() for name in free.split(",") if name.strip()]
     with working("identifying"):
         found = fit(pretravel_map, description, names, model=model)
-    if output is not None:
+    if output is not None and not is_page(output):
         text = identified_description(source_text(probe), found, map_file.name)
         parse_probe(text, str(output), output.parent)
         write_text(output, text)
     report = identification_document(found, model=model, map_name=map_file.name)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pretravel.cli.files import MAPS, PICTURES, check_files
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import read_and_show, with_reading
 from pretravel.errors import PretravelError
 
@@ -46,7 +46,6 @@ def qualify_with_prior(
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.qualification.prior_update import update_map
     from pretravel.report.map_update_report import map_update_document
-    from pretravel.report.page import write_page
 
     output, plot = outputs
     check_files([(output, MAPS), (plot, PICTURES)], [*files, prior])
@@ -61,9 +60,8 @@ def qualify_with_prior(
         prior_name=prior.name,
         warnings=readings.notes(),
     )
-    if output is not None and output.suffix.lower() == ".html":
-        write_page(output, with_reading(report, readings))
-    elif output is not None:
+    save_page(with_reading(report, readings), output)
+    if output is not None and not is_page(output):
         write_map(output, result.pretravel_map)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -9,9 +9,9 @@ import typer
 
 from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
 from pretravel.cli.command import ANSWER
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
@@ -150,7 +150,9 @@ def measure(
     ] = 0.0,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Results: .csv, .parquet or .json; or a page, .html."),
+        typer.Option(
+            "--output", "-o", help="Results: .csv, .parquet or .json; or a page, .html or .pdf."
+        ),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -171,7 +173,7 @@ def measure(
     from pretravel.units import MICROMETRE
 
     check_files(
-        [(output, (".csv", ".parquet", ".json", ".html")), (plot, PICTURES)],
+        [(output, (".csv", ".parquet", ".json", *PAGES)), (plot, PICTURES)],
         [points],
     )
     tolerances = FeatureTolerances(
@@ -227,12 +229,11 @@ def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, f
 def _write(output: Path, found: Sequence[InspectedFeature], report: Document) -> None:
     from pretravel.formats.feature_results import features_json, features_table
     from pretravel.formats.tables import write_table
-    from pretravel.report.page import write_page
     from pretravel.whole_file import write_json
 
     ending = output.suffix.lower()
-    if ending == ".html":
-        write_page(output, report)
+    if is_page(output):
+        save_page(report, output)
     elif ending == ".json":
         write_json(output, features_json(found))
     else:

@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import Counts, Pair, Vector, counts, pair
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.quantities import DISTANCE, STEP, limits
 from pretravel.units import MICROMETRE
 
@@ -18,7 +18,9 @@ def plan(
     surface: Annotated[
         str, typer.Argument(help="part.step#face, part.step for all faces, sphere:…, convex, …")
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Targets: .csv.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Targets: .csv; or a page, .html or .pdf.")
+    ],
     grid: Annotated[
         Counts | None,
         typer.Option(
@@ -70,7 +72,7 @@ def plan(
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.units import DEGREE
 
-    check_files([(output, (".csv",)), (plot, PICTURES)], source_file(surface))
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], source_file(surface))
     shape = parse_surface(surface)
     with working(f"planning on {surface}"):
         chosen = plan_inspection(
@@ -80,8 +82,10 @@ def plan(
             chord=None if curvature is None else curvature * MICROMETRE,
             region=InspectionRegion(margin, u, v, max_polar * DEGREE, axis),
         )
-    write_csv_table(output, plan_table(chosen))
+    if not is_page(output):
+        write_csv_table(output, plan_table(chosen))
     report = plan_document(chosen, shape, f"Targets on {surface}")
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if len(set(chosen.face.tolist())) > 1:

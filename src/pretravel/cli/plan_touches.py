@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.arguments import Vector, vector
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def plan_touches(
         ),
     ] = 5.0,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Targets: .csv; or a page, .html.")
+        Path | None, typer.Option("--output", "-o", help="Targets: .csv; or a page, .html or .pdf.")
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -76,10 +76,9 @@ def plan_touches(
     from pretravel.formats.touches_csv import read_normals
     from pretravel.qualification.probe_drift import ProbeDrift
     from pretravel.qualification.touch_plan import plan_touches as chosen_touches
-    from pretravel.report.page import write_page
     from pretravel.report.touch_plan_report import touch_plan_document
 
-    check_files([(output, (".csv", ".html")), (plot, PICTURES)], [map_file, normals, history])
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [map_file, normals, history])
     old_map = read_map(map_file)
     _refuse_ring(old_map)
     drift = ProbeDrift() if history is None else drift_of_history(read_history(history))
@@ -87,9 +86,8 @@ def plan_touches(
         old_map, count, normals=None if normals is None else read_normals(normals), drift=drift
     )
     report = touch_plan_document(plan, map_name=map_file.name)
-    if output is not None and output.suffix.lower() == ".html":
-        write_page(output, report)
-    elif output is not None:
+    save_page(report, output)
+    if output is not None and not is_page(output):
         retreat = old_map.tip_radius + clearance
         radius = 0.5 * _diameter(old_map, diameter)
         write_csv_table(output, pattern_table(plan.normals, center, radius, retreat))

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pretravel.cli.arguments import Angles, one_of
-from pretravel.cli.files import MAPS, PICTURES, check_files
+from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
 from pretravel.cli.options import (
     Azimuths,
     Gravity,
@@ -18,7 +18,7 @@ from pretravel.cli.options import (
     models,
 )
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.quantities import STEP, limits
 from pretravel.trigger.compliance import MODELS
 
@@ -47,7 +47,7 @@ def predict(
     gravity: Gravity = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html."),
+        typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html or .pdf."),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -63,7 +63,6 @@ def predict(
     from pretravel.formats.prediction_table import trigger_table
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
-    from pretravel.report.page import write_page
     from pretravel.report.prediction_report import prediction_document
     from pretravel.trigger import predict as prediction
     from pretravel.trigger.compliance.base import compliance_model
@@ -84,9 +83,8 @@ def predict(
     table["polar_deg"] = np.repeat(polar.degrees, len(azimuth.degrees))
     table["azimuth_deg"] = np.tile(azimuth.degrees, len(polar.degrees))
     report = prediction_document(trigger, description)
-    if output is not None and output.suffix.lower() == ".html":
-        write_page(output, report)
-    elif output is not None:
+    save_page(report, output)
+    if output is not None and not is_page(output):
         if output.suffix.lower() == ".nc" and compliance_model(model).has_response:  # else a table
             response = probe_response(description, model, workpiece=part, gravity=gravity)
             predicted = response_map(description, response, trigger)

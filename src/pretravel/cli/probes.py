@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
-from pretravel.cli.showing import show
+from pretravel.cli.files import PAGES, PICTURES, check_files
+from pretravel.cli.showing import save_page, show
 
 
 def probes(
@@ -17,6 +17,9 @@ def probes(
     plot: Annotated[
         Path | None, typer.Option(help="Picture of the named probe: .png, .svg or .pdf.")
     ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A page, .html or .pdf.")
+    ] = None,
 ) -> None:
     """List the catalogue of probes, or print one description as TOML.
 
@@ -24,9 +27,9 @@ def probes(
     """
     from pretravel.errors import PretravelError
     from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
-    from pretravel.report.probe_report import catalogue_document, plot_probe
+    from pretravel.report.probe_report import catalogue_document, plot_probe, probe_document
 
-    check_files([(plot, PICTURES)])
+    check_files([(plot, PICTURES), (output, PAGES)], [name])
     if plot is not None:
         from pretravel.report.style import save
 
@@ -35,6 +38,8 @@ def probes(
                 "--plot draws one probe: pretravel probes omp40-2 --plot probe.png"
             )
         save(plot_probe(load_probe(name)), plot)
+    if name is not None:
+        save_page(probe_document(load_probe(name)), output)
     if name is not None and name in catalogue_names():
         typer.echo(description_text(name), nl=False)
         return
@@ -42,5 +47,6 @@ def probes(
         typer.echo(f"{name}: {load_probe(name).name}, a valid description")
         return
     report = catalogue_document({entry: load_probe(entry) for entry in catalogue_names()})
+    save_page(report, output)
     show(report, verbose=False)
     typer.echo("\npretravel probes NAME > mine.toml prints a description to edit.")

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
-from pretravel.cli.files import MAPS, PICTURES, check_files
+from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
 from pretravel.cli.map_update import qualify_with_prior
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
@@ -119,7 +119,9 @@ def qualify(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html."),
+        typer.Option(
+            "--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html or .pdf."
+        ),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -136,7 +138,6 @@ def qualify(
     from pretravel.formats.map_file import write_map
     from pretravel.identification.kind_registry import choose
     from pretravel.maps.provenance import QualificationSetup
-    from pretravel.report.page import write_page
     from pretravel.report.qualification_report import qualification_document
     from pretravel.units import MICROMETRE
 
@@ -185,11 +186,10 @@ def qualify(
         scores=choice.scores,
         warnings=readings.notes(),
         excluded=exclude or (),
-        saved=output is not None and output.suffix.lower() != ".html",
+        saved=output is not None and not is_page(output),
     )
-    if output is not None and output.suffix.lower() == ".html":
-        write_page(output, with_reading(report, readings))
-    elif output is not None:
+    save_page(with_reading(report, readings), output)
+    if output is not None and not is_page(output):
         write_map(output, result.pretravel_map)
     save_picture(report, plot)
     show(report, verbose=verbose)

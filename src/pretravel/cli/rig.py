@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.laboratory.certificate import CalibrationCertificate
     from pretravel.laboratory.rig import RigTrace
 
-_RESULTS = (".csv", ".json", ".html")
+_RESULTS = (".csv", ".json", *PAGES)
 _REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
 
 
@@ -32,7 +32,7 @@ def rig(
         typer.Option(
             "--output",
             "-o",
-            help="Touches, .csv; the whole result, .json; or a calibration certificate, .html.",
+            help="Touches, .csv; the whole result, .json; or a certificate, .html or .pdf.",
         ),
     ] = None,
     lab: Annotated[
@@ -89,11 +89,13 @@ def rig(
     from pretravel.whole_file import write_json
 
     ending = "" if output is None else output.suffix.lower()
-    check_files([(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], traces)
+    check_files(
+        [(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], [*traces, lab, budget]
+    )
     _check_traces(traces)
     if map_file is not None and tip_diameter is None:
         raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")
-    if lab is not None and ending != ".html":
+    if lab is not None and not is_page(output):
         raise PretravelError("--lab is only for a certificate: -o certificate.html")
     statements = LaboratoryStatements() if lab is None else read_laboratory(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
@@ -108,7 +110,7 @@ def rig(
     own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
     if output is not None and ending == ".json":
         write_json(output, rig_json(calibration, own))
-    elif output is not None and ending == ".html":
+    elif output is not None and is_page(output):
         source = _REN_SOURCE if budget is None else budget.name
         certificate = calibration_certificate(
             calibration, components, statements, budget_source=source, temperature=temperature
@@ -117,7 +119,7 @@ def rig(
     if map_file is not None:
         write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
     notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
-    missing = statements.missing if ending == ".html" else 0
+    missing = statements.missing if is_page(output) else 0
     warnings = [*notes, *_missing_information(missing, own_budget=budget is not None)]
     report = rig_document(calibration, own, read, warnings=warnings)
     save_picture(report, plot)
@@ -146,9 +148,8 @@ def _write_certificate(
     output: Path, certificate: CalibrationCertificate, traces: Sequence[RigTrace]
 ) -> None:
     from pretravel.report.certificate_report import TEMPLATE, certificate_document
-    from pretravel.report.page import write_page
 
-    write_page(output, certificate_document(certificate, traces), template=TEMPLATE)
+    save_page(certificate_document(certificate, traces), output, template=TEMPLATE)
 
 
 def _missing_information(fields: int, *, own_budget: bool) -> Iterator[str]:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import Indices, indices
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 from pretravel.quantities import NOISE, VARIANCE, limits
 from pretravel.units import MICROMETRE
@@ -62,7 +62,8 @@ def separate(
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html.")
+        Path | None,
+        typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html or .pdf."),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -78,7 +79,7 @@ def separate(
     from pretravel.laboratory.separation import separate as separated
     from pretravel.report.separation_report import separation_document
 
-    check_files([(output, (".csv", ".json", ".html")), (plot, PICTURES)], [readings])
+    check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [readings])
     repeated = None
     if repeat_variance is not None and repeat_pair is not None:
         repeated = RepeatedPair(*repeat_pair, repeat_variance * MICROMETRE**2, count=repeat_count)
@@ -105,9 +106,7 @@ def _write(output: Path, result: Separation, report: Document) -> None:
     elif ending == ".json":
         write_json(output, separation_json(result))
     else:
-        from pretravel.report.page import write_page
-
-        write_page(output, report)
+        save_page(report, output)
 
 
 def separation_plan(
@@ -140,7 +139,11 @@ def separation_plan(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Form with all touches in order, to fill in: .csv."),
+        typer.Option(
+            "--output",
+            "-o",
+            help="Form with all touches in order, to fill in: .csv; or a page, .html or .pdf.",
+        ),
     ] = None,
 ) -> None:
     """Plan a multi-step test: orientations and repeats for a required uncertainty.
@@ -152,7 +155,7 @@ def separation_plan(
     from pretravel.laboratory.separation_plan import plan_separation
     from pretravel.report.separation_report import separation_plan_document
 
-    check_files([(output, (".csv",))])
+    check_files([(output, (".csv", *PAGES))])
     with working("planning"):
         plan = plan_separation(
             directions,
@@ -160,6 +163,8 @@ def separation_plan(
             u_error=None if u_systematic is None else u_systematic * MICROMETRE,
             u_variance=None if u_variance is None else u_variance / 100.0,
         )
-    if output is not None:
+    report = separation_plan_document(plan)
+    if output is not None and not is_page(output):
         write_csv_table(output, separation_plan_table(plan))
-    show(separation_plan_document(plan), verbose=False)
+    save_page(report, output)
+    show(report, verbose=False)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import typer
 
+from pretravel.cli.files import is_page
+from pretravel.cli.running import record_of_command
 from pretravel.report.document import Document
 from pretravel.report.terminal import terminal_text
 
@@ -15,6 +19,23 @@ def show(document: Document, *, verbose: bool) -> None:
     typer.echo(terminal_text(document, verbose=verbose))
     for warning in document.warnings:
         typer.echo(f"Warning: {warning}", err=True)
+
+
+def save_page(
+    document: Document,
+    path: Path | None,
+    *,
+    template: str = "page.html",
+    statements: Iterable[tuple[str, str]] = (),
+) -> None:
+    """Write a report as a page (.html or .pdf) with what was done, where a page is asked for."""
+    if path is None or not is_page(path):
+        return
+    from pretravel.report.page import write_page
+    from pretravel.report.work_record import record_section
+
+    record = record_section(record_of_command(statements))
+    write_page(path, replace(document, record=record), template=template)
 
 
 def save_picture(document: Document, path: Path | None) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import (
     Approach,
     ContactModel,
@@ -18,7 +18,7 @@ from pretravel.cli.options import (
     part_in_machine,
 )
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 from pretravel.quantities import DELAY, DISTANCE, FEED, FRICTION, NOISE, limits
 from pretravel.units import MICROMETRE
@@ -48,7 +48,9 @@ def simulate(
         Path,
         typer.Option(help="Targets, .csv: nx,ny,nz, and x_mm,y_mm,z_mm where they are needed."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Touches: .csv.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Touches: .csv; or a page, .html or .pdf.")
+    ],
     model: ContactModel = "analytic",
     approach: Approach = "normal",
     friction: Annotated[
@@ -116,7 +118,9 @@ def simulate(
     from pretravel.surface.specification import parse_surface, source_file
     from pretravel.touches import moved
 
-    check_files([(output, (".csv",)), (plot, PICTURES)], [probe, targets, *source_file(surface)])
+    check_files(
+        [(output, (".csv", *PAGES)), (plot, PICTURES)], [probe, targets, *source_file(surface)]
+    )
     placement = part_in_machine(place, frame)
     forces = model != "analytic" or friction != 0.0 or stem or gravity is not None
     known, name = _read_probe(probe, extrapolate=extrapolate, forces=forces)
@@ -138,7 +142,8 @@ def simulate(
     if touches is None or (failures and not leave_out):
         simulation.refuse_failures(simulated.outcomes, wanted, shape)
     assert touches is not None  # otherwise refused
-    write_touches(output, moved(touches, placement) if frame == "machine" else touches)
+    if not is_page(output):
+        write_touches(output, moved(touches, placement) if frame == "machine" else touches)
     report = simulation_document(
         touches,
         simulation.travel_since_contact(touches, simulated.tip_radius),
@@ -146,6 +151,7 @@ def simulate(
         title=f"{name} on {surface}",
         warnings=_warnings(shape, wanted, simulated.outcomes, failures),
     )
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)
 

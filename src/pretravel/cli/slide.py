@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import Pair, pair
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import ContactModel, PictureFile, ProbeName, Verbose, Workpiece
 from pretravel.cli.progress import working
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.quantities import STEP, limits
 
 
@@ -29,7 +29,10 @@ def slide(
             help="Surface parameters of the first contact, in radians where they are angles.",
         ),
     ],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Every step: .csv.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Every step: .csv; or a page, .html or .pdf."),
+    ] = None,
     step: Annotated[
         float | None,
         typer.Option(
@@ -85,7 +88,7 @@ def slide(
     from pretravel.report.slide_report import slide_document
     from pretravel.surface.specification import face_of, source_file
 
-    check_files([(output, (".csv",)), (plot, PICTURES)], [probe, *source_file(surface)])
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [probe, *source_file(surface)])
     description = load_probe(probe)
     shape = face_of(surface)
     with working("sliding"):
@@ -100,7 +103,7 @@ def slide(
                 step=step, steps=steps, process=process, search=search, kinematics=kinematics
             ),
         )
-    if output is not None:
+    if output is not None and not is_page(output):
         write_csv_table(output, slide_table(history))
     lateral, whole = touch(LateralTip(tip), shape, target), touch(tip, shape, target)
     report = slide_document(
@@ -110,5 +113,6 @@ def slide(
         lateral_pretravel=float(lateral.pretravel[0]) if lateral.converged[0] else math.nan,
         pretravel=float(whole.pretravel[0]) if whole.converged[0] else math.nan,
     )
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

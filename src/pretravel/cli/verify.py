@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.command import ANSWER
-from pretravel.cli.files import PICTURES, check_files
+from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Diameter, PictureFile, Verbose
-from pretravel.cli.showing import save_picture, show
+from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
@@ -56,7 +56,7 @@ def verify(
         typer.Option(help="Qualify again with the new touches and write the new map: .nc."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html.")
+        Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html or .pdf.")
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -71,13 +71,12 @@ def verify(
     from pretravel.formats.probe_history import add_verification, check_history, read_history
     from pretravel.identification.kind_registry import qualify_like
     from pretravel.qualification.verification import verify as verify_probe
-    from pretravel.report.page import write_page
     from pretravel.report.verification_report import verification_document, verification_values
     from pretravel.whole_file import write_json
 
     files, name = files_of_touches(touches)
     check_files(
-        [(output, (".json", ".html")), (plot, PICTURES), (accept, (".nc",))],
+        [(output, (".json", *PAGES)), (plot, PICTURES), (accept, (".nc",))],
         [*files, map_file, history, plan],
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):
@@ -120,10 +119,9 @@ def verify(
         entries=[] if history is None else read_history(history),
         warnings=readings.notes(),
     )
-    if output is not None and output.suffix.lower() == ".json":
+    if output is not None and not is_page(output):
         write_json(output, verification_values(result, decision))
-    elif output is not None:
-        write_page(output, with_reading(report, readings))
+    save_page(with_reading(report, readings), output)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if result.changed:
@@ -149,7 +147,7 @@ def history(
         Path, typer.Argument(metavar="HISTORY", help="History file of one probe: .sqlite.")
     ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html.")
+        Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html or .pdf.")
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -161,14 +159,12 @@ def history(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.probe_history import read_history
     from pretravel.report.history_report import history_columns, history_document
-    from pretravel.report.page import write_page
 
-    check_files([(output, (".csv", ".html")), (plot, PICTURES)], [path])
+    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [path])
     entries = read_history(path)
     report = history_document(entries, history_name=path.name)
-    if output is not None and output.suffix.lower() == ".csv":
+    if output is not None and not is_page(output):
         write_csv_table(output, history_columns(entries))
-    elif output is not None:
-        write_page(output, report)
+    save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from pretravel.report.document import Document, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
+from pretravel.report.page_pdf import write_pdf
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -24,13 +25,22 @@ def write_page(
     Parameters
     ----------
     path : str or Path
+        Ending in .html; or in .pdf, where a browser prints it.
     document : Document
     files : sequence of str
         Names of files beside the page, to link to.
     template : str
         Name of a file in the folder templates.
+
+    Raises
+    ------
+    PretravelError
+        No program for a PDF was found.
     """
     text = page_text(document, files, template=template)
+    if Path(path).suffix.lower() == ".pdf":
+        write_pdf(path, text)
+        return
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

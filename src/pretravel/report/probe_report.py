@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.probe.description import Probe
-from pretravel.report.document import Column, Document, Picture, Table
-from pretravel.report.formatting import significant
+from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
+from pretravel.report.formatting import decimals, significant
 from pretravel.report.style import COLOURS, new_figure
+from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,6 +46,44 @@ def catalogue_document(probes: Mapping[str, Probe]) -> Document:
             ),
         ),
     )
+
+
+def probe_document(probe: Probe) -> Document:
+    """The description of a probe.
+
+    Parameters
+    ----------
+    probe : Probe
+
+    Returns
+    -------
+    Document
+    """
+    number = significant(6)
+    return Document(
+        title=probe.name,
+        verdict=f"{probe.name}: a valid description",
+        figures=(
+            KeyFigure("preload", probe.preload, "N", number),
+            KeyFigure("lever", probe.lever, "mm", number),
+            KeyFigure("tripod radius", probe.tripod.radius, "mm", number),
+            KeyFigure("support angle", probe.seats.support_angle / DEGREE, "°", number),
+            KeyFigure("tip", 2.0 * probe.tip.radius, "mm", number, remark="diameter"),
+        ),
+        tables=(
+            Table(
+                (
+                    Column.of("part of the stylus", range(1, len(probe.stylus) + 1),
+                              digits=decimals(0)),
+                    Column.of("length", [part.length for part in probe.stylus], "mm", number),
+                    Column.of("diameter", [part.diameter for part in probe.stylus], "mm", number),
+                    Column.of("material", [part.material.name for part in probe.stylus]),
+                ),
+                title="Stylus, from the hub to the tip",
+            ),
+        ),
+        pictures=(probe_picture(probe),),
+    )  # fmt: skip
 
 
 def probe_picture(probe: Probe) -> Picture:

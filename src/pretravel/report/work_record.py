@@ -1,0 +1,208 @@
+"""What was done with what: the command, its input files with checksums, settings and versions."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from importlib import metadata
+from pathlib import Path
+
+from pretravel import __version__
+from pretravel.report.document import Column, KeyFigure, Section, Table
+from pretravel.report.formatting import decimals
+
+HEADING = "What was done with what"
+_LIBRARIES = ("numpy", "scipy")
+"""Libraries whose versions can change the last digits of a result."""
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that was read, with its checksum.
+
+    Attributes
+    ----------
+    role : str
+        The argument or option that named it.
+    name : str
+        As it was given.
+    size : int
+        [byte]
+    sha256 : str
+        Checksum of its content, as hexadecimal digits.
+    """
+
+    role: str
+    name: str
+    size: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A setting with which a result was computed.
+
+    Attributes
+    ----------
+    name : str
+        Of the option or field.
+    value : str
+        Empty: it was not given, and has no default value.
+    given : bool
+        Whether the user gave it; else the value is the default.
+    meaning : str
+        One sentence.
+    """
+
+    name: str
+    value: str
+    given: bool
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class WorkRecord:
+    """What was done with what.
+
+    Attributes
+    ----------
+    command : str
+        As it was typed; empty where there was none.
+    inputs : tuple of InputFile
+    settings : tuple of Setting
+    date : str
+        Date and time with the time zone (ISO 8601).
+    versions : tuple of pairs of str
+        Software and its version.
+    statements : tuple of pairs of str
+        What the user states about instrument, reference and environment: meaning and text.
+    """
+
+    command: str
+    inputs: tuple[InputFile, ...]
+    settings: tuple[Setting, ...]
+    date: str
+    versions: tuple[tuple[str, str], ...]
+    statements: tuple[tuple[str, str], ...] = ()
+
+
+def input_file(path: Path, role: str = "") -> InputFile:
+    """A file with its checksum.
+
+    Parameters
+    ----------
+    path : Path
+    role : str
+
+    Returns
+    -------
+    InputFile
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "empty.csv"
+    >>> _ = path.write_text("")
+    >>> input_file(path).sha256[:8]
+    'e3b0c442'
+    """
+    with path.open("rb") as file:
+        checksum = hashlib.file_digest(file, "sha256").hexdigest()
+    return InputFile(role, str(path), path.stat().st_size, checksum)
+
+
+def record_now(
+    command: str = "",
+    inputs: Iterable[InputFile] = (),
+    settings: Iterable[Setting] = (),
+    statements: Iterable[tuple[str, str]] = (),
+) -> WorkRecord:
+    """The record of a work that is done now, with this software.
+
+    Parameters
+    ----------
+    command : str
+    inputs : iterable of InputFile
+    settings : iterable of Setting
+    statements : iterable of pairs of str
+
+    Returns
+    -------
+    WorkRecord
+
+    >>> record_now("pretravel formats").versions[0][0]
+    'pretravel'
+    """
+    return WorkRecord(
+        command=command,
+        inputs=tuple(inputs),
+        settings=tuple(settings),
+        date=datetime.now().astimezone().isoformat(timespec="seconds"),
+        versions=(
+            ("pretravel", __version__),
+            ("Python", platform.python_version()),
+            *((name, metadata.version(name)) for name in _LIBRARIES),
+        ),
+        statements=tuple(statements),
+    )
+
+
+def record_section(record: WorkRecord) -> Section:
+    """A record as a section of a document.
+
+    Parameters
+    ----------
+    record : WorkRecord
+
+    Returns
+    -------
+    Section
+    """
+    versions = ", ".join(f"{name} {version}" for name, version in record.versions)
+    figures = [
+        *((KeyFigure("command", record.command),) if record.command else ()),
+        KeyFigure("date", record.date),
+        KeyFigure("software", versions),
+        *(KeyFigure(meaning, text) for meaning, text in record.statements if text),
+    ]
+    return Section(
+        HEADING,
+        figures=tuple(figures),
+        tables=tuple(
+            table
+            for table in (_inputs_table(record.inputs), _settings_table(record.settings))
+            if table.columns[0].values
+        ),
+    )
+
+
+def _inputs_table(inputs: Sequence[InputFile]) -> Table:
+    return Table(
+        (
+            Column.of("input", [entry.role for entry in inputs]),
+            Column.of("file", [entry.name for entry in inputs]),
+            Column.of("size", [float(entry.size) for entry in inputs], "byte", decimals(0)),
+            Column.of("SHA-256", [entry.sha256 for entry in inputs]),
+        ),
+        title="Input files",
+        explanation="SHA-256: checksum of the content. A file with the same checksum is the same "
+        "file.",
+    )
+
+
+def _settings_table(settings: Sequence[Setting]) -> Table:
+    return Table(
+        (
+            Column.of("setting", [entry.name for entry in settings]),
+            Column.of("value", [entry.value or "none" for entry in settings]),
+            Column.of("source", ["given" if entry.given else "default" for entry in settings]),
+            Column.of("meaning", [entry.meaning for entry in settings]),
+        ),
+        title="Settings",
+    )

@@ -1,0 +1,75 @@
+"""Pages of every command: what was done with what, and the PDF."""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+import pretravel
+from pretravel.report.page_pdf import BROWSERS
+from tests.support.commands import run
+from tests.support.examples import SPHERE
+
+COMMANDS = Path(pretravel.__file__).parent / "cli"
+WRITES_ITS_OWN_PAGE = {"demo", "showing"}
+
+
+def test_every_command_that_shows_a_report_writes_it_as_a_page() -> None:
+    sources = {path.stem: path.read_text(encoding="utf-8") for path in COMMANDS.glob("*.py")}
+    shows = {name for name, text in sources.items() if re.search(r"\bshow\(", text)}
+    pages = {name for name, text in sources.items() if re.search(r"\bsave_page\(", text)}
+    assert len(shows) > 15
+    assert shows - pages == WRITES_ITS_OWN_PAGE - {"showing"}
+
+
+def test_a_page_says_what_was_done_with_what(tmp_path: Path) -> None:
+    page = tmp_path / "a page.html"
+    run("convert", SPHERE, "--tip-diameter", 6, "-o", page)
+    text = html.unescape(page.read_text(encoding="utf-8"))
+    assert f"pretravel convert {SPHERE} --tip-diameter 6 -o '{page}'" in text
+    assert hashlib.sha256(Path(SPHERE).read_bytes()).hexdigest() in text
+    assert f"pretravel {pretravel.__version__}, Python 3" in text
+    assert re.search(r"20\d\d-\d\d-\d\dT\d\d:\d\d:\d\d[+-]\d\d:\d\d", text)
+    cells = re.findall(r"<td>(.*?)</td>", text)
+    assert cells[cells.index("--tip-diameter") + 1 :][:2] == ["6", "given"]
+    assert cells[cells.index("--units") + 1 :][:2] == ["none", "default"]
+
+
+def test_a_catalogue_name_is_no_input_file(tmp_path: Path) -> None:
+    run("probes", "omp40-2", "-o", tmp_path / "p.html")
+    text = (tmp_path / "p.html").read_text(encoding="utf-8")
+    assert "SHA-256" not in text
+    assert "pretravel probes omp40-2" in text
+
+
+class TestPdf:
+    def test_without_a_browser_the_message_says_what_to_do(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("PATH", str(tmp_path))
+        message = run("probes", "-o", tmp_path / "p.pdf", code=2)
+        assert "none of them was found" in message
+        assert ".html" in message
+        assert not (tmp_path / "p.pdf").exists()
+
+    def test_a_browser_of_the_current_folder_is_not_run(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        browser = tmp_path / "chromium"
+        browser.write_text(f"#!/bin/sh\ntouch '{tmp_path / 'ran'}'\n")
+        browser.chmod(0o755)
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setenv("PATH", str(tmp_path))
+        run("probes", "-o", tmp_path / "p.pdf", code=2)
+        assert not (tmp_path / "ran").exists()
+
+    def test_a_browser_prints_it(self, tmp_path: Path) -> None:
+        if not any(map(shutil.which, (*BROWSERS, "weasyprint"))):
+            pytest.skip("no browser and no weasyprint on this machine")
+        run("probes", "omp40-2", "-o", tmp_path / "p.pdf")
+        assert (tmp_path / "p.pdf").read_bytes()[:5] == b"%PDF-"
