@@ -62,23 +62,22 @@ def _program(names: tuple[str, ...]) -> Path | None:
 def _browser_call(program: Path, source: Path, printed: Path, folder: Path) -> list[str]:
     """A call without window, network, or the user's profile."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0  # the sandbox of chromium refuses root
-    return [
-        str(program),
-        "--headless",
-        *(["--no-sandbox"] if root else []),
-        "--disable-gpu",
-        "--disable-dev-shm-usage",
-        "--disable-extensions",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--no-first-run",
-        "--proxy-server=http://127.0.0.1:9",  # the port "discard": nothing answers
-        f"--user-data-dir={folder / 'profile'}",
-        "--no-pdf-header-footer",
-        f"--print-to-pdf={printed}",
-        source.as_uri(),
+    switches = [
+        "headless",
+        *(["no-sandbox"] if root else []),
+        "disable-gpu",
+        "disable-dev-shm-usage",
+        "disable-extensions",
+        "disable-background-networking",
+        "disable-component-update",
+        "disable-sync",
+        "no-first-run",
+        "proxy-server=http://127.0.0.1:9",  # the port "discard": nothing answers
+        f"user-data-dir={folder / 'profile'}",
+        "no-pdf-header-footer",
+        f"print-to-pdf={printed}",
     ]
+    return [str(program), *(f"--{switch}" for switch in switches), source.as_uri()]
 
 
 def _run(call: list[str], printed: Path, path: str | Path) -> None:
