@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -32,10 +31,8 @@ def save_page(
     if path is None or not is_page(path):
         return
     from pretravel.report.page import write_page
-    from pretravel.report.work_record import record_section
 
-    record = record_section(record_of_command(statements))
-    write_page(path, replace(document, record=record), template=template)
+    write_page(path, document, record=record_of_command(statements), template=template)
 
 
 def save_picture(document: Document, path: Path | None) -> None:

@@ -214,8 +214,6 @@ class Document:
         Remarks that belong to the result.
     warnings : tuple of str
         What limits the trust in the result.
-    record : Section or None
-        What was done with what (see `work_record`); for pages.
     """
 
     title: str
@@ -226,7 +224,6 @@ class Document:
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    record: Section | None = None
 
     def as_section(self, heading: str) -> Section:
         """The verdict, the key figures and the tables as a section of another document."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from pretravel.report.document import Document, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
 from pretravel.report.page_pdf import write_pdf
+from pretravel.report.work_record import WorkRecord, record_section
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -18,7 +19,12 @@ if TYPE_CHECKING:
 
 
 def write_page(
-    path: str | Path, document: Document, files: Sequence[str] = (), *, template: str = "page.html"
+    path: str | Path,
+    document: Document,
+    files: Sequence[str] = (),
+    *,
+    record: WorkRecord | None = None,
+    template: str = "page.html",
 ) -> None:
     """Write a page with the full report, whole or not at all.
 
@@ -29,6 +35,8 @@ def write_page(
     document : Document
     files : sequence of str
         Names of files beside the page, to link to.
+    record : WorkRecord or None
+        What was done with what.
     template : str
         Name of a file in the folder templates.
 
@@ -37,7 +45,7 @@ def write_page(
     PretravelError
         No program for a PDF was found.
     """
-    text = page_text(document, files, template=template)
+    text = page_text(document, files, record=record, template=template)
     if Path(path).suffix.lower() == ".pdf":
         write_pdf(path, text)
         return
@@ -45,13 +53,27 @@ def write_page(
         temporary.write_text(text, encoding="utf-8")
 
 
-def page_text(document: Document, files: Sequence[str] = (), *, template: str = "page.html") -> str:
+def page_text(
+    document: Document,
+    files: Sequence[str] = (),
+    *,
+    record: WorkRecord | None = None,
+    template: str = "page.html",
+) -> str:
     """The page of a document as HTML.
 
     >>> "<h1>Touches &amp; points</h1>" in page_text(Document("Touches & points"))
     True
     """
-    return _environment().get_template(template).render(document=document, files=files)
+    return (
+        _environment()
+        .get_template(template)
+        .render(
+            document=document,
+            files=files,
+            record=None if record is None else record_section(record),
+        )
+    )
 
 
 @cache
