@@ -18,6 +18,8 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pretravel.report.chart import Chart, View
+
 
 @dataclass(frozen=True)
 class Digits:
@@ -154,17 +156,34 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture that is drawn when it is asked for.
+    """A picture: what it shows is computed once, when it is asked for.
 
     Attributes
     ----------
     caption : str
-    draw : callable
-        Makes the matplotlib figure.
+    compute : callable
+        Makes the view.
     """
 
     caption: str
-    draw: Callable[[], Figure]
+    compute: Callable[[], View | Figure]  # figures of matplotlib: not yet moved to charts
+
+    @cached_property
+    def view(self) -> View | Figure:
+        """What the picture shows."""
+        return self.compute()
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """The charts of the view."""
+        return getattr(self.view, "charts", ())
+
+    def draw(self) -> Figure:
+        """The picture by matplotlib, for files."""
+        from pretravel.report.chart import View
+        from pretravel.report.chart_files import drawn_figure
+
+        return drawn_figure(self.view) if isinstance(self.view, View) else self.view
 
     @cached_property
     def png(self) -> bytes:

@@ -1,0 +1,510 @@
+"""What a picture shows, as frozen values: computed once, drawn for files, pages and the workbench.
+
+A `View` has charts side by side. A chart is a plane (`PlaneChart`), polar (`PolarChart`), a map
+seen along the probe's axis (`TopView`) or in space (`SpaceChart`); it contains marks. Numbers are
+in the unit that the axis names. `chart_files` draws with matplotlib, `chart_plotly` makes Plotly's
+JSON.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.arrays import FloatArray, frozen
+from pretravel.report.colours import Colour
+
+Symbol: TypeAlias = Literal["dot", "ring", "cross", "diamond"]
+FrameName: TypeAlias = Literal["probe", "machine", "part", ""]
+
+
+class _Frozen:
+    """Makes the arrays of a value read-only copies; checks that those of a mark agree."""
+
+    _rows: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if isinstance(value, (np.ndarray, list)):
+                object.__setattr__(self, field.name, frozen(value))
+        given = [getattr(self, name) for name in self._rows]
+        lengths = {len(value) for value in given if value is not None and len(value)}
+        if len(lengths) > 1:
+            raise ValueError(f"{type(self).__name__}: {self._rows} have the lengths {lengths}")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis with its unit.
+
+    Attributes
+    ----------
+    label, unit : str
+    low, high : float or None
+        Ends; None: from the data.
+    categories : tuple of str
+        Names at the places 0, 1, … instead of numbers.
+    logarithmic : bool
+
+    >>> Axis("pretravel", "µm").text
+    'pretravel / µm'
+    """
+
+    label: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    categories: tuple[str, ...] = ()
+    logarithmic: bool = False
+
+    @property
+    def text(self) -> str:
+        """Label and unit."""
+        return f"{self.label} / {self.unit}" if self.unit else self.label
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the colours of marks mean.
+
+    Attributes
+    ----------
+    label, unit : str
+    low, high : float
+    signed : bool
+        Whether zero is in the middle, in white.
+    """
+
+    label: str
+    unit: str
+    low: float
+    high: float
+    signed: bool = False
+
+    @staticmethod
+    def of(label: str, unit: str, values: npt.ArrayLike, *, signed: bool = False) -> Scale:
+        """A scale for values, which does not make small differences look large.
+
+        Positive values that differ by less than half of the largest begin at zero.
+
+        >>> Scale.of("u", "µm", [0.33, 0.4]).low, Scale.of("pretravel", "µm", [4.0, 10.0]).low
+        (0.0, 4.0)
+        """
+        array = np.asarray(values, dtype=np.float64)
+        array = array[np.isfinite(array)]
+        if not len(array):
+            return Scale(label, unit, 0.0, 1.0, signed)
+        low, high = float(array.min()), float(array.max())
+        if signed:
+            high = max(abs(low), abs(high)) or 1.0
+            return Scale(label, unit, -high, high, signed)
+        if low >= 0.0 and high - low < 0.5 * high:
+            low = 0.0
+        return Scale(label, unit, low, high if high > low else low + 1.0, signed)
+
+    @property
+    def text(self) -> str:
+        """Label and unit."""
+        return f"{self.label} / {self.unit}" if self.unit else self.label
+
+
+@dataclass(frozen=True, eq=False)
+class Curve(_Frozen):
+    """A line through points; a value that is not a number interrupts it.
+
+    Attributes
+    ----------
+    x, y : (n,) float
+        In a polar chart: azimuth [rad] and radius.
+    name : str
+        For the legend; empty: not in it.
+    colour : Colour
+    width : float
+        [pt]
+    dashed : bool
+    marked : bool
+        Whether each point has a dot.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    width: float = 1.6
+    dashed: bool = False
+    marked: bool = False
+    _rows = ("x", "y")
+
+
+@dataclass(frozen=True, eq=False)
+class Dots(_Frozen):
+    """Single points.
+
+    Attributes
+    ----------
+    x, y : (n,) float
+        In a polar chart: azimuth [rad] and radius.
+    name : str
+    colour : Colour
+    values : (n,) float or None
+        For the scale of the chart, instead of one colour.
+    u : (n,) float or None
+        Half length of a bar along y.
+    symbol : str
+    size : float
+        Diameter. [pt]
+    labels : tuple of str
+        What a page shows of each point when it is pointed at.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    values: FloatArray | None = None
+    u: FloatArray | None = None
+    symbol: Symbol = "dot"
+    size: float = 5.0
+    labels: tuple[str, ...] = ()
+    _rows = ("x", "y", "values", "u", "labels")
+
+
+@dataclass(frozen=True, eq=False)
+class Area(_Frozen):
+    """The area between two lines.
+
+    Attributes
+    ----------
+    x, low, high : (n,) float
+        In a polar chart x is the azimuth. [rad]
+    name : str
+    colour : Colour
+    opacity : float
+    """
+
+    x: FloatArray
+    low: FloatArray
+    high: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    opacity: float = 0.18
+    _rows = ("x", "low", "high")
+
+
+@dataclass(frozen=True, eq=False)
+class Bars(_Frozen):
+    """Bars; with categories on the axis, places are 0, 1, ….
+
+    Attributes
+    ----------
+    places : (n,) float
+    values : (n,) float
+        Lengths.
+    name : str
+    colour : Colour
+    width : float
+        Along the places.
+    base : (n,) float or None
+        Where the bars begin; None: at zero.
+    u : (n,) float or None
+        Half length of a whisker at the end.
+    horizontal : bool
+    texts : tuple of str
+        At the ends of the bars.
+    """
+
+    places: FloatArray
+    values: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    width: float = 0.7
+    base: FloatArray | None = None
+    u: FloatArray | None = None
+    horizontal: bool = False
+    texts: tuple[str, ...] = ()
+    _rows = ("places", "values", "base", "u", "texts")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A straight line through the whole plane; in a polar chart a circle.
+
+    Attributes
+    ----------
+    value : float
+    name : str
+    colour : Colour
+    upright : bool
+        At a value of x instead of y.
+    """
+
+    value: float
+    name: str = ""
+    colour: Colour = "reference"
+    upright: bool = False
+
+
+@dataclass(frozen=True)
+class Note:
+    """Words at a place.
+
+    Attributes
+    ----------
+    x, y : float
+    text : str
+    colour : Colour
+    """
+
+    x: float
+    y: float
+    text: str
+    colour: Colour = "ink"
+
+
+Mark: TypeAlias = Curve | Dots | Area | Bars | Rule | Note
+
+
+@dataclass(frozen=True)
+class PlaneChart:
+    """Marks over two straight axes.
+
+    Attributes
+    ----------
+    title : str
+    x, y : Axis
+    marks : tuple of Mark
+        Later ones are drawn above earlier ones.
+    scale : Scale or None
+        Of points with values.
+    equal : bool
+        Whether a unit is equally long along both axes.
+    note : str
+        Below the chart.
+    """
+
+    title: str
+    x: Axis
+    y: Axis
+    marks: tuple[Mark, ...]
+    scale: Scale | None = None
+    equal: bool = False
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class PolarChart:
+    """Marks over azimuth; +X is to the right, +Y upwards, as seen from the spindle.
+
+    Attributes
+    ----------
+    title : str
+    radius : Axis
+    marks : tuple of Curve, Dots, Area or Rule
+    frame : str
+        That the azimuth is in.
+    scale : Scale or None
+    note : str
+    """
+
+    title: str
+    radius: Axis
+    marks: tuple[Curve | Dots | Area | Rule, ...]
+    frame: FrameName = "probe"
+    scale: Scale | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TopView(_Frozen):
+    """A quantity over directions: azimuth around, polar angle outwards, seen from the spindle.
+
+    Attributes
+    ----------
+    title : str
+    polar_deg : (p,) float
+        Increasing.
+    azimuth_deg : (a,) float
+        Increasing, below 360°, all around.
+    values : (p, a) float
+        Not a number where there is none.
+    scale : Scale
+    frame : str
+    node_polar_deg, node_azimuth_deg : (n,) float or None
+        Directions that were touched.
+    note : str
+    """
+
+    title: str
+    polar_deg: FloatArray
+    azimuth_deg: FloatArray
+    values: FloatArray
+    scale: Scale
+    frame: FrameName = "probe"
+    node_polar_deg: FloatArray | None = None
+    node_azimuth_deg: FloatArray | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class SpacePoints(_Frozen):
+    """Points in space.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+    name : str
+    colour : Colour
+    values : (n,) float or None
+        For the scale of the chart, instead of one colour.
+    symbol : str
+    size : float
+        [pt]
+    labels : tuple of str
+        What a page shows of each point when it is pointed at.
+    """
+
+    positions: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    values: FloatArray | None = None
+    symbol: Symbol = "dot"
+    size: float = 5.0
+    labels: tuple[str, ...] = ()
+    _rows = ("positions", "values", "labels")
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceLines(_Frozen):
+    """Straight lines in space, such as whiskers.
+
+    Attributes
+    ----------
+    starts, ends : (n, 3) float
+    name : str
+    colour : Colour
+    width : float
+        [pt]
+    """
+
+    starts: FloatArray
+    ends: FloatArray
+    name: str = ""
+    colour: Colour = "series1"
+    width: float = 1.6
+    _rows = ("starts", "ends")
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceMesh(_Frozen):
+    """A surface of triangles in space.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float
+    triangles : (t, 3) int
+        Rows of vertices.
+    name : str
+    colour : Colour
+    values : (n,) float or None
+        At the vertices, for the scale of the chart.
+    opacity : float
+    """
+
+    vertices: FloatArray
+    triangles: npt.NDArray[np.integer]
+    name: str = ""
+    colour: Colour = "body"
+    values: FloatArray | None = None
+    opacity: float = 1.0
+    _rows = ("vertices", "values")
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceArrow(_Frozen):
+    """An arrow in space, with its name beside it.
+
+    Attributes
+    ----------
+    start, vector : (3,) float
+    name : str
+    colour : Colour
+    """
+
+    start: FloatArray
+    vector: FloatArray
+    name: str = ""
+    colour: Colour = "limit"
+
+
+SpaceMark: TypeAlias = SpacePoints | SpaceLines | SpaceMesh | SpaceArrow
+
+
+@dataclass(frozen=True)
+class SpaceChart:
+    """Marks in space; a unit is equally long along all axes.
+
+    Attributes
+    ----------
+    title : str
+    marks : tuple of SpaceMark
+    frame : str
+        That x, y and z are of.
+    unit : str
+        Of the axes.
+    scale : Scale or None
+    elevation, azimuth : float
+        Where it is looked at from. [deg]
+    note : str
+    """
+
+    title: str
+    marks: tuple[SpaceMark, ...]
+    frame: FrameName = "machine"
+    unit: str = "mm"
+    scale: Scale | None = None
+    elevation: float = 25.0
+    azimuth: float = -55.0
+    note: str = ""
+
+
+COMPASS = ("+X", "45°", "+Y", "135°", "-X", "225°", "-Y", "315°")
+"""Names of the directions around, from 0° in steps of 45°."""
+
+
+def rings_to(largest: float) -> list[float]:
+    """The polar angles that a view from above names. [deg]
+
+    >>> rings_to(100.0)
+    [30.0, 60.0, 90.0, 100.0]
+    """
+    return [ring for ring in (30.0, 60.0, 90.0, 120.0, 150.0) if ring < largest - 5.0] + [largest]
+
+
+Chart: TypeAlias = PlaneChart | PolarChart | TopView | SpaceChart
+
+
+def title_and_frame(chart: Chart) -> str:
+    """The title of a chart, and below it the frame that its directions are in."""
+    frame = "" if isinstance(chart, PlaneChart) else chart.frame
+    return f"{chart.title}\nframe of the {frame}" if frame else chart.title
+
+
+@dataclass(frozen=True)
+class View:
+    """Charts side by side.
+
+    Attributes
+    ----------
+    title : str
+    charts : tuple of Chart
+    columns : int
+        Charts in a row of a file.
+    """
+
+    title: str
+    charts: tuple[Chart, ...]
+    columns: int = 3

@@ -1,0 +1,364 @@
+"""Charts drawn by matplotlib, for files and paper."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.report.chart import (
+    COMPASS,
+    Area,
+    Axis,
+    Bars,
+    Chart,
+    Curve,
+    Dots,
+    Mark,
+    Note,
+    PlaneChart,
+    PolarChart,
+    Rule,
+    Scale,
+    SpaceArrow,
+    SpaceChart,
+    SpaceLines,
+    SpaceMark,
+    SpaceMesh,
+    SpacePoints,
+    TopView,
+    View,
+    rings_to,
+    title_and_frame,
+)
+from pretravel.report.colours import LIGHT, SEQUENTIAL, SIGNED
+from pretravel.report.style import new_figure, proportions, some_rows
+from pretravel.units import DEGREE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+    from mpl_toolkits.mplot3d import Axes3D
+
+_SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
+
+
+def drawn_figure(view: View) -> Figure:
+    """A view as a matplotlib figure.
+
+    Parameters
+    ----------
+    view : View
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    >>> line = Curve(np.arange(3.0), np.arange(3.0), "force")
+    >>> chart = PlaneChart("Force", Axis("time", "s"), Axis("force", "N"), (line,))
+    >>> drawn_figure(View("Touch", (chart,))).axes[0].get_xlabel()
+    'time / s'
+    """
+    columns = min(view.columns, len(view.charts))
+    rows = math.ceil(len(view.charts) / columns)
+    figure = new_figure(max(4.6 * columns, 6.0), 4.7 * rows + 0.2, view.title)
+    for index, chart in enumerate(view.charts, start=1):
+        _draw(chart, figure, (rows, columns, index))
+    return figure
+
+
+def _draw(chart: Chart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    match chart:
+        case PlaneChart():
+            _plane(chart, figure, cell)
+        case PolarChart():
+            _polar(chart, figure, cell)
+        case TopView():
+            _top_view(chart, figure, cell)
+        case SpaceChart():
+            _space(chart, figure, cell)
+
+
+def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = figure.add_subplot(*cell)
+    for mark in chart.marks:
+        _draw_mark(mark, axes, chart.scale)
+    _set_axis(axes, chart.x, "x")
+    _set_axis(axes, chart.y, "y")
+    if chart.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(color=LIGHT["grid"], lw=0.6)
+    axes.set_axisbelow(True)
+    axes.set_title(chart.title, fontsize=11)
+    _legend_and_note(axes, chart.note, below=0.16)
+
+
+def _polar(chart: PolarChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = _polar_axes(figure, cell, title_and_frame(chart))
+    for mark in chart.marks:
+        _draw_mark(mark, axes, chart.scale)
+    axes.set_ylim(chart.radius.low, chart.radius.high)
+    axes.set_rlabel_position(112.0)
+    axes.grid(color=LIGHT["grid"], lw=0.6)
+    axes.text(0.5, -0.15, f"radius: {chart.radius.text}", transform=axes.transAxes, ha="center",
+              fontsize=8, color=LIGHT["ink"])  # fmt: skip
+    _legend_and_note(axes, chart.note, below=0.17)
+
+
+def _top_view(chart: TopView, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = _polar_axes(figure, cell, title_and_frame(chart))
+    azimuth = np.append(chart.azimuth_deg, chart.azimuth_deg[0] + 360.0) * DEGREE
+    values = np.hstack([chart.values, chart.values[:, :1]])
+    mesh = axes.pcolormesh(azimuth, chart.polar_deg, values, shading="gouraud",
+                           **_colouring(chart.scale))  # fmt: skip
+    if chart.node_azimuth_deg is not None and chart.node_polar_deg is not None:
+        axes.plot(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, "o", ms=3, mfc="w",
+                  mec="k", mew=0.4, clip_on=False)  # fmt: skip
+    axes.set_ylim(0.0, float(chart.polar_deg.max()))
+    axes.set_axisbelow(False)
+    rings = rings_to(float(chart.polar_deg.max()))
+    axes.set_yticks(rings, [f"{ring:g}°" for ring in rings])
+    axes.set_rlabel_position(112.0)
+    # The angles stand on a light background: no colour of the scale hides them.
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.8})
+        label.set_zorder(5)
+    axes.grid(color="w", alpha=0.35, lw=0.5)
+    figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label=chart.scale.text)
+    _legend_and_note(axes, chart.note, below=0.1)
+
+
+def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes: Axes3D = figure.add_subplot(*cell, projection="3d")
+    for mark in chart.marks:
+        _draw_space(mark, axes, chart.scale)
+    corners = _corners(chart)
+    sides = np.array(proportions(corners))
+    for name, low, high, side in zip(
+        "xyz", corners.min(axis=0), corners.max(axis=0), sides, strict=True
+    ):
+        middle = 0.5 * (low + high)
+        getattr(axes, f"set_{name}lim")(middle - 0.53 * side, middle + 0.53 * side)
+        getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
+    axes.set_box_aspect(tuple(sides))
+    axes.view_init(elev=chart.elevation, azim=chart.azimuth)
+    axes.tick_params(labelsize=7)
+    axes.set_title(title_and_frame(chart), fontsize=11)
+    if chart.scale is not None:
+        from matplotlib.cm import ScalarMappable
+
+        mappable = ScalarMappable(cmap=_colouring(chart.scale)["cmap"])
+        mappable.set_clim(chart.scale.low, chart.scale.high)
+        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.12, label=chart.scale.text)
+    _legend_and_note(axes, chart.note, below=0.04)
+
+
+def _corners(chart: SpaceChart) -> FloatArray:
+    """All points of the marks."""
+    parts = []
+    for mark in chart.marks:
+        match mark:
+            case SpacePoints():
+                parts.append(mark.positions)
+            case SpaceLines():
+                parts += [mark.starts, mark.ends]
+            case SpaceMesh():
+                parts.append(mark.vertices)
+            case SpaceArrow():
+                parts += [mark.start[None], (mark.start + mark.vector)[None]]
+    return np.vstack(parts) if parts else np.zeros((1, 3))
+
+
+def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
+    from matplotlib.projections.polar import PolarAxes
+
+    axes = figure.add_subplot(*cell, projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_title(title, fontsize=11, pad=14)
+    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), COMPASS)
+    axes.tick_params(labelsize=8)
+    axes.set_axisbelow(True)
+    return axes
+
+
+def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
+    getattr(axes, f"set_{name}label")(axis.text)
+    if axis.logarithmic:
+        getattr(axes, f"set_{name}scale")("log")
+    if axis.categories:
+        getattr(axes, f"set_{name}ticks")(range(len(axis.categories)), axis.categories)
+        axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
+    getattr(axes, f"set_{name}lim")(axis.low, axis.high)
+
+
+def _legend_and_note(axes: Axes, note: str, below: float) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -below),
+                    fontsize=7, ncols=min(len(labels), 3), frameon=False)  # fmt: skip
+    if note:
+        axes.annotate(note, (0.5, 0.0), (0.0, -58.0 - 10.0 * ((len(labels) + 2) // 3)), ha="center",
+                      xycoords="axes fraction", textcoords="offset points", va="top",
+                      fontsize=7, color=LIGHT["reference"], annotation_clip=False)  # fmt: skip
+
+
+def _colouring(scale: Scale) -> dict[str, Any]:
+    return {"cmap": SIGNED if scale.signed else SEQUENTIAL, "vmin": scale.low, "vmax": scale.high}
+
+
+def _named(name: str) -> str | None:
+    """A name for the legend; matplotlib leaves a name with a leading underscore out."""
+    return name.lstrip("_") or None
+
+
+def _draw_mark(mark: Mark, axes: Axes, scale: Scale | None) -> None:
+    match mark:
+        case Curve():
+            _line(mark, axes)
+        case Dots():
+            _points(mark, axes, scale)
+        case Area():
+            _band(mark, axes)
+        case Bars():
+            _bars(mark, axes)
+        case Rule():
+            _rule(mark, axes)
+        case Note():
+            axes.annotate(mark.text, (mark.x, mark.y), fontsize=8, color=LIGHT[mark.colour])
+
+
+def _line(mark: Curve, axes: Axes) -> None:
+    axes.plot(mark.x, mark.y, color=LIGHT[mark.colour], lw=mark.width, label=_named(mark.name),
+              ls="--" if mark.dashed else "-", marker="." if mark.marked else "")  # fmt: skip
+
+
+def _points(mark: Dots, axes: Axes, scale: Scale | None) -> None:
+    rows = some_rows(np.arange(len(mark.x)))
+    colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
+    if mark.symbol == "ring":
+        colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
+    elif mark.values is not None and scale is not None:
+        colour = {"c": mark.values[rows], **_colouring(scale), "edgecolors": "0.3",
+                  "linewidths": 0.3}  # fmt: skip
+    if mark.u is not None:
+        axes.errorbar(mark.x[rows], mark.y[rows], mark.u[rows], fmt="none", capsize=2, lw=0.8,
+                      ecolor=LIGHT[mark.colour])  # fmt: skip
+    drawn = axes.scatter(mark.x[rows], mark.y[rows], s=mark.size**2, label=_named(mark.name),
+                         marker=_SYMBOLS[mark.symbol], zorder=3, **colour)  # fmt: skip
+    if mark.values is not None and scale is not None:
+        figure = axes.get_figure()
+        assert figure is not None
+        figure.colorbar(drawn, ax=axes, shrink=0.8, pad=0.1, label=scale.text)
+
+
+def _band(mark: Area, axes: Axes) -> None:
+    axes.fill_between(mark.x, mark.low, mark.high, color=LIGHT[mark.colour], alpha=mark.opacity,
+                      lw=0.0, label=_named(mark.name))  # fmt: skip
+
+
+def _bars(mark: Bars, axes: Axes) -> None:
+    base = np.zeros(len(mark.values)) if mark.base is None else mark.base
+    ends = base + mark.values
+    style: dict[str, Any] = {"color": LIGHT[mark.colour], "label": _named(mark.name)}
+    whisker: dict[str, Any] = {"fmt": "none", "ecolor": LIGHT["ink"], "capsize": 3, "lw": 1.0}
+    if mark.horizontal:
+        axes.barh(mark.places, mark.values, mark.width, left=base, **style)
+        if mark.u is not None:
+            axes.errorbar(ends, mark.places, xerr=mark.u, **whisker)
+        if not axes.yaxis_inverted():
+            axes.invert_yaxis()
+    else:
+        axes.bar(mark.places, mark.values, mark.width, bottom=base, **style)
+        if mark.u is not None:
+            axes.errorbar(mark.places, ends, mark.u, **whisker)
+    beyond = np.zeros(len(ends)) if mark.u is None else mark.u
+    for place, end, text in zip(mark.places, ends + beyond, mark.texts, strict=False):
+        at = (end, place) if mark.horizontal else (place, end)
+        shift, across = ((3, 0), "left") if mark.horizontal else ((0, 3), "center")
+        axes.annotate(text, at, shift, textcoords="offset points", fontsize=7, ha=across,
+                      va="center" if mark.horizontal else "bottom")  # fmt: skip
+    if mark.texts:
+        axes.margins(x=0.15 if mark.horizontal else None, y=None if mark.horizontal else 0.12)
+
+
+def _rule(mark: Rule, axes: Axes) -> None:
+    style: dict[str, Any] = {"color": LIGHT[mark.colour], "lw": 1.2, "ls": "--"}
+    style["label"] = _named(mark.name)
+    if axes.name == "polar":
+        circle = np.linspace(0.0, 2.0 * np.pi, 181)
+        axes.plot(circle, np.full(181, mark.value), **style)
+    elif mark.upright:
+        axes.axvline(mark.value, **style)
+    else:
+        axes.axhline(mark.value, **style)
+
+
+def _draw_space(mark: SpaceMark, axes: Axes3D, scale: Scale | None) -> None:
+    match mark:
+        case SpacePoints():
+            _space_points(mark, axes, scale)
+        case SpaceLines():
+            _space_lines(mark, axes)
+        case SpaceMesh():
+            _space_mesh(mark, axes, scale)
+        case SpaceArrow():
+            _space_arrow(mark, axes)
+
+
+def _space_points(mark: SpacePoints, axes: Axes3D, scale: Scale | None) -> None:
+    rows = some_rows(np.arange(len(mark.positions)))
+    colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
+    if mark.symbol == "ring":
+        colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
+    elif mark.values is not None and scale is not None:
+        colour = {"c": mark.values[rows], **_colouring(scale)}
+    axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
+                 depthshade=False, label=_named(mark.name), **colour)  # fmt: skip
+
+
+def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    rows = some_rows(np.arange(len(mark.starts)))
+    segments = np.stack([mark.starts[rows], mark.ends[rows]], axis=1)
+    axes.add_collection3d(
+        Line3DCollection(segments, colors=LIGHT[mark.colour], linewidths=mark.width,
+                         label=_named(mark.name) or "_")
+    )  # fmt: skip
+
+
+def _space_mesh(mark: SpaceMesh, axes: Axes3D, scale: Scale | None) -> None:
+    from matplotlib import colormaps
+    from matplotlib.colors import Normalize, to_rgb
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners = mark.vertices[np.asarray(mark.triangles, dtype=np.int64)]
+    if mark.values is not None and scale is not None:
+        values = mark.values[np.asarray(mark.triangles, dtype=np.int64)].mean(axis=1)
+        style = _colouring(scale)
+        colours = colormaps[style["cmap"]](Normalize(scale.low, scale.high)(values))[:, :3]
+    else:
+        colours = np.broadcast_to(to_rgb(LIGHT[mark.colour]), (len(corners), 3))
+        colours = colours * _brightness(corners)[:, None]
+    faces = np.column_stack([colours, np.full(len(corners), mark.opacity)])
+    axes.add_collection3d(
+        Poly3DCollection(corners, facecolors=faces, linewidths=0.0, antialiased=False,
+                         label=_named(mark.name) or "_")
+    )  # fmt: skip
+
+
+def _brightness(corners: FloatArray) -> FloatArray:
+    """Light from above, so that the shape is seen. (t,) in 0.55 to 1."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    towards = np.abs(normals @ np.array([0.36, -0.48, 0.8])) / np.where(length > 0.0, length, 1.0)
+    return np.asarray(0.55 + 0.45 * towards)
+
+
+def _space_arrow(mark: SpaceArrow, axes: Axes3D) -> None:
+    axes.quiver(*mark.start, *mark.vector, color=LIGHT[mark.colour], lw=2.0,
+                arrow_length_ratio=0.25)  # fmt: skip
+    axes.text(*(mark.start - 0.08 * mark.vector), mark.name, color=LIGHT[mark.colour], fontsize=8)
