@@ -113,7 +113,7 @@ class Scale:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(_Frozen):
+class LineMark(_Frozen):
     """A line through points; a value that is not a number interrupts it.
 
     Attributes
@@ -265,7 +265,7 @@ class Note:
     colour: Colour = "ink"
 
 
-Mark: TypeAlias = Curve | Dots | Area | Bars | Rule | Note
+Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note
 
 
 @dataclass(frozen=True)
@@ -303,7 +303,7 @@ class PolarChart:
     ----------
     title : str
     radius : Axis
-    marks : tuple of Curve, Dots, Area or Rule
+    marks : tuple of LineMark, Dots, Area or Rule
     frame : str
         That the azimuth is in.
     scale : Scale or None
@@ -312,7 +312,7 @@ class PolarChart:
 
     title: str
     radius: Axis
-    marks: tuple[Curve | Dots | Area | Rule, ...]
+    marks: tuple[LineMark | Dots | Area | Rule, ...]
     frame: FrameName = "probe"
     scale: Scale | None = None
     note: str = ""

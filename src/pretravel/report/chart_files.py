@@ -14,8 +14,8 @@ from pretravel.report.chart import (
     Axis,
     Bars,
     Chart,
-    Curve,
     Dots,
+    LineMark,
     Mark,
     Note,
     PlaneChart,
@@ -57,7 +57,7 @@ def drawn_figure(view: View) -> Figure:
     -------
     matplotlib.figure.Figure
 
-    >>> line = Curve(np.arange(3.0), np.arange(3.0), "force")
+    >>> line = LineMark(np.arange(3.0), np.arange(3.0), "force")
     >>> chart = PlaneChart("Force", Axis("time", "s"), Axis("force", "N"), (line,))
     >>> drawn_figure(View("Touch", (chart,))).axes[0].get_xlabel()
     'time / s'
@@ -216,7 +216,7 @@ def _named(name: str) -> str | None:
 
 def _draw_mark(mark: Mark, axes: Axes, scale: Scale | None) -> None:
     match mark:
-        case Curve():
+        case LineMark():
             _line(mark, axes)
         case Dots():
             _points(mark, axes, scale)
@@ -230,7 +230,7 @@ def _draw_mark(mark: Mark, axes: Axes, scale: Scale | None) -> None:
             axes.annotate(mark.text, (mark.x, mark.y), fontsize=8, color=LIGHT[mark.colour])
 
 
-def _line(mark: Curve, axes: Axes) -> None:
+def _line(mark: LineMark, axes: Axes) -> None:
     axes.plot(mark.x, mark.y, color=LIGHT[mark.colour], lw=mark.width, label=_named(mark.name),
               ls="--" if mark.dashed else "-", marker="." if mark.marked else "")  # fmt: skip
 

@@ -23,8 +23,8 @@ from pretravel.report.chart import (
     Axis,
     Bars,
     Chart,
-    Curve,
     Dots,
+    LineMark,
     Note,
     PlaneChart,
     PolarChart,
@@ -61,7 +61,7 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
         Colours are names with @. The row of a point is its ``customdata``, so that a click on it
         can be followed.
 
-    >>> line = Curve(np.arange(3.0), np.arange(3.0), "force <b>")
+    >>> line = LineMark(np.arange(3.0), np.arange(3.0), "force <b>")
     >>> figure = plotly_figure(PlaneChart("", Axis("time", "s"), Axis("force", "N"), (line,)))
     >>> figure["data"][0]["name"], figure["layout"]["xaxis"]["title"]["text"]
     ('force &lt;b&gt;', 'time / s')
@@ -245,9 +245,9 @@ def _plane(chart: PlaneChart) -> PlotlyFigure:
     return {"data": data, "layout": layout}
 
 
-def _plane_traces(mark: Curve | Dots | Area | Bars, chart: PlaneChart) -> list[dict[str, Any]]:
+def _plane_traces(mark: LineMark | Dots | Area | Bars, chart: PlaneChart) -> list[dict[str, Any]]:
     match mark:
-        case Curve():
+        case LineMark():
             return [_flat(mark.x, mark.y) | _line_style(mark)]
         case Dots():
             trace = _flat(mark.x, mark.y)
@@ -296,7 +296,7 @@ def _bar_traces(mark: Bars) -> list[dict[str, Any]]:
     return [trace, words]
 
 
-def _line_style(mark: Curve) -> dict[str, Any]:
+def _line_style(mark: LineMark) -> dict[str, Any]:
     line = {"color": f"@{mark.colour}", "width": mark.width + 0.4}
     if mark.dashed:
         line["dash"] = "dash"
@@ -340,9 +340,11 @@ def _polar(chart: PolarChart) -> PlotlyFigure:
         match mark:
             case Rule():
                 circle = np.linspace(0.0, 2.0 * np.pi, 181)
-                line = Curve(circle, np.full(181, mark.value), mark.name, mark.colour, dashed=True)
+                line = LineMark(
+                    circle, np.full(181, mark.value), mark.name, mark.colour, dashed=True
+                )
                 data.append(_around(line.x, line.y) | _line_style(line))
-            case Curve():
+            case LineMark():
                 data.append(_around(mark.x, mark.y) | _line_style(mark))
             case Dots():
                 place = "azimuth %{theta:.1f}°, %{r:.4g} " + _text(chart.radius.unit)
