@@ -9,6 +9,11 @@ import typer
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files
+from pretravel.cli.laboratory_option import (
+    LaboratoryFile,
+    laboratory_statements,
+    statements_left_out,
+)
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
@@ -28,6 +33,7 @@ from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
+    from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.standard_check import StandardCheck
     from pretravel.report.document import Document
 
@@ -92,6 +98,7 @@ def check(
     decimal: DecimalSign = None,
     plan: RunPlan = None,
     axis: ProbeAxis = Vector(0, 0, 1),
+    lab: LaboratoryFile = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Figures: .csv or .json; or a page, .html or .pdf."),
@@ -111,12 +118,14 @@ def check(
     from pretravel.formats.map_file import read_map
     from pretravel.laboratory.standard_check import NOT_CONFORMING, CalibratedSphere
     from pretravel.laboratory.standards import CHECKS
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
 
     files, name = files_of_touches(touches)
-    inputs = [*files, map_file, plan]
+    inputs = [*files, map_file, plan, lab]
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], inputs)
+    statements = laboratory_statements(lab)
     limits = _limits(form_limit, size_limit, repeat_limit)
     _refuse_other_options(standard, limits, u_diameter)
     if "size" in limits and tip_diameter is None and map_file is None:
@@ -147,6 +156,7 @@ def check(
             "without --u-diameter and --sphere-form the reference is taken as perfect, and "
             "verdicts have no uncertainty zone"
         )
+    warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = standards_document(
         result,
         touches_name=name,
@@ -155,8 +165,9 @@ def check(
         else measured_sphere(measured, apply(measured, pretravel_map), pretravel_map),
         warnings=warnings,
     )
+    report = with_laboratory(report, statements)
     if output is not None:
-        _write(output, result, with_reading(report, readings))
+        _write(output, result, with_reading(report, readings), statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if any(figure.verdict == NOT_CONFORMING for figure in result.figures):
@@ -187,8 +198,14 @@ def _refuse_other_options(standard: str, limits: Mapping[str, float], u_diameter
         raise PretravelError("--size-limit and --u-diameter are only for iso10360-5")
 
 
-def _write(output: Path, result: StandardCheck, report: Document) -> None:
+def _write(
+    output: Path,
+    result: StandardCheck,
+    report: Document,
+    statements: LaboratoryStatements | None,
+) -> None:
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.standard_figures import standard_json, standard_table
     from pretravel.whole_file import write_json
 
@@ -196,7 +213,7 @@ def _write(output: Path, result: StandardCheck, report: Document) -> None:
     if ending == ".csv":
         write_csv_table(output, standard_table(result))
     elif ending == ".json":
-        write_json(output, standard_json(result))
+        write_json(output, with_laboratory_values(standard_json(result), statements))
     else:
         save_page(report, output)
 

@@ -4,7 +4,7 @@ import typer
 
 
 def laboratory() -> None:
-    """Print the statements of a calibration certificate, as TOML to fill in.
+    """Print what a laboratory states in reports and certificates (--lab), as TOML to fill in.
 
     Example: pretravel laboratory > lab.toml
     """

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
+from pretravel.cli.laboratory_option import laboratory_statements, statements_left_out
 from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import read_and_show, with_reading
 from pretravel.errors import PretravelError
@@ -21,6 +22,7 @@ def qualify_with_prior(
     prior: Path,
     *,
     tip_diameter: float | None,
+    lab: Path | None,
     outputs: tuple[Path | None, Path | None],
     verbose: bool,
 ) -> None:
@@ -34,6 +36,8 @@ def qualify_with_prior(
     prior : Path
     tip_diameter : float or None
         It must be that of the old map. [mm]
+    lab : Path or None
+        What the laboratory states.
     outputs : pair of Path or None
         Of the map or page, and of the picture.
     verbose : bool
@@ -45,10 +49,12 @@ def qualify_with_prior(
     """
     from pretravel.formats.map_file import read_map, write_map
     from pretravel.qualification.prior_update import update_map
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.map_update_report import map_update_document
 
     output, plot = outputs
-    check_files([(output, MAPS), (plot, PICTURES)], [*files, prior])
+    check_files([(output, MAPS), (plot, PICTURES)], [*files, prior, lab])
+    statements = laboratory_statements(lab)
     old = read_map(prior)
     _refuse_other_tip(old, tip_diameter, prior)
     assert options.reference_diameter is not None
@@ -58,8 +64,9 @@ def qualify_with_prior(
         result,
         touches_name=readings.touches.source or "",
         prior_name=prior.name,
-        warnings=readings.notes(),
+        warnings=readings.notes() + statements_left_out(lab, output, verbose=verbose),
     )
+    report = with_laboratory(report, statements)
     save_page(with_reading(report, readings), output)
     if output is not None and not is_page(output):
         write_map(output, result.pretravel_map)

@@ -10,6 +10,11 @@ import typer
 from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
+from pretravel.cli.laboratory_option import (
+    LaboratoryFile,
+    laboratory_statements,
+    statements_left_out,
+)
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
@@ -18,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pretravel.features.tolerances import InspectedFeature
+    from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.report.document import Document
 
 _NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
@@ -148,6 +154,7 @@ def measure(
             "clamping, in µm.",
         ),
     ] = 0.0,
+    lab: LaboratoryFile = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -170,12 +177,14 @@ def measure(
     from pretravel.features.tolerances import FeatureTolerances, inspect_feature
     from pretravel.formats.points_reading import read_points
     from pretravel.report.feature_report import features_document
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.units import MICROMETRE
 
     check_files(
         [(output, (".csv", ".parquet", ".json", *PAGES)), (plot, PICTURES)],
-        [points],
+        [points, lab],
     )
+    statements = laboratory_statements(lab)
     tolerances = FeatureTolerances(
         _limits(size_tolerance, nominal), position_tolerance, form_tolerance, probability
     )
@@ -202,9 +211,11 @@ def measure(
             "u contains the errors of probing alone; a verdict also needs those of the machine's "
             "geometry, of temperature and clamping: --u-machine"
         )
+    warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = features_document(found, points_name=points.name, warnings=warnings)
+    report = with_laboratory(report, statements)
     if output is not None:
-        _write(output, found, report)
+        _write(output, found, report, statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if any(feature.verdict is ConformityVerdict.DOES_NOT_CONFORM for feature in found):
@@ -226,8 +237,14 @@ def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, f
     return nominal + size.low, nominal + size.high
 
 
-def _write(output: Path, found: Sequence[InspectedFeature], report: Document) -> None:
+def _write(
+    output: Path,
+    found: Sequence[InspectedFeature],
+    report: Document,
+    statements: LaboratoryStatements | None,
+) -> None:
     from pretravel.formats.feature_results import features_json, features_table
+    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.tables import write_table
     from pretravel.whole_file import write_json
 
@@ -235,6 +252,6 @@ def _write(output: Path, found: Sequence[InspectedFeature], report: Document) ->
     if is_page(output):
         save_page(report, output)
     elif ending == ".json":
-        write_json(output, features_json(found))
+        write_json(output, with_laboratory_values(features_json(found), statements))
     else:
         write_table(output, features_table(found))

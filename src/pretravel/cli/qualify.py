@@ -7,6 +7,11 @@ import typer
 
 from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
 from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
+from pretravel.cli.laboratory_option import (
+    LaboratoryFile,
+    laboratory_statements,
+    statements_left_out,
+)
 from pretravel.cli.map_update import qualify_with_prior
 from pretravel.cli.options import Diameter, PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
@@ -29,6 +34,8 @@ from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
     from pretravel.maps.kinds.wozniak import WozniakKind
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.report.document import Document
 
 
 def _kinds() -> list[str]:
@@ -117,6 +124,7 @@ def qualify(
             "map."
         ),
     ] = None,
+    lab: LaboratoryFile = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -135,9 +143,9 @@ def qualify(
 
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
-    from pretravel.formats.map_file import write_map
     from pretravel.identification.kind_registry import choose
     from pretravel.maps.provenance import QualificationSetup
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.qualification_report import qualification_document
     from pretravel.units import MICROMETRE
 
@@ -158,11 +166,13 @@ def qualify(
             options,
             prior,
             tip_diameter=tip_diameter,
+            lab=lab,
             outputs=(output, plot),
             verbose=verbose,
         )
         return
-    check_files([(output, MAPS), (plot, PICTURES)], [*files, plan])
+    check_files([(output, MAPS), (plot, PICTURES)], [*files, plan, lab])
+    statements = laboratory_statements(lab)
     wozniak = _wozniak(kind, lobe_azimuth, transducer)
     readings = read_and_show(files, options).in_machine_axes()
     measured = readings.touches
@@ -184,15 +194,24 @@ def qualify(
         result,
         touches_name=name,
         scores=choice.scores,
-        warnings=readings.notes(),
+        warnings=readings.notes() + statements_left_out(lab, output, verbose=verbose),
         excluded=exclude or (),
         saved=output is not None and not is_page(output),
     )
-    save_page(with_reading(report, readings), output)
-    if output is not None and not is_page(output):
-        write_map(output, result.pretravel_map)
+    report = with_laboratory(report, statements)
+    if output is not None:
+        _write(output, result.pretravel_map, with_reading(report, readings))
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _write(output: Path, pretravel_map: PretravelMap, report: Document) -> None:
+    from pretravel.formats.map_file import write_map
+
+    if is_page(output):
+        save_page(report, output)
+    else:
+        write_map(output, pretravel_map)
 
 
 def _wozniak(kind: str, lobe_azimuth: float | None, transducer: str) -> WozniakKind:

@@ -7,6 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
+from pretravel.cli.laboratory_option import (
+    LaboratoryFile,
+    laboratory_statements,
+    statements_left_out,
+)
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
@@ -35,10 +40,7 @@ def rig(
             help="Touches, .csv; the whole result, .json; or a certificate, .html or .pdf.",
         ),
     ] = None,
-    lab: Annotated[
-        Path | None,
-        typer.Option(help="Laboratory and item, as the certificate states them: .toml."),
-    ] = None,
+    lab: LaboratoryFile = None,
     budget: Annotated[
         Path | None,
         typer.Option(
@@ -77,7 +79,7 @@ def rig(
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
     from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.laboratory_file import read_laboratory
+    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, rig_json, rig_table
     from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
@@ -85,6 +87,7 @@ def rig(
     from pretravel.laboratory.rig_calibration import calibrate_rig
     from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.rig_map import rig_map
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.rig_report import rig_document
     from pretravel.whole_file import write_json
 
@@ -95,9 +98,7 @@ def rig(
     _check_traces(traces)
     if map_file is not None and tip_diameter is None:
         raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")
-    if lab is not None and not is_page(output):
-        raise PretravelError("--lab is only for a certificate: -o certificate.html")
-    statements = LaboratoryStatements() if lab is None else read_laboratory(lab)
+    statements = laboratory_statements(lab)
     components = REN_BUDGET if budget is None else read_budget(budget)
     with working(f"reading {len(traces)} traces"):
         read = _read_traces(traces, temperature, expansion)
@@ -109,19 +110,25 @@ def rig(
         write_csv_table(output, rig_table(touches, calibration.not_used))
     own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
     if output is not None and ending == ".json":
-        write_json(output, rig_json(calibration, own))
+        write_json(output, with_laboratory_values(rig_json(calibration, own), statements))
     elif output is not None and is_page(output):
         source = _REN_SOURCE if budget is None else budget.name
         certificate = calibration_certificate(
-            calibration, components, statements, budget_source=source, temperature=temperature
+            calibration,
+            components,
+            statements or LaboratoryStatements(),
+            budget_source=source,
+            temperature=temperature,
         )
         _write_certificate(output, certificate, read)
     if map_file is not None:
         write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
     notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
-    missing = statements.missing if is_page(output) else 0
+    missing = (statements or LaboratoryStatements()).missing if is_page(output) else 0
     warnings = [*notes, *_missing_information(missing, own_budget=budget is not None)]
+    warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = rig_document(calibration, own, read, warnings=warnings)
+    report = with_laboratory(report, statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
 

@@ -7,6 +7,11 @@ import typer
 
 from pretravel.cli.arguments import Indices, indices
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
+from pretravel.cli.laboratory_option import (
+    LaboratoryFile,
+    laboratory_statements,
+    statements_left_out,
+)
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
@@ -15,6 +20,7 @@ from pretravel.quantities import NOISE, VARIANCE, limits
 from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
+    from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.separation import Separation
     from pretravel.report.document import Document
 
@@ -61,6 +67,7 @@ def separate(
             help="Leave the readings of this pair out; may be repeated.",
         ),
     ] = None,
+    lab: LaboratoryFile = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Result: .csv or .json, or a page, .html or .pdf."),
@@ -77,9 +84,11 @@ def separate(
     from pretravel.formats.separation_csv import read_multi_step_readings
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import separate as separated
+    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.separation_report import separation_document
 
-    check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [readings])
+    check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [readings, lab])
+    statements = laboratory_statements(lab)
     repeated = None
     if repeat_variance is not None and repeat_pair is not None:
         repeated = RepeatedPair(*repeat_pair, repeat_variance * MICROMETRE**2, count=repeat_count)
@@ -88,15 +97,22 @@ def separate(
     measured = read_multi_step_readings(readings)
     with working(f"separating {len(measured)} readings"):
         result = separated(measured, method=method, repeated=repeated, exclude=exclude or ())
-    report = separation_document(result, readings_name=readings.name, pairs=pair_of or [])
+    left_out = statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
+    report = separation_document(
+        result, readings_name=readings.name, pairs=pair_of or [], warnings=left_out
+    )
+    report = with_laboratory(report, statements)
     if output is not None:
-        _write(output, result, report)
+        _write(output, result, report, statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
 
 
-def _write(output: Path, result: Separation, report: Document) -> None:
+def _write(
+    output: Path, result: Separation, report: Document, statements: LaboratoryStatements | None
+) -> None:
     from pretravel.formats.csv_table import write_csv_table
+    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.separation_csv import separation_json, separation_table
     from pretravel.whole_file import write_json
 
@@ -104,7 +120,7 @@ def _write(output: Path, result: Separation, report: Document) -> None:
     if ending == ".csv":
         write_csv_table(output, separation_table(result))
     elif ending == ".json":
-        write_json(output, separation_json(result))
+        write_json(output, with_laboratory_values(separation_json(result), statements))
     else:
         save_page(report, output)
 

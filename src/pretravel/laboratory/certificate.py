@@ -93,11 +93,41 @@ class ConformityDecision:
 
 
 @dataclass(frozen=True)
-class LaboratoryStatements:
-    """Everything on a certificate that the laboratory states, not the measurement.
+class MeasuringInstrument:
+    """The machine with its probe and stylus."""
 
-    The fields are what ISO/IEC 17025:2017, 7.8.2 and 7.8.4 require (recalled, not checked against
-    the text). A file has a table of the same name for each of them.
+    machine: str = _statement("Machine, CMM or rig: manufacturer and type")
+    machine_serial_number: str = _statement("Serial number of the machine, CMM or rig")
+    probe: str = _statement("Probe: manufacturer and type")
+    probe_serial_number: str = _statement("Serial number of the probe")
+    stylus: str = _statement("Stylus: type, length, tip")
+    stylus_serial_number: str = _statement("Serial number of the stylus")
+
+
+@dataclass(frozen=True)
+class ReferenceIdentity:
+    """The reference sphere or ring that was touched."""
+
+    description: str = _statement("Reference sphere or ring: manufacturer and type")
+    serial_number: str = _statement("Serial number of the reference")
+    certificate: str = _statement("Certificate of the reference: number, date, laboratory")
+
+
+@dataclass(frozen=True)
+class MeasurementRecord:
+    """Who measured, and when."""
+
+    operator: str = _statement("Operator")
+    date: str = _statement("Date and time of the measurement")
+
+
+@dataclass(frozen=True)
+class LaboratoryStatements:
+    """Everything on a certificate or a report that the laboratory states, not the measurement.
+
+    The fields of a certificate are what ISO/IEC 17025:2017, 7.8.2 and 7.8.4 require (recalled, not
+    checked against the text). The other reports contain the tables of `REPORT_TABLES`. A file has
+    a table of the same name for each of them.
 
     >>> statements = LaboratoryStatements(certificate=CertificateIdentity(number="C-17"))
     >>> statements.missing
@@ -112,20 +142,57 @@ class LaboratoryStatements:
     conditions: AmbientConditions = AmbientConditions()
     traceability: Traceability = Traceability()
     decision: ConformityDecision = ConformityDecision()
+    instrument: MeasuringInstrument = MeasuringInstrument()
+    reference: ReferenceIdentity = ReferenceIdentity()
+    measurement: MeasurementRecord = MeasurementRecord()
 
     @property
     def missing(self) -> int:
-        """Number of statements that are open."""
-        return sum(not statement.text for statement in self.statements())
+        """Number of statements that a certificate needs and that are open."""
+        return sum(not statement.text for statement in self.of_certificate())
+
+    def of_certificate(self) -> Iterator[Statement]:
+        """What a certificate needs, and everything else that is stated."""
+        return (s for s in self.statements() if s.table in CERTIFICATE_TABLES or s.text)
+
+    def of_report(self) -> Iterator[Statement]:
+        """What any report needs, and everything else that is stated.
+
+        >>> [statement.key for statement in LaboratoryStatements().of_report()][:4]
+        ['name', 'place', 'accreditation', 'machine']
+        """
+        open_or_not = sorted(self.statements(), key=_place_in_report)
+        return (s for s in open_or_not if s.table in REPORT_TABLES or s.text)
 
     def statements(self) -> Iterator[Statement]:
-        """All statements in the order of the certificate."""
+        """All statements in the order of the file."""
         for table in fields(self):
             part = getattr(self, table.name)
             for key in fields(part):
                 yield Statement(
                     table.name, key.name, key.metadata["meaning"], getattr(part, key.name)
                 )
+
+
+CERTIFICATE_TABLES = (
+    "laboratory",
+    "certificate",
+    "customer",
+    "item",
+    "method",
+    "conditions",
+    "traceability",
+    "decision",
+)
+"""Tables of the file that a calibration certificate needs."""
+REPORT_TABLES = ("laboratory", "instrument", "reference", "conditions", "measurement")
+"""Tables of the file that every other report states, in its order."""
+
+
+def _place_in_report(statement: Statement) -> int:
+    """Tables of every report first, in their order."""
+    known = statement.table in REPORT_TABLES
+    return REPORT_TABLES.index(statement.table) if known else len(REPORT_TABLES)
 
 
 @dataclass(frozen=True)

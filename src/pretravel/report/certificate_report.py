@@ -14,6 +14,7 @@ from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibr
 from pretravel.report.budget_report import budget_table
 from pretravel.report.document import Column, Document, KeyFigure, Section, Span, Table
 from pretravel.report.formatting import decimals, number_text, significant, value_text
+from pretravel.report.laboratory_report import stated_figure
 from pretravel.report.rig_report import (
     BUDGET_TITLE,
     direction_table,
@@ -24,9 +25,6 @@ from pretravel.units import DEGREE, MICROMETRE
 
 TEMPLATE = "certificate.html"
 """The template of a page that prints on A4 (to PDF from any browser)."""
-
-NOT_STATED = "not stated"
-"""Shown for a field that the laboratory left empty."""
 
 
 def certificate_document(
@@ -71,10 +69,7 @@ def _data_section(certificate: CalibrationCertificate) -> Section:
     return Section(
         "Data",
         figures=(
-            *(
-                KeyFigure(statement.meaning, statement.text or NOT_STATED)
-                for statement in certificate.statements.statements()
-            ),
+            *map(stated_figure, certificate.statements.of_certificate()),
             KeyFigure(
                 "Feed of the push rod, from the traces",
                 Span(slowest, fastest),
