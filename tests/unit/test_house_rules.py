@@ -23,6 +23,8 @@ SHARED_NAMES = {
     "wozniak": "a kind of map and a compliance model are of one paper, each in its registry",
     "compensation": "the room's subject is its main module",
     "qualification": "the room's subject is its main module",
+    "laboratory": "a screen of the workbench has the name of its person",
+    "part": "a screen of the workbench has the name of its subject",
 }
 
 

@@ -39,6 +39,7 @@ from pretravel.cli import (
     slide,
     verify,
 )
+from pretravel.cli.app import app as app_command
 from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
 from pretravel.errors import PretravelError
 from pretravel.report.style import ignore_settings_of_folder
@@ -74,7 +75,7 @@ def _main(
 
 
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Start": (demo.demo,),
+    "Start": (demo.demo, app_command),
     "Qualify": (qualify.qualify, verify.verify, verify.history, plan_touches.plan_touches),
     "Measure": (
         compensate.compensate,

@@ -1,0 +1,119 @@
+"""The result of a task in a screen: what is missing, progress with cancel, error, or result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.workbench.components.layout import here, note, text
+from pretravel.workbench.project import ScreenState
+from pretravel.workbench.tasks import WORKS, Task, Work
+
+
+def outcome(
+    state: ScreenState,
+    task: Task,
+    show: Callable[[Any], None],
+    *,
+    missing: str = "",
+    button: str = "Compute",
+) -> Work:
+    """Show the work of a task, and its result when it is there.
+
+    Parameters
+    ----------
+    state : ScreenState
+    task : Task
+    show : callable
+        Builds the content for a result. It is called again, in an empty place, for each new one.
+    missing : str
+        What to do while files are missing.
+    button : str
+        Text of the button of a task that does not start by itself.
+
+    Returns
+    -------
+    Work
+    """
+    work = WORKS.of(state, task)
+    status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
+    place = ui.element("div").classes("live")
+    shown: list[Any] = []
+
+    def refresh() -> None:
+        _show_status(work, status, missing, button)
+        place.classes(
+            add="stale" if work.stale or work.running else "",
+            remove="" if work.stale or work.running else "stale",
+        )
+        if not shown or shown[0] is not work.result:
+            shown[:] = [work.result]
+            place.clear()
+            if work.result is not None:
+                with place:
+                    show(work.result)
+
+    refresh()
+    here([work.listen], refresh)
+    return work
+
+
+def follow(state: ScreenState, task: Task, handler: Callable[[Any], None]) -> Work:
+    """Call a handler in this tab with the result, now if there is one, and with each new one.
+
+    For pictures that are changed in place instead of built again (``plot.update_figure``).
+    """
+    work = WORKS.of(state, task)
+    shown: list[Any] = []
+
+    def refresh() -> None:
+        if work.result is not None and (not shown or shown[0] is not work.result):
+            shown[:] = [work.result]
+            handler(work.result)
+
+    refresh()
+    here([work.listen], refresh)
+    return work
+
+
+def error_view(message: str) -> None:
+    """An error as the library says it."""
+    with ui.element("div").classes("error-view").props('role="alert"'):
+        text("strong", "This cannot be computed")
+        text("p", message)
+
+
+def _show_status(work: Work, status: ui.element, missing: str, button: str) -> None:
+    status.clear()
+    with status:
+        if work.running:
+            _show_running(work)
+            return
+        if not work.ready():
+            if missing:
+                note(missing)
+            return
+        if work.error:
+            error_view(work.error)
+        if not work.task.automatic:
+            if work.stale:
+                note("The settings have changed since this result.")
+            ui.button(button, on_click=work.start).props("no-caps unelevated")
+
+
+def _show_running(work: Work) -> None:
+    with ui.element("div").classes("running"):
+        ui.element("progress").props(f'aria-label="{work.task.title}"')
+        text("span", work.task.title, "running-title")
+        stage = text("span", work.progress, "running-stage")
+        clock = text("span", "", "running-clock").props('aria-hidden="true"')
+        ui.button("Cancel", on_click=work.cancel).props("no-caps outline")
+
+    def tick() -> None:
+        stage.update()
+        clock._text = f"{work.elapsed():.0f} s"
+        clock.update()
+
+    ui.timer(0.5, tick)

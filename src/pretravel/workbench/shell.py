@@ -1,0 +1,140 @@
+"""What all pages share: header, navigation, and the place of a screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from nicegui import ui
+
+from pretravel import __version__
+from pretravel.workbench.components.layout import here, text
+from pretravel.workbench.screens import SCREENS, Screen
+from pretravel.workbench.session import SESSION
+
+THEMES = {"auto": "System", "light": "Light", "dark": "Dark"}
+STATIC = f"/static/{__version__}"
+"""Address of our own style sheet and script."""
+
+
+@contextmanager
+def page_frame(title: str, current: str = "") -> Iterator[None]:
+    """The frame of a page; its content comes into ``main``.
+
+    Parameters
+    ----------
+    title : str
+        Of the page; its heading of level 1.
+    current : str
+        Name of the screen, for the navigation.
+    """
+    request = ui.context.client.request
+    theme = request.cookies.get("pretravel_theme", "auto")
+    ui.dark_mode({"dark": True, "light": False}.get(theme))
+    ui.colors(primary="#0b5394", negative="#a4161a", positive="#1b6e3c", warning="#8a5a00")
+    ui.page_title(f"{title} – pretravel")
+    ui.add_head_html(f'<link rel="stylesheet" href="{STATIC}/workbench.css">')
+    ui.add_body_html(f'<script src="{STATIC}/workbench.js" defer></script>')
+    link = text("a", "Skip to the content", "skip")
+    link.props["href"] = "#content"
+    with ui.element("header").classes("top"):
+        home = text("a", "pretravel", "brand")
+        home.props["href"] = "/"
+        _project_name()
+        _header_actions(theme)
+    with ui.element("div").classes("body"):
+        _navigation(current)
+        with ui.element("main").props('id="content" tabindex="-1"'):
+            text("h1", title)
+            yield
+
+
+def _project_name() -> None:
+    project = SESSION.project
+    field = ui.input(value=project.name).props('dense borderless debounce="400"')
+    field.props["aria-label"] = "Name of the project"
+    field.classes("project-name")
+
+    def commit() -> None:
+        project.name = str(field.value or "")
+
+    def refresh() -> None:
+        if field.value != project.name:
+            field.set_value(project.name)
+
+    field.on_value_change(commit)
+    here([project.listen], refresh)
+
+
+def _header_actions(theme: str) -> None:
+    with ui.element("div").classes("actions"):
+        with ui.element("label").classes("theme"):
+            text("span", "Theme", "visually-hidden")
+            with ui.element("select").props('id="theme"'):
+                for value, shown in THEMES.items():
+                    option = text("option", shown)
+                    option.props["value"] = value
+                    if value == theme:
+                        option.props["selected"] = True
+        help_link = text("a", "Help", "action")
+        help_link.props["href"] = "/help"
+
+
+def _navigation(current: str) -> None:
+    with ui.element("nav").classes("side").props('aria-label="Screens"'), ui.element("ul"):
+        _entry("/", "home", "Home", "", current == "")
+        for screen in SCREENS:
+            address = f"/{screen.name}"
+            _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
+
+
+def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
+    with ui.element("li"), ui.element("a") as link:
+        link.props["href"] = address
+        if chosen:
+            link.props["aria-current"] = "page"
+        ui.icon(icon).props('aria-hidden="true"')
+        with ui.element("span"):
+            text("span", title, "nav-title")
+            if person:
+                text("span", person, "nav-person")
+
+
+def home_page() -> None:
+    """The jobs to choose from."""
+    with page_frame("What do you want to do?"), ui.element("ul").classes("jobs"):
+        for screen in SCREENS:
+            with ui.element("li"), ui.element("a") as link:
+                link.props["href"] = f"/{screen.name}"
+                ui.icon(screen.icon).props('aria-hidden="true"')
+                text("span", screen.person, "job-person")
+                text("h2", screen.title)
+                text("p", screen.summary)
+
+
+def screen_page(screen: Screen) -> None:
+    """A screen in its frame."""
+    with page_frame(screen.title, screen.name):
+        text("p", screen.summary, "summary")
+        screen.show(SESSION.project.screen(screen.name))
+
+
+def help_page() -> None:
+    """How the workbench is used."""
+    with page_frame("Help", "help"), ui.element("div").classes("prose"):
+        for heading, paragraph in HELP.items():
+            text("h2", heading)
+            text("p", paragraph)
+
+
+HELP = {
+    "A screen": "Choose a job on the left. Drop your files, or choose them with the keyboard (Tab, "
+    "then Enter), and fill in the fields. Results follow at once; long work shows its progress and "
+    "can be cancelled.",
+    "The project": "Everything that you drop or type is one project. It is saved by itself: a "
+    "reload, a second tab or a new start shows it again.",
+    "Privacy": "Your files stay on this computer. The page loads nothing from elsewhere, and what "
+    "you drop is read as data and never executed.",
+    "The same elsewhere": "Each screen shows the command and the Python lines that give the same "
+    "result.",
+}

@@ -1,0 +1,281 @@
+"""Work of a screen: computed once for all tabs, off the event loop, with progress and cancel."""
+
+from __future__ import annotations
+
+import asyncio
+import contextvars
+import logging
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pretravel.errors import PretravelError
+from pretravel.whole_file import temporary_folder
+from pretravel.workbench.project import Listener, ScreenState, SettingValue, StoredFile
+
+_PAUSE = 0.15
+"""Time without a change before automatic work starts. [s]"""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a task computes from.
+
+    Attributes
+    ----------
+    settings : mapping of str to value
+        Those that were set; give the default with ``settings.get(name, default)``.
+    files : mapping of str to tuple of Path
+        Copies in a temporary folder, by purpose, with the names that the user gave them.
+    """
+
+    settings: Mapping[str, SettingValue]
+    files: Mapping[str, tuple[Path, ...]]
+
+    def file(self, purpose: str) -> Path:
+        """The only file of a purpose; `Task.needs` makes sure that it is there."""
+        return self.files[purpose][0]
+
+    def optional_file(self, purpose: str) -> Path | None:
+        """The only file of a purpose, or None."""
+        found = self.files.get(purpose, ())
+        return found[0] if found else None
+
+
+@dataclass(frozen=True)
+class Task:
+    """Work that a screen does with its settings and files.
+
+    Attributes
+    ----------
+    name : str
+        Unique within the screen.
+    compute : callable
+        Takes `Inputs` and returns any value. It touches no page. With `own_process` it is a
+        function of a module, and its result can be pickled.
+    title : str
+        What is shown while it runs.
+    settings, files : tuple of str
+        Names of settings, and purposes of files, that it uses: it is stale when one changes.
+    needs : tuple of str
+        Purposes of files without which it does not start.
+    automatic : bool
+        Whether it starts by itself when its inputs change; else with a button.
+    own_process : bool
+        Whether it runs in a process that Cancel kills: for work above a second.
+    """
+
+    name: str
+    compute: Callable[[Inputs], Any]
+    title: str = "Computing"
+    settings: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    automatic: bool = True
+    own_process: bool = False
+
+
+@dataclass
+class Work:
+    """The state of a task, shared by all tabs.
+
+    Attributes
+    ----------
+    task : Task
+    state : ScreenState
+    running : bool
+    result : object
+        The newest one; None before the first.
+    error : str
+        Of the newest run; empty without one.
+    stale : bool
+        Whether the inputs have changed since the result.
+    progress : str
+        The stage of the run.
+    """
+
+    task: Task
+    state: ScreenState
+    running: bool = False
+    result: Any = None
+    error: str = ""
+    stale: bool = False
+    progress: str = ""
+    started: float = 0.0
+    _listeners: list[Listener] = field(default_factory=list)
+    _done: Any = None
+    _wanted: Any = None
+    _run: asyncio.Task[None] | None = None
+    _timer: asyncio.TimerHandle | None = None
+    _kill: Callable[[], None] | None = None
+
+    def elapsed(self) -> float:
+        """Time since the start of the run. [s]"""
+        return time.monotonic() - self.started
+
+    def ready(self) -> bool:
+        """Whether all files that it needs are there."""
+        return all(self.state.files[purpose] for purpose in self.task.needs)
+
+    def listen(self, listener: Listener) -> Listener:
+        """Call a function after each change of the work; the result ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def inputs_changed(self) -> None:
+        """Compare the inputs with those of the result; start automatic work."""
+        wanted = self._snapshot()
+        if wanted == self._wanted:
+            return
+        self._wanted = wanted
+        self.stale = self._done is not None and wanted != self._done
+        if not self.ready():
+            self._stop()
+            self.result, self.error, self.stale, self._done = None, "", False, None
+        elif self.task.automatic:
+            if self._timer is not None:
+                self._timer.cancel()
+            self._timer = asyncio.get_running_loop().call_later(_PAUSE, self.start)
+        self._tell()
+
+    def start(self) -> None:
+        """Start, or start again with the inputs as they are now."""
+        if not self.ready():
+            return
+        self._stop()
+        self._wanted = self._snapshot()
+        self.running, self.error, self.progress = True, "", ""
+        self.started = time.monotonic()
+        self._run = asyncio.get_running_loop().create_task(self._compute(self._wanted))
+        self._tell()
+
+    def cancel(self) -> None:
+        """End the run; the old result stays."""
+        if self.running:
+            self._stop()
+            self.error = f"cancelled after {self.elapsed():.0f} s"
+            self._tell()
+
+    def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:
+        settings, files = self.state.settings, self.state.files
+        purposes = dict.fromkeys((*self.task.files, *self.task.needs))
+        return (
+            {name: settings[name] for name in self.task.settings if name in settings},
+            {purpose: files[purpose] for purpose in purposes},
+        )
+
+    def _stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._run is not None:
+            self._run.cancel()
+        if self._kill is not None:
+            self._kill()
+        self._run = self._timer = self._kill = None
+        self.running = False
+
+    def _tell(self) -> None:
+        for listener in tuple(self._listeners):
+            listener()
+
+    async def _compute(self, inputs: Any) -> None:
+        loop = asyncio.get_running_loop()
+        this = asyncio.current_task()
+
+        def report(stage: str) -> None:
+            def set_progress() -> None:
+                if self._run is this:
+                    self.progress = stage
+                    self._tell()
+
+            loop.call_soon_threadsafe(set_progress)
+
+        result, error = await asyncio.to_thread(_run_task, self.task, inputs, report)
+        if self._run is not this:
+            return
+        self.running, self._run, self._done = False, None, inputs
+        self.result, self.error = (self.result if error else result), error
+        self.stale = bool(error) and self.result is not None
+        self._tell()
+
+
+_report: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
+    "report", default=None
+)
+
+
+class StageHandler(logging.Handler):
+    """Passes the log messages of long work to the work that runs in this context."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Report the stage."""
+        report = _report.get()
+        if report is not None:
+            report(record.getMessage())
+
+
+def _run_task(task: Task, inputs: Any, report: Callable[[str], None]) -> tuple[Any, str]:
+    """Result and error of a task; in a thread."""
+    settings, files = inputs
+    _report.set(report)
+    with temporary_folder() as folder:
+        try:
+            return task.compute(Inputs(settings, _on_disk(files, folder))), ""
+        except PretravelError as error:
+            return None, without_folder(str(error), folder)
+        except MemoryError:
+            return None, "there is not enough memory for this; use fewer directions or touches"
+        except Exception:
+            logging.getLogger("pretravel.workbench").error(traceback.format_exc())
+            return None, (
+                "this is a flaw of pretravel; please report it with what the terminal shows"
+            )
+
+
+def _on_disk(
+    files: Mapping[str, tuple[StoredFile, ...]], folder: Path
+) -> dict[str, tuple[Path, ...]]:
+    """Write files to a folder; each purpose has a folder of its own."""
+    paths: dict[str, tuple[Path, ...]] = {}
+    for purpose, stored in files.items():
+        place = folder / purpose
+        place.mkdir()
+        for file in stored:
+            (place / file.name).write_bytes(file.content)
+        paths[purpose] = tuple(place / file.name for file in stored)
+    return paths
+
+
+def without_folder(message: str, folder: Path) -> str:
+    """A message with the user's names of files, not those of the temporary folder."""
+    for place in (*(p for p in folder.glob("*") if p.is_dir()), folder):
+        message = message.replace(f"{place}/", "").replace(f"{place}\\", "")
+    return message
+
+
+class Works:
+    """All work of a server, by screen and task."""
+
+    def __init__(self) -> None:
+        self._works: dict[tuple[int, str], Work] = {}
+
+    def of(self, state: ScreenState, task: Task) -> Work:
+        """The work of a task of a screen; made, and started where it is automatic, at first."""
+        key = (id(state), task.name)
+        if key not in self._works:
+            work = self._works[key] = Work(task, state)
+            state.listen(work.inputs_changed)
+            work.inputs_changed()
+        return self._works[key]
+
+    def cancel_all(self) -> None:
+        """End all runs."""
+        for work in self._works.values():
+            work.cancel()
+
+
+WORKS = Works()
+"""Of this server."""

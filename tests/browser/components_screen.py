@@ -1,0 +1,120 @@
+"""A workbench with one more screen that has every component; run as a program by the tests."""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+
+import typer
+from nicegui import ui
+
+from pretravel.cli.app import app
+from pretravel.errors import PretravelError
+from pretravel.report.document import Column, Document, KeyFigure, Table
+from pretravel.workbench.components.document_view import document_view, plot
+from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.fields import (
+    choice_field,
+    number_field,
+    slider_field,
+    switch_field,
+    text_field,
+)
+from pretravel.workbench.components.file_drop import file_drop
+from pretravel.workbench.components.layout import inputs_and_results, panel
+from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.same_elsewhere import same_elsewhere
+from pretravel.workbench.project import ScreenState
+from pretravel.workbench.screens import Screen
+from pretravel.workbench.shell import screen_page
+from pretravel.workbench.tasks import Inputs, Task
+
+
+def count_lines(inputs: Inputs) -> Document:
+    """The lines of the files; a line "bad" is an error as the readers raise it."""
+    rows = []
+    for path in inputs.files["texts"]:
+        lines = path.read_text().splitlines()
+        if "bad" in lines:
+            raise PretravelError(f"{path}, line {lines.index('bad') + 1}: 'bad' is no number")
+        if "flaw" in lines:
+            raise RuntimeError("a flaw")
+        rows.append((path.name, len(lines)))
+    factor = inputs.settings.get("factor", 2.0)
+    total = sum(count for _, count in rows)
+    return Document(
+        "Lines",
+        verdict=f"{total} lines, times {factor:g} are {total * factor:g}",
+        figures=(KeyFigure("lines", float(total), "", u=0.5),),
+        tables=(
+            Table(
+                (
+                    Column.of("file", [name for name, _ in rows]),
+                    Column.of("lines", [float(count) for _, count in rows]),
+                ),
+                "Files",
+            ),
+        ),
+        warnings=("this is an example",),
+    )
+
+
+def wait_long(inputs: Inputs) -> str:
+    """Work of a minute, with stages."""
+    for n in range(600):
+        logging.getLogger("pretravel").info("stage %d", n)
+        time.sleep(0.1)
+    return "done"
+
+
+def quick(inputs: Inputs) -> int:
+    """Work in another process that prints, as some libraries do."""
+    os.write(1, b"noise of a library\n")
+    return len(inputs.files["texts"])
+
+
+LINES = Task(
+    "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
+)
+LONG = Task("long", wait_long, "Waiting", automatic=False, own_process=True)
+QUICK = Task("quick", quick, needs=("texts",), own_process=True)
+
+
+def show(state: ScreenState) -> None:
+    with inputs_and_results() as (left, right):
+        with left:
+            file_drop(state, "texts", "Texts", endings=(".txt",), several=True, limit=100_000)
+            with panel("Settings"):
+                number_field(state, "factor", "Factor", unit="mm", default=2.0, limits=(0.0, 100.0))
+                slider_field(
+                    state, "level", "Level", limits=(0.0, 10.0), step=0.5, default=5.0, unit="N"
+                )
+                text_field(state, "label", "Label")
+                choice_field(state, "kind", "Kind", {"a": "First", "b": "Second"}, default="a")
+                switch_field(state, "fine", "Fine")
+        with right:
+            outcome(state, LINES, show_lines, missing="Drop texts on the left.")
+            with panel("Long work"):
+                outcome(state, LONG, lambda result: None, button="Wait")
+            outcome(state, QUICK, lambda result: None)
+            plot({"data": [{"x": [1, 2], "y": [1, 4]}], "layout": {}}, "A line from 1 to 4")
+
+
+def show_lines(document: Document) -> None:
+    document_view(document)
+    download_button("Report", "lines.txt", lambda path: path.write_text(document.verdict))
+    same_elsewhere("pretravel example 'a b'", "import pretravel")
+
+
+class ComponentsScreen(Screen):
+    def show(self, state: ScreenState) -> None:
+        show(state)
+
+
+if __name__ == "__main__":
+    screen = ComponentsScreen(
+        "components", "Tests", "Every component", "What screens have.", "apps"
+    )
+    ui.page("/components")(lambda: screen_page(screen))
+    typer.run(app)

@@ -1,0 +1,46 @@
+"""What screens are made of, driven in a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.workbench_server import (
+    RunningWorkbench,
+    opened,
+    running_workbench,
+    serious_problems,
+)
+
+PROGRAM = str(Path(__file__).with_name("components_screen.py"))
+
+
+@pytest.fixture(scope="module")
+def workbench(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkbench]:
+    with running_workbench(tmp_path_factory.mktemp("data"), program=(PROGRAM,)) as started:
+        yield started
+
+
+def drop(page: Any, name: str, content: bytes) -> None:
+    page.set_input_files(
+        ".file-drop-input", {"name": name, "mimeType": "text/plain", "buffer": content}
+    )
+
+
+def test_a_file_becomes_a_result_in_every_tab(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}components")
+    other = page.context.new_page()
+    opened(other, f"{workbench.address}components")
+    drop(page, "a.txt", b"1\n2\n3\n")
+    for tab in (page, other):
+        tab.wait_for_selector("text=3 lines, times 2 are 6")
+    page.get_by_label("Factor [mm]").fill("4")
+    for tab in (page, other):
+        tab.wait_for_selector("text=3 lines, times 4 are 12")
+    assert other.get_by_label("Factor [mm]").input_value() == "4"
+    other.reload()
+    other.wait_for_selector("text=3 lines, times 4 are 12")
+    assert serious_problems(page) == []

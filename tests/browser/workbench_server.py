@@ -1,0 +1,135 @@
+"""A workbench in a process of its own, with a temporary data folder, and a browser to drive it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = (
+    "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking",
+    "--disable-component-update", "--no-first-run", "--disable-extensions", "--disable-sync",
+)  # fmt: skip
+SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
+THEMES = ("light", "dark")
+
+
+@dataclass
+class RunningWorkbench:
+    """A server that listens.
+
+    Attributes
+    ----------
+    address : str
+        With a slash at the end; with the token where it needs one.
+    process : Popen
+    data : Path
+        The user's data folder.
+    """
+
+    address: str
+    process: subprocess.Popen[str]
+    data: Path
+
+    def interrupt(self) -> int:
+        """Ctrl-C; the exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(timeout=30)
+
+
+@contextmanager
+def running_workbench(
+    data: Path, *arguments: str, program: tuple[str, ...] = ("-m", "pretravel", "app")
+) -> Iterator[RunningWorkbench]:
+    """Start ``pretravel app``, or another program that has its options, and end it."""
+    environment = {
+        **os.environ,
+        "XDG_DATA_HOME": str(data),
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        "PYTHONUNBUFFERED": "1",
+    }
+    environment.pop("PYTEST_CURRENT_TEST", None)  # NiceGUI behaves otherwise under pytest
+    command = [sys.executable, *program, "--no-browser", "--port", "0", *arguments]
+    process = subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    try:
+        yield RunningWorkbench(_address(process), process, data)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        assert process.stdout is not None
+        process.stdout.close()
+
+
+def _address(process: subprocess.Popen[str]) -> str:
+    """The address that the command prints."""
+    assert process.stdout is not None
+    said = ""
+    for line in process.stdout:
+        said += line
+        found = re.search(r"http://\S+", line)
+        if found:
+            return found.group(0)
+    raise AssertionError(f"the workbench did not start: {said}")
+
+
+@contextmanager
+def running_browser() -> Iterator[Any]:
+    """Debian's chromium without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+def serious_problems(page: Any) -> list[str]:
+    """What axe finds on a page that is serious or critical, with the elements."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page).response["violations"]
+    return [
+        f"{v['id']} ({v['impact']}): {node['html'][:200]} – {node.get('failureSummary', '')[:300]}"
+        for v in found
+        if v["impact"] in ("serious", "critical")
+        for node in v["nodes"]
+    ]
+
+
+def opened(page: Any, address: str) -> None:
+    """Open an address and wait until the page is connected to the server."""
+    page.goto(address)
+    page.wait_for_selector("main h1")
+    page.wait_for_function("window.socket && window.socket.connected")
+
+
+def screenshots(browser: Any, address: str, folder: Path, name: str, prepare: Any = None) -> None:
+    """Take pictures of a page, light and dark, on phone, tablet and desktop.
+
+    `prepare` is called with the page before each picture.
+    """
+    for theme in THEMES:
+        for size, (width, height) in SIZES.items():
+            context = browser.new_context(
+                viewport={"width": width, "height": height}, color_scheme=theme
+            )
+            page = context.new_page()
+            opened(page, address)
+            if prepare is not None:
+                prepare(page)
+            page.screenshot(path=folder / f"{name}-{size}-{theme}.png", full_page=True)
+            context.close()
