@@ -28,21 +28,18 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
-from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
-    from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.report.document import Document
 
 
 def _kinds() -> list[str]:
-    from pretravel.identification.average import AUTO
-    from pretravel.identification.kind_registry import KINDS
+    from pretravel.jobs.qualify import kind_names
 
-    return [*KINDS, AUTO]
+    return kind_names()
 
 
 def qualify(
@@ -143,10 +140,9 @@ def qualify(
 
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
-    from pretravel.identification.kind_registry import choose
+    from pretravel.jobs.qualify import KindWish, qualify_probe
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.report.qualification_report import qualification_document
     from pretravel.units import MICROMETRE
 
     files, name = files_of_touches(touches)
@@ -173,10 +169,9 @@ def qualify(
         return
     check_files([(output, MAPS), (plot, PICTURES)], [*files, plan, lab])
     statements = laboratory_statements(lab)
-    wozniak = _wozniak(kind, lobe_azimuth, transducer)
+    wish = KindWish(kind, None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
     readings = read_and_show(files, options).in_machine_axes()
-    measured = readings.touches
-    with working(f"qualifying on {len(measured)} touches"):
+    with working(f"qualifying on {len(readings.touches)} touches"):
         setup = QualificationSetup(
             diameter,
             tip_diameter=tip_diameter,
@@ -187,14 +182,10 @@ def qualify(
             axial_pretravel=axial_pretravel.millimetres,
             axis=axis,
         )
-        chosen = wozniak if kind == wozniak.name else kind
-        choice = choose(measured, setup, chosen, candidates=[wozniak])
-    result = choice.qualification
-    report = qualification_document(
-        result,
-        touches_name=name,
-        scores=choice.scores,
-        warnings=readings.notes() + statements_left_out(lab, output, verbose=verbose),
+        result = qualify_probe(readings, setup, wish)
+    report = result.document(
+        name,
+        warnings=statements_left_out(lab, output, verbose=verbose),
         excluded=exclude or (),
         saved=output is not None and not is_page(output),
     )
@@ -212,14 +203,3 @@ def _write(output: Path, pretravel_map: PretravelMap, report: Document) -> None:
         save_page(report, output)
     else:
         write_map(output, pretravel_map)
-
-
-def _wozniak(kind: str, lobe_azimuth: float | None, transducer: str) -> WozniakKind:
-    """The kind wozniak with its settings, which no other kind has."""
-    from pretravel.maps.kinds.wozniak import WozniakKind
-
-    if kind not in ("wozniak", "auto") and (lobe_azimuth is not None or transducer != "contact"):
-        raise PretravelError("--lobe-azimuth and --transducer are only for --kind wozniak")
-    if lobe_azimuth is not None and transducer == "piezo":
-        raise PretravelError("a piezo probe has no lobes: leave --lobe-azimuth out")
-    return WozniakKind(None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)

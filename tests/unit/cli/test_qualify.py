@@ -34,7 +34,7 @@ class TestQualify:
         [
             (["--kind", "magic"], "there are mean, sectors, wozniak, harmonic, physical, auto"),
             (["--kind", "wozniak", "--transducer", "laser"], "not one of 'contact', 'piezo'"),
-            (["--kind", "mean", "--lobe-azimuth", "30"], "only for --kind wozniak"),
+            (["--kind", "mean", "--lobe-azimuth", "30"], "only for kind wozniak (--lobe-azimuth"),
         ],
     )
     def test_errors_teach(self, options: list[str], words: str) -> None:
