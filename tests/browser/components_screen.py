@@ -112,9 +112,16 @@ class ComponentsScreen(Screen):
         show(state)
 
 
-if __name__ == "__main__":
+def main() -> None:
     screen = ComponentsScreen(
         "components", "Tests", "Every component", "What screens have.", "apps"
     )
     ui.page("/components")(lambda: screen_page(screen))
     typer.run(app)
+
+
+if __name__ == "__main__":
+    # Another process finds the functions of tasks by the name of their module.
+    from tests.browser import components_screen
+
+    components_screen.main()

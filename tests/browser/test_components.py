@@ -44,3 +44,21 @@ def test_a_file_becomes_a_result_in_every_tab(page: Any, workbench: RunningWorkb
     other.reload()
     other.wait_for_selector("text=3 lines, times 4 are 12")
     assert serious_problems(page) == []
+
+
+def test_a_fault_is_said_as_the_library_says_it(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}components")
+    drop(page, "a.txt", b"1\nbad\n")
+    page.wait_for_selector("text=a.txt, line 2: 'bad' is no number")
+    assert "/tmp" not in page.inner_text("main")
+    drop(page, "a.txt", b"flaw\n")
+    page.wait_for_selector("text=this is a flaw of pretravel")
+    assert "Traceback" not in page.inner_text("main")
+
+
+def test_long_work_shows_its_stage_and_is_cancelled(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}components")
+    page.get_by_role("button", name="Wait").click()
+    page.wait_for_selector("text=stage 5")
+    page.get_by_role("button", name="Cancel").click()
+    page.wait_for_selector("text=cancelled after")

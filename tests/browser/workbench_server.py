@@ -59,7 +59,12 @@ def running_workbench(
     environment.pop("PYTEST_CURRENT_TEST", None)  # NiceGUI behaves otherwise under pytest
     command = [sys.executable, *program, "--no-browser", "--port", "0", *arguments]
     process = subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command,
+        cwd=data,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
     try:
         yield RunningWorkbench(_address(process), process, data)

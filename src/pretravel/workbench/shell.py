@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from nicegui import ui
+from nicegui.element import Element
 
 from pretravel import __version__
 from pretravel.workbench.components.layout import here, text
@@ -35,18 +36,22 @@ def page_frame(title: str, current: str = "") -> Iterator[None]:
     ui.page_title(f"{title} – pretravel")
     ui.add_head_html(f'<link rel="stylesheet" href="{STATIC}/workbench.css">')
     ui.add_body_html(f'<script src="{STATIC}/workbench.js" defer></script>')
-    link = text("a", "Skip to the content", "skip")
-    link.props["href"] = "#content"
-    with ui.element("header").classes("top"):
-        home = text("a", "pretravel", "brand")
-        home.props["href"] = "/"
-        _project_name()
-        _header_actions(theme)
-    with ui.element("div").classes("body"):
-        _navigation(current)
-        with ui.element("main").props('id="content" tabindex="-1"'):
-            text("h1", title)
-            yield
+    client = ui.context.client
+    main = client.content.parent_slot.parent if client.content.parent_slot else client.content
+    main.props["tabindex"] = -1
+    with client.layout:  # beside main, not in it
+        skip = text("a", "Skip to the content", "skip")
+        skip.props["href"] = f"#{main.html_id}"
+        with ui.element("header").classes("top") as header:
+            home = text("a", "pretravel", "brand")
+            home.props["href"] = "/"
+            _project_name()
+            _header_actions(theme)
+        navigation = _navigation(current)
+    for place, element in enumerate((skip, header, navigation)):
+        element.move(target_index=place)
+    text("h1", title)
+    yield
 
 
 def _project_name() -> None:
@@ -80,12 +85,14 @@ def _header_actions(theme: str) -> None:
         help_link.props["href"] = "/help"
 
 
-def _navigation(current: str) -> None:
-    with ui.element("nav").classes("side").props('aria-label="Screens"'), ui.element("ul"):
+def _navigation(current: str) -> Element:
+    made = ui.element("nav").classes("side").props('aria-label="Screens"')
+    with made, ui.element("ul"):
         _entry("/", "home", "Home", "", current == "")
         for screen in SCREENS:
             address = f"/{screen.name}"
             _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
+    return made
 
 
 def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextvars
 import logging
+import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping
@@ -15,6 +16,7 @@ from typing import Any
 from pretravel.errors import PretravelError
 from pretravel.whole_file import temporary_folder
 from pretravel.workbench.project import Listener, ScreenState, SettingValue, StoredFile
+from pretravel.workbench.task_process import NO_MEMORY, FlawError, TaskProcess
 
 _PAUSE = 0.15
 """Time without a change before automatic work starts. [s]"""
@@ -193,7 +195,13 @@ class Work:
 
             loop.call_soon_threadsafe(set_progress)
 
-        result, error = await asyncio.to_thread(_run_task, self.task, inputs, report)
+        def started(kill: Callable[[], None]) -> None:
+            """In the thread, when a process was started; the run may be over by then."""
+            self._kill = kill
+            if self._run is not this:
+                kill()
+
+        result, error = await asyncio.to_thread(_run_task, self.task, inputs, report, started)
         if self._run is not this:
             return
         self.running, self._run, self._done = False, None, inputs
@@ -217,22 +225,37 @@ class StageHandler(logging.Handler):
             report(record.getMessage())
 
 
-def _run_task(task: Task, inputs: Any, report: Callable[[str], None]) -> tuple[Any, str]:
-    """Result and error of a task; in a thread."""
+def _run_task(
+    task: Task,
+    inputs: Any,
+    report: Callable[[str], None],
+    started: Callable[[Callable[[], None]], None],
+) -> tuple[Any, str]:
+    """Result and error of a task; in a thread. `started` gets the function that kills it."""
     settings, files = inputs
-    _report.set(report)
     with temporary_folder() as folder:
         try:
-            return task.compute(Inputs(settings, _on_disk(files, folder))), ""
+            paths = _on_disk(files, folder)
+            if task.own_process:
+                process = TaskProcess(task.compute, settings, paths)
+                started(process.kill)
+                return process.result(report), ""
+            _report.set(report)
+            return task.compute(Inputs(settings, paths)), ""
         except PretravelError as error:
             return None, without_folder(str(error), folder)
         except MemoryError:
-            return None, "there is not enough memory for this; use fewer directions or touches"
+            return None, NO_MEMORY
+        except FlawError as error:
+            return None, _flaw(str(error))
         except Exception:
-            logging.getLogger("pretravel.workbench").error(traceback.format_exc())
-            return None, (
-                "this is a flaw of pretravel; please report it with what the terminal shows"
-            )
+            return None, _flaw(traceback.format_exc())
+
+
+def _flaw(details: str) -> str:
+    """Print the details in the terminal; what the page says instead."""
+    sys.stderr.write(f"{details}\n")
+    return "this is a flaw of pretravel; please report it with what the terminal shows"
 
 
 def _on_disk(

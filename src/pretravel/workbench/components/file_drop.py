@@ -58,7 +58,7 @@ def file_drop(
 
 def _allowed(endings: Sequence[str], limit: int) -> str:
     kinds = f"{', '.join(endings)}; " if endings else ""
-    return f"Drop or choose a file ({kinds}up to {limit // _MEGABYTE} MB)"
+    return f"Drop or choose a file ({kinds}up to {_size_text(limit)})"
 
 
 def _list(state: ScreenState, purpose: str) -> None:
@@ -83,4 +83,4 @@ def _size_text(size: int) -> str:
     """
     if size < 1000:
         return f"{size} bytes"
-    return f"{size / 1e3:.0f} kB" if size < 1e6 else f"{size / 1e6:.1f} MB"
+    return f"{size / 1e3:.0f} kB" if size < 1e6 else f"{size / 1e6:.3g} MB"

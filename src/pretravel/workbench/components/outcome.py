@@ -41,13 +41,17 @@ def outcome(
     status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
     place = ui.element("div").classes("live")
     shown: list[Any] = []
+    said: list[object] = []
 
     def refresh() -> None:
-        _show_status(work, status, missing, button)
-        place.classes(
-            add="stale" if work.stale or work.running else "",
-            remove="" if work.stale or work.running else "stale",
-        )
+        waiting = work.stale or work.running
+        place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
+        now = (work.running, work.started, work.error, work.stale, work.ready())
+        if not said or said[0] != now:
+            said[:] = [now]
+            status.clear()
+            with status:
+                _show_status(work, missing, button)
         if not shown or shown[0] is not work.result:
             shown[:] = [work.result]
             place.clear()
@@ -85,35 +89,34 @@ def error_view(message: str) -> None:
         text("p", message)
 
 
-def _show_status(work: Work, status: ui.element, missing: str, button: str) -> None:
-    status.clear()
-    with status:
-        if work.running:
-            _show_running(work)
-            return
-        if not work.ready():
-            if missing:
-                note(missing)
-            return
-        if work.error:
-            error_view(work.error)
-        if not work.task.automatic:
-            if work.stale:
-                note("The settings have changed since this result.")
-            ui.button(button, on_click=work.start).props("no-caps unelevated")
+def _show_status(work: Work, missing: str, button: str) -> None:
+    if work.running:
+        _show_running(work)
+        return
+    if not work.ready():
+        if missing:
+            note(missing)
+        return
+    if work.error:
+        error_view(work.error)
+    if not work.task.automatic:
+        if work.stale:
+            note("The settings have changed since this result.")
+        ui.button(button, on_click=work.start).props("no-caps unelevated")
 
 
 def _show_running(work: Work) -> None:
+    """Progress of a run; hidden from readers of the screen except its title."""
     with ui.element("div").classes("running"):
-        ui.element("progress").props(f'aria-label="{work.task.title}"')
+        bar = ui.element("progress")
+        bar.props["aria-label"] = work.task.title
         text("span", work.task.title, "running-title")
-        stage = text("span", work.progress, "running-stage")
+        stage = text("span", "", "running-stage").props('aria-hidden="true"')
         clock = text("span", "", "running-clock").props('aria-hidden="true"')
         ui.button("Cancel", on_click=work.cancel).props("no-caps outline")
 
     def tick() -> None:
-        stage.update()
-        clock._text = f"{work.elapsed():.0f} s"
-        clock.update()
+        stage.text = work.progress
+        clock.text = f"{work.elapsed():.0f} s"
 
     ui.timer(0.5, tick)
