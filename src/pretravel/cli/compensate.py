@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -22,11 +22,6 @@ from pretravel.cli.touch_files import (
     with_reading,
 )
 from pretravel.quantities import FEED, TIP_BALL, limits
-
-if TYPE_CHECKING:
-    from pretravel.compensation.points import Points
-    from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.touches import Touches
 
 
 def compensate(
@@ -89,16 +84,9 @@ def compensate(
     --plot points.png
     """
     from pretravel.cli.map_argument import map_or_prediction
-    from pretravel.compensation.compensation import (
-        apply,
-        compensation_warnings,
-        extrapolation_warnings,
-    )
-    from pretravel.compensation.points import placed
     from pretravel.formats.point_files import point_endings
-    from pretravel.report.points_report import points_document
+    from pretravel.jobs.compensate import CompensationSetup, compensate_readings
     from pretravel.surface.specification import parse_surface, source_file
-    from pretravel.touches import moved, with_feed
 
     files, name = files_of_touches(touches)
     surfaces = [] if nominal is None else source_file(nominal)
@@ -117,53 +105,19 @@ def compensate(
         tip_diameter=2.0 * pretravel_map.tip_radius,
     )
     readings = read_and_show(files, options)
-    measured = with_feed(readings.touches, feed)
-    if place is None:  # a log states the rotation of its work coordinates
-        placement = readings.placement
-    if frame == "machine":
-        measured = moved(measured, placement.inverse)
-    with working(f"compensating {len(measured)} touches"):
-        seen = pretravel_map.seen_from(placement)
-        points = apply(
-            measured,
-            seen,
-            nominal=None if nominal is None else parse_surface(nominal),
-            extrapolate=extrapolate,
+    with working(f"compensating {len(readings.touches)} touches"):
+        setup = CompensationSetup(
+            None if nominal is None else parse_surface(nominal),
+            extrapolate,
+            # Without --place, a log states the rotation of its work coordinates.
+            None if place is None else placement,
+            frame,
+            feed,
         )
-    extrapolated = extrapolation_warnings(points.normals, seen)
-    if frame == "machine":
-        points = placed(points, placement)
-    report = points_document(
-        points,
-        touches_name=name,
-        warnings=readings.notes()
-        + extrapolated
-        + compensation_warnings(measured, points, pretravel_map),
-    )
+        result = compensate_readings(readings, pretravel_map, setup)
+    report = result.document(name)
     save_page(with_reading(report, readings), output)
     if not is_page(output):
-        _write_points(output, points, measured, pretravel_map, names=(name, Path(map_file).name))
+        result.write(output, name, Path(map_file).name)
     save_picture(report, plot)
     show(report, verbose=verbose)
-
-
-def _write_points(
-    output: Path,
-    points: Points,
-    measured: Touches,
-    pretravel_map: PretravelMap,
-    *,
-    names: tuple[str, str],
-) -> None:
-    """Write points, with the names of the files of touches and map from which they come."""
-    from pretravel.formats.point_files import write_points
-
-    source = pretravel_map.provenance.source or "unknown"
-    reading = f"; {names[0]} was read as {measured.reading}" if measured.reading else ""
-    write_points(
-        output,
-        points,
-        f"{names[0]} compensated with {names[1]} ({pretravel_map.kind}; {source}){reading}",
-        nominal_points=measured.nominal_points,
-        tip_radius=pretravel_map.tip_radius,
-    )

@@ -172,10 +172,9 @@ def measure(
     -o bore.html
     """
     from pretravel.features.conformity import ConformityVerdict
-    from pretravel.features.measured_feature import measure_feature
-    from pretravel.features.selection import points_of_features
-    from pretravel.features.tolerances import FeatureTolerances, inspect_feature
+    from pretravel.features.tolerances import FeatureTolerances
     from pretravel.formats.points_reading import read_points
+    from pretravel.jobs.measure import FeatureWish, measure_features
     from pretravel.report.feature_report import features_document
     from pretravel.report.laboratory_report import with_laboratory
     from pretravel.units import MICROMETRE
@@ -188,23 +187,10 @@ def measure(
     tolerances = FeatureTolerances(
         _limits(size_tolerance, nominal), position_tolerance, form_tolerance, probability
     )
-    found = []
-    chosen = points_of_features(read_points(points), select or (), by_prefix=group)
-    if at is not None and len(chosen) > 1:
-        raise PretravelError(
-            f"--at is the nominal position of one feature, and there are {len(chosen)}: "
-            f"{', '.join(chosen)}. Measure them one at a time (--select)"
-        )
-    for label, mine in chosen.items():
-        try:
-            measured = measure_feature(
-                mine, feature, axis=axis, at=at, u_machine=u_machine * MICROMETRE, label=label
-            )
-            found.append(inspect_feature(measured, tolerances))
-        except PretravelError as error:
-            if not label:
-                raise
-            raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
+    wish = FeatureWish(
+        feature, tuple(select or ()), group, axis, at, u_machine * MICROMETRE, tolerances
+    )
+    found = measure_features(read_points(points), wish)
     warnings = []
     if tolerances.any_stated and not u_machine:
         warnings.append(

@@ -86,7 +86,7 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
         (["--tolerance", "H7"], "expected limits as 20.000..20.021"),
         (["--select", "hole*"], "no label of the 24 points matches 'hole.'.*--select"),
         (["--select", "bore1*", "--position-tolerance", 0.1], "nominal position .--at"),
-        (["--group", "--at", "0,0,0"], "nominal position of one feature, and there are 2"),
+        (["--group", "--at", "0,0,0"], "nominal position is that of one feature, and there are 2"),
         (["--group", "--u-machine", "nan"], "--u-machine nan"),
         (["--group", "--tolerance", "20..nan"], "expected limits"),
         (["--group", "--form-tolerance", "nan"], "is empty|nan"),
