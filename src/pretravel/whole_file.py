@@ -14,6 +14,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pretravel.errors import PretravelError
+from pretravel.made_files import enter_in_list
 
 _MARK = ".pretravel-unfinished-"
 """Begin of the names of temporary files and folders."""
@@ -164,6 +165,7 @@ def _finish(temporary: Path, target: Path) -> None:
     temporary.chmod(mode)
     with temporary.open("rb+") as file:
         os.fsync(file.fileno())  # a full disk of another computer is noticed here
+    enter_in_list(temporary)
     temporary.replace(target)
 
 

@@ -45,7 +45,9 @@ class WritingCommand:
     needs: tuple[str, ...] = ()
 
     def arguments(self, folder: Path) -> list[str]:
-        return [self.name.split(":")[0], *self.line.format(folder).split()]
+        """With --force: the driver puts files of its own in the place of the outputs."""
+        words = [self.name.split(":")[0], *self.line.format(folder).split()]
+        return [*words, "--force"] if self.outputs else words
 
 
 MAP = ("map.nc",)

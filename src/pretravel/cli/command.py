@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperOption
 
-from pretravel.cli.running import running
+from pretravel.cli.files import replace_all
+from pretravel.cli.running import names_of_command, running
 from pretravel.errors import PretravelError
+from pretravel.made_files import made_by
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -27,7 +29,15 @@ class Command(TyperCommand):
     The library speaks of quantities and names the inputs that can correct a fault
     (`PretravelError.inputs`). An input ``tip_diameter`` is the option ``--tip-diameter`` of a
     command that has it. Values that typer refuses become messages of the same form.
+
+    A command that writes files has the option ``--force``, which its function does not see.
     """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        parameters = settings.get("params") or []
+        if {"--output", "--plot"} & {name for p in parameters for name in p.opts}:
+            settings["params"] = [*parameters, *_parameters_of_writing()]
+        super().__init__(*args, **settings)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
@@ -47,14 +57,17 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
+        force = replace_all.set(bool(ctx.params.pop("force", False)))
         try:
-            with running(ctx, ctx.meta[_TYPED]):
+            with running(ctx, ctx.meta[_TYPED]), made_by(" ".join(names_of_command(ctx))):
                 return super().invoke(ctx)
         except PretravelError as error:
             options = ", ".join(filter(None, (self.option(name) for name in error.inputs)))
             if not options:
                 raise
             raise PretravelError(f"{error} ({options})") from error
+        finally:
+            replace_all.reset(force)
 
     def option(self, name: str) -> str:
         """The longest spelling of the option for an input; empty where there is none."""
@@ -64,6 +77,26 @@ class Command(TyperCommand):
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
+
+
+def _parameters_of_writing() -> list[Any]:
+    """The options that every command has that writes files."""
+
+    def writing(
+        force: Annotated[
+            bool,
+            typer.Option(
+                "--force",
+                "-f",
+                help="Replace files that another command made, or that were changed since.",
+            ),
+        ] = False,
+    ) -> None:
+        del force
+
+    alone = typer.Typer(add_completion=False)
+    alone.command()(writing)
+    return list(typer.main.get_command(alone).params)
 
 
 def _typed_name(parameter: Any) -> str:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from pretravel.cli.files import refuse_files_of_others
 from pretravel.cli.options import Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import show
@@ -24,8 +25,9 @@ def demo(
 
     Example: pretravel demo -o demo-output
     """
-    from pretravel.report.demonstration_report import write_demonstration
+    from pretravel.report.demonstration_report import DEMONSTRATION_FILES, write_demonstration
 
+    refuse_files_of_others(output / name for name in DEMONSTRATION_FILES)
     with working("qualifying, compensating, drawing"):
         report = write_demonstration(data, output, written=_say_written)
     show(report, verbose=verbose)

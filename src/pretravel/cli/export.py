@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import one_of
-from pretravel.cli.files import check_files
+from pretravel.cli.files import check_files, check_folder_of_texts
 from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
@@ -219,6 +219,7 @@ def _write_files(output: Path, files: ExportedFiles) -> None:
         write_text(output, files.texts[""])
         typer.echo(f"{output}:")
         return
+    check_folder_of_texts(output, files.texts, files.obsolete)
     write_texts(output, files.texts, "ascii")
     for name in files.obsolete:
         (output / name).unlink(missing_ok=True)

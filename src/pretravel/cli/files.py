@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 
 from pretravel.cli.running import note_inputs
 from pretravel.errors import PretravelError
+from pretravel.made_files import current_command, makers
 from pretravel.whole_file import is_stream
 
 PICTURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".pdf")
 MAPS = (".nc", ".csv", ".json", *PAGES)
+replace_all: ContextVar[bool] = ContextVar("replace_all", default=False)
+"""Whether --force was given: files of other commands are replaced too."""
 
 
 def check_files(
@@ -31,8 +35,8 @@ def check_files(
     ------
     PretravelError
         The ending is not one of those (a device or pipe needs none where there is one format), the
-        folder does not exist, the path is a folder, or the
-        file is also read.
+        folder does not exist, the path is a folder, the file is also read, or it exists and
+        another command made it, or none (see `refuse_files_of_others`).
 
     >>> check_files([(Path("map.xyz"), (".nc",))])
     Traceback (most recent call last):
@@ -65,6 +69,7 @@ def check_files(
                 "another name"
             )
         seen.add(resolved)
+    refuse_files_of_others(seen)
     if any(is_page(path) and ".html" in endings for path, endings in outputs):
         note_inputs(inputs)
 
@@ -76,3 +81,73 @@ def is_page(path: Path | None) -> bool:
     (False, True, False)
     """
     return path is not None and path.suffix.lower() in PAGES
+
+
+def refuse_files_of_others(paths: Iterable[Path]) -> None:
+    """Refuse to replace files that this command did not make, unless --force is given.
+
+    A command replaces what it made before. A file of another command, of another program or one
+    that was changed by hand since is not replaced silently; an empty file has nothing to lose.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files that will be written; those that do not exist, and devices, are passed over.
+
+    Raises
+    ------
+    PretravelError
+        One of them was made by another command, or by none.
+    """
+    command = current_command()
+    if replace_all.get() or not command:
+        return
+    for path in sorted(paths):
+        if not path.is_file() or is_stream(path) or path.stat().st_size == 0:
+            continue
+        found = makers(path)
+        if command in found:
+            continue
+        reason = (
+            f"pretravel {min(found)} made it"
+            if found
+            else "it is not known that pretravel made it as it is now: it was written or changed "
+            "by hand, by another program or on another computer"
+        )
+        raise PretravelError(
+            f"cannot write {_as_typed(path)}: the file exists, and {reason}. Choose another name; "
+            "or add --force (-f) to replace it"
+        )
+
+
+def check_folder_of_texts(
+    folder: Path, texts: Mapping[str, str], obsolete: Iterable[str] = ()
+) -> None:
+    """Refuse to replace or remove files of others in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        It need not exist.
+    texts : mapping of str to str
+        Texts that will be written, by the names of their files; a file with the same text stays.
+    obsolete : iterable of str
+        Names of files that will be removed.
+
+    Raises
+    ------
+    PretravelError
+        As `refuse_files_of_others`.
+    """
+    others = [
+        folder / name
+        for name, text in texts.items()
+        if not (folder / name).is_file() or (folder / name).read_bytes() != text.encode()
+    ]
+    refuse_files_of_others([*others, *(folder / name for name in obsolete)])
+
+
+def _as_typed(path: Path) -> Path:
+    """A path relative to the current folder, where it is in it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path

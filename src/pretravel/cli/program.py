@@ -7,7 +7,7 @@ import typer
 
 from pretravel.cli.arguments import Angles, Feeds, Vector, feeds_list, one_of, polar_angles, vector
 from pretravel.cli.command import Command
-from pretravel.cli.files import check_files
+from pretravel.cli.files import check_files, check_folder_of_texts
 from pretravel.cli.options import Approach
 from pretravel.cli.progress import working
 from pretravel.errors import PretravelError
@@ -253,6 +253,7 @@ def mdi(
     if not output.parent.is_dir():
         raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
     texts = sphere_subroutines()
+    check_folder_of_texts(output, texts)
     write_texts(output, texts, "ascii")
     typer.echo(f"{output}: {', '.join(sorted(texts))}")
 

@@ -69,14 +69,14 @@ def record_of_command(statements: Iterable[tuple[str, str]] = ()) -> WorkRecord:
     if command is None:
         return record_now(statements=statements)
     return record_now(
-        shlex.join(["pretravel", *_names(command.context), *command.typed]),
+        shlex.join(["pretravel", *names_of_command(command.context), *command.typed]),
         command.inputs.values(),
         _settings(command.context),
         statements,
     )
 
 
-def _names(context: Any) -> list[str]:
+def names_of_command(context: Any) -> list[str]:
     """The names of command and subcommand."""
     names: list[str] = []
     while context.parent is not None:

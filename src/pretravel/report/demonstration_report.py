@@ -36,6 +36,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+DEMONSTRATION_FILES = (
+    "index.html",
+    "points.csv",
+    "map.nc",
+    "qualification.png",
+    "points.png",
+    "compare.png",
+    "kp3_ring.png",
+)
+"""The files that `write_demonstration` writes."""
 _SPHERE_TEXT = (
     "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
     (

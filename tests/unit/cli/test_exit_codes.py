@@ -128,7 +128,8 @@ class TestAcceptedMaps:
                 connection.execute("ALTER TABLE verification DROP COLUMN p_form")
             connection.close()
         before = history.read_bytes()
-        run(*_arguments(folder), "--history", history, "--accept", accepted, code=2)
+        given = ("--history", history, "--accept", accepted, "--force")
+        assert "probe.sqlite" in run(*_arguments(folder), *given, code=2)
         assert accepted.read_bytes() == b"the map of yesterday"
         assert history.read_bytes() == before
         assert sorted(file.name for file in tmp_path.iterdir()) == ["new.nc", "probe.sqlite"]

@@ -10,9 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-import os
-import stat
-import sys
 import tokenize
 import warnings
 import zipfile
@@ -27,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
+from pretravel.cache_folder import FOLDER_VARIABLE, cache_folder, make_private, mistrust
 from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
 from pretravel.model.fem.elasticity import finite_element_model
@@ -57,57 +55,6 @@ _UNREADABLE = (
     zipfile.BadZipFile,
     zlib.error,
 )
-FOLDER_VARIABLE = "PRETRAVEL_CACHE"
-"""Environment variable that names the folder."""
-
-
-def cache_folder() -> Path:
-    """The folder of the cache: $PRETRAVEL_CACHE, or the user's cache folder."""
-    chosen = os.environ.get(FOLDER_VARIABLE)
-    if chosen:
-        return Path(chosen)
-    from platformdirs import user_cache_path
-
-    return user_cache_path("pretravel")
-
-
-def mistrust(path: Path) -> str:
-    """Why a file or folder of the cache is not used; empty where only this user can write to it.
-
-    Parameters
-    ----------
-    path : Path
-        It exists.
-
-    Returns
-    -------
-    str
-        Empty too on Windows, where the folders of a user are not open to others.
-
-    >>> import tempfile
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> mistrust(folder)
-    ''
-    >>> folder.chmod(0o777)
-    >>> mistrust(folder).endswith("can be written to by other users")
-    True
-    """
-    if sys.platform == "win32":
-        return ""
-    mine = (os.geteuid(), 0)
-    place = path.resolve()
-    found = place.stat()
-    if found.st_uid not in mine:
-        return f"{place} belongs to another user"
-    if found.st_mode & 0o022:
-        return f"{place} can be written to by other users"
-    for folder in place.parents:
-        found = folder.stat()
-        # In a folder with the sticky bit, such as /tmp, nobody replaces the files of others.
-        open_to_all = found.st_mode & 0o002 and not found.st_mode & stat.S_ISVTX
-        if found.st_uid not in mine or open_to_all:
-            return f"{folder}, which contains {place}, can be written to by other users"
-    return ""
 
 
 def reduction_key(probe: Probe, settings: MeshSettings) -> str:
@@ -205,7 +152,7 @@ def _reduced_model(
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
         try:
-            _make_folder(folder)
+            make_private(folder)
             if doubt := mistrust(folder):
                 raise PretravelError(doubt)
             _write(path, model, key)
@@ -230,15 +177,6 @@ def _reduced_model(
         model = kept or make()
     memory["model"] = model
     return model
-
-
-def _make_folder(folder: Path) -> None:
-    """Private to the user; the default folder of earlier versions becomes so."""
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    if not os.environ.get(FOLDER_VARIABLE) and sys.platform != "win32":
-        found = folder.stat()
-        if found.st_uid == os.geteuid() and found.st_mode & 0o022:
-            folder.chmod(found.st_mode & 0o7755)
 
 
 def _write(path: Path, model: ReducedModel, key: str) -> None:
