@@ -29,7 +29,8 @@ def rig(
     traces: Annotated[
         list[Path],
         typer.Argument(
-            help="Traces rig_AZIMUTH_REPEAT.csv: time_s,ruler_mm,laser_mm,contact,trigger."
+            help="Traces rig_AZIMUTH_REPEAT.csv: time_s,ruler_mm,laser_mm,contact,trigger; files, "
+            "a folder or a name with *."
         ),
     ],
     output: Annotated[
@@ -81,7 +82,7 @@ def rig(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.map_file import write_map
-    from pretravel.formats.rig_csv import read_budget, rig_json, rig_table
+    from pretravel.formats.rig_csv import read_budget, rig_json, rig_table, rig_traces
     from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
     from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
     from pretravel.laboratory.rig_calibration import calibrate_rig
@@ -92,6 +93,7 @@ def rig(
     from pretravel.whole_file import write_json
 
     ending = "" if output is None else output.suffix.lower()
+    traces = rig_traces(traces)
     check_files(
         [(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], [*traces, lab, budget]
     )

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable, read_csv_table
+from pretravel.formats.meant_files import files_meant
 from pretravel.formats.source_file import shortened
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
@@ -28,6 +29,30 @@ from pretravel.units import LARGEST_NUMBER, MICROMETRE
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
+
+
+def rig_traces(places: Sequence[Path | str]) -> list[Path]:
+    """Return the files of traces that are meant; of a folder those named rig_AZIMUTH_REPEAT.csv.
+
+    Parameters
+    ----------
+    places : sequence of Path or str
+        Files, folders, names with wildcards.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        As `pretravel.formats.meant_files.files_meant`.
+    """
+
+    def is_trace(path: Path) -> bool:
+        return path.suffix.lower() == ".csv" and math.isfinite(azimuth_of(path.stem))
+
+    return files_meant(places, is_trace, "traces (rig_AZIMUTH_REPEAT.csv)")
 
 
 def read_rig_trace(path: str | Path) -> RigTrace:

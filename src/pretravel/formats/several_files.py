@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +12,7 @@ from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.file_format import FileReadings, ReadingOptions
 from pretravel.formats.format_registry import FORMATS
+from pretravel.formats.meant_files import files_meant
 from pretravel.formats.readings import read_readings
 from pretravel.touches import Touches, without
 
@@ -25,7 +24,7 @@ _SHOWN = 10
 
 
 def files_of(places: Sequence[Path | str]) -> list[Path]:
-    """Return the files that are meant: a folder is its files, a name with * those that match.
+    """Return the files of touches that are meant; see `files_meant`.
 
     Parameters
     ----------
@@ -34,53 +33,16 @@ def files_of(places: Sequence[Path | str]) -> list[Path]:
     Returns
     -------
     list of Path
-        In the order that is given; within a folder or a wildcard by name, where 2 comes before 10.
 
     Raises
     ------
     InputError
-        Nothing matches; a file is named twice.
+        As `files_meant`.
 
     >>> files_of(["touches.csv"])
     [PosixPath('touches.csv')]
     """
-    found: list[Path] = []
-    for place in map(Path, places):
-        if place.is_dir():
-            inside = [p for p in _in_order(place.iterdir()) if _can_have_touches(p)]
-            if not inside:
-                raise InputError(
-                    "the folder has no file of touches (.csv, .txt, .xyz, .asc, .parquet …)",
-                    path=place,
-                )
-            found += inside
-        elif re.search(r"[*?\[]", str(place)) and not place.exists():
-            matching = [p for p in _in_order(_matching(place)) if p.is_file()]
-            if not matching:
-                raise InputError("no file has a name like this", path=place)
-            found += matching
-        else:
-            found.append(place)
-    resolved = [path.resolve() for path in found]
-    if len(set(resolved)) < len(resolved):
-        twice = Counter(resolved).most_common(1)[0][0]
-        raise InputError("this file is given twice", path=found[resolved.index(twice)])
-    return found
-
-
-def _matching(pattern: Path) -> list[Path]:
-    inside = str(pattern.relative_to(pattern.anchor)) if pattern.anchor else str(pattern)
-    return list(Path(pattern.anchor or ".").glob(inside))
-
-
-def _in_order(paths: object) -> list[Path]:
-    """Sorted by name, with numbers by their value."""
-
-    def key(path: Path) -> list[tuple[int, int, str]]:
-        parts = re.split(r"(\d+)", str(path))
-        return [(0, int(part), "") if part.isdecimal() else (1, 0, part.lower()) for part in parts]
-
-    return sorted(paths, key=key)  # type: ignore[call-overload, no-any-return]
+    return files_meant(places, _can_have_touches, "touches (.csv, .txt, .xyz, .asc, .parquet …)")
 
 
 def _can_have_touches(path: Path) -> bool:

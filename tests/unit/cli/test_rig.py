@@ -30,6 +30,26 @@ class TestRig:
         assert "anisotropy" in text
         assert "expanded, 95 %" in text
 
+    @pytest.mark.parametrize("place", ["", "rig_*_?.csv", "rig_0[06]*.csv"])
+    def test_a_folder_and_wildcards(self, tmp_path: Path, place: str) -> None:
+        """As they come from Windows and from quotes: the shell did not expand them."""
+        folder = EXAMPLES / "rig"
+        (tmp_path / "rig").mkdir()
+        for path in (*TRACES, EXAMPLES / "rig_budget.csv"):
+            (tmp_path / "rig" / path.name).write_bytes(path.read_bytes())
+        run("rig", tmp_path / "rig" / place, "-o", tmp_path / "rig.csv")
+        expected = [p.stem for p in TRACES if not place or folder.joinpath(p.name).match(place)]
+        assert [row["trace"] for row in rows(tmp_path / "rig.csv")] == expected
+
+    def test_nothing_that_matches_is_said_with_what_is_there(self, tmp_path: Path) -> None:
+        told = run("rig", EXAMPLES / "rig" / "trace*.csv", code=2)
+        assert "no file has a name like this" in told
+        assert "rig_000_1.csv" in told
+        (tmp_path / "touches.csv").touch()
+        told = run("rig", tmp_path, code=2)
+        assert "no file of traces (rig_AZIMUTH_REPEAT.csv)" in told
+        assert "touches.csv" in told
+
     def test_json(self, tmp_path: Path) -> None:
         run("rig", *TRACES, "-o", tmp_path / "rig.json")
         document = json.loads((tmp_path / "rig.json").read_text())

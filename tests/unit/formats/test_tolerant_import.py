@@ -311,7 +311,9 @@ class TestSeveralFiles:
     def test_folder_wildcard_and_list(self, tmp_path: Path) -> None:
         paths = self._write(tmp_path)
         (tmp_path / "map.nc").write_bytes(b"")
+        (tmp_path / ".run_1.csv").write_bytes(b"")
         assert files_of([tmp_path]) == paths
+        assert files_of([tmp_path / "*.csv"]) == paths
         assert files_of([tmp_path / "run_*.csv"]) == paths
         found = read_series(paths, ReadingOptions(units="mm"))
         assert found.touches.positions[:, 0].tolist() == [9.5, 9.7, 10.5, 10.7]
