@@ -28,8 +28,10 @@ def test_every_command_is_tried() -> None:
         for path, group in (((), nonsensical_options.commands()), (("program",), None))
         for name in (group or nonsensical_options.commands("program"))
     }
-    # fem and laboratory: minutes for each model; a text to edit.
-    assert commands - {n.split(":")[0] for n in BY_NAME} == {"program", "fem", "laboratory"}
+    # app, fem, laboratory: a server; minutes for each model; a text to edit.
+    assert commands - {n.split(":")[0] for n in BY_NAME} == {
+            "program", "app", "fem", "laboratory",
+        }  # fmt: skip
 
 
 def test_an_exception_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
