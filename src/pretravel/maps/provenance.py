@@ -174,6 +174,9 @@ class Provenance:
     reading : str
         How the file of touches was understood, where it was not in the form that this package
         writes.
+    touch_digests : str
+        Digests of the touches (`pretravel.qualification.own_touches`); empty for maps of earlier
+        versions.
     """
 
     origin: Origin = Origin.MADE
@@ -186,6 +189,7 @@ class Provenance:
     setup: QualificationSetup | None = None
     kind_settings: Mapping[str, Any] = field(default_factory=dict)
     reading: str = ""
+    touch_digests: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for a file; what is empty is left out.
@@ -194,7 +198,7 @@ class Provenance:
         {'origin': 'predicted', 'source': 'predicted, model analytic'}
         """
         found: dict[str, Any] = {"origin": self.origin.value}
-        for name in ("source", "touches", "touches_file", "reading", "gauge", "probe"):
+        for name in _TEXTS:
             if getattr(self, name):
                 found[name] = getattr(self, name)
         if not self.level_known:
@@ -223,6 +227,7 @@ class Provenance:
         )
 
 
+_TEXTS = ("source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests")
 _BEFORE = {"u_temperature": 0.0, "sphere_form": 0.0}
 """Of maps of earlier versions, which did not contain them."""
 

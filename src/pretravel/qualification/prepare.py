@@ -26,6 +26,7 @@ from pretravel.qualification.machine_effects import quantisation_step
 from pretravel.qualification.machine_in_touches import MachineEffects, machine_effects
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, direction_outliers, repeat_outliers
+from pretravel.qualification.own_touches import touch_digests
 from pretravel.touches import Touches, at_rest
 
 _LOG = logging.getLogger(__name__)
@@ -56,6 +57,8 @@ class PreparedTouches:
     effects : MachineEffects
     delay : SignalDelay or None
     warnings : tuple of str
+    digests : str
+        Of the touches that are used, as the machine latched them.
     """
 
     touches: Touches
@@ -69,6 +72,7 @@ class PreparedTouches:
     effects: MachineEffects
     delay: SignalDelay | None
     warnings: tuple[str, ...]
+    digests: str
 
 
 def prepare(
@@ -136,6 +140,7 @@ def prepare(
         effects=effects,
         delay=rest.delay,
         warnings=(*rest.warnings, *effects.warnings),
+        digests=touch_digests(touches.positions[used]),
     )
 
 

@@ -15,6 +15,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
+from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
 from pretravel.qualification.probe_drift import DriftedMap, ProbeDrift, drifted_map
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
@@ -345,6 +346,7 @@ def _updated(
             touches=f"{len(touches)} touches{origin}{earlier}",
             touches_file=touches.source or "",
             reading=touches.reading,
+            touch_digests=touch_digests(touches.positions, made.touch_digests),
         ),
     )
 
@@ -449,12 +451,8 @@ def _warnings(p_value: float, old: PretravelMap, repeats: Scatter) -> list[str]:
 
 
 def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:
-    found = []
-    if touches.source and touches.source == old.provenance.touches_file:
-        found.append(
-            f"the old map was made from touches of a file of this name, {touches.source}: the "
-            "same touches count twice. Touch the reference anew"
-        )
+    consequence = "the same touches count twice. Touch the reference anew"
+    found = own_touches_warnings(touches, old, consequence)
     if old.delay is not None or old.feed is None:
         return found
     if touches.feeds is None:

@@ -363,6 +363,7 @@ def _map(
             + (f", from {touches.source}" if touches.source else ""),
             touches_file=touches.source or "",
             reading=touches.reading,
+            touch_digests=ready.digests,
             gauge=f"pretravel is relative to {level.gauge}",
             level_known=setup.tip_diameter is not None,
             setup=setup,

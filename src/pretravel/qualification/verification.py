@@ -22,6 +22,7 @@ from pretravel.qualification.change_tests import (
 from pretravel.qualification.gross_touches import gross_touch
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.prepare import without_machine
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
 from pretravel.quantities import PROBABILITY, checked
@@ -138,11 +139,8 @@ def verify(
     """
     _refuse_unusable(pretravel_map, false_alarm_rate)
     warnings = _feed_warnings(touches, pretravel_map)
-    if touches.source and touches.source == pretravel_map.provenance.touches_file:
-        warnings.append(
-            f"the map was made from touches of a file of this name, {touches.source}: on its own "
-            "touches a map shows no change. Touch the reference anew"
-        )
+    consequence = "on its own touches a map shows no change. Touch the reference anew"
+    warnings += own_touches_warnings(touches, pretravel_map, consequence)
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
