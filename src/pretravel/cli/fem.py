@@ -63,35 +63,28 @@ def fem(
 
     Example: pretravel fem omp40-2 --vtu omp40.vtu --plot omp40.png
     """
-    import math
-
-    from pretravel.directions import from_angles
     from pretravel.formats.vtu import write_vtu
+    from pretravel.jobs.fem import TouchDirection, build_model, check_touch, state_at_trigger
     from pretravel.model.fem.geometry import write_step
     from pretravel.model.fem.linear_solvers import check_solver
     from pretravel.model.fem.mesh import MeshSettings
-    from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
-    from pretravel.report.finite_elements_report import finite_elements_document
-    from pretravel.trigger.elastic_field import field_at_trigger
-    from pretravel.trigger.predict import predict
 
     check_files(
         [(output, PAGES), (vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe]
     )
     description = load_probe(probe)
     check_solver(solver)
-    direction = from_angles(math.radians(polar), math.radians(azimuth))[0]
-    predict(description, direction.reshape(1, 3), "shen")  # refuses a direction without a trigger
+    touch = TouchDirection(polar, azimuth)
+    check_touch(description, touch)
     if step is not None:
         write_step(step, description)
-    settings = MeshSettings(refinement=refinement)
     with working("building the finite-element model"):
-        reduced = reduced_model(description, settings, solver)
-        field = field_at_trigger(description, direction, reduced)
+        reduced = build_model(description, MeshSettings(refinement=refinement), solver)
+        state = state_at_trigger(description, reduced, touch)
         if vtu is not None:
-            write_vtu(vtu, field)
-    report = finite_elements_document(reduced, field, description.name)
+            write_vtu(vtu, state.field)
+    report = state.document()
     save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

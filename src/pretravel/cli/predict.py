@@ -56,40 +56,25 @@ def predict(
 
     Example: pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png
     """
-    import numpy as np
-
-    from pretravel.directions import grid
-    from pretravel.formats.map_file import write_map
-    from pretravel.formats.prediction_table import trigger_table
+    from pretravel.jobs.predict import (
+        PredictionWish,
+        predict_probe,
+        with_lever,
+        write_prediction,
+    )
     from pretravel.probe.catalogue import load_probe
     from pretravel.probe.materials import material
-    from pretravel.report.prediction_report import prediction_document
-    from pretravel.trigger import predict as prediction
-    from pretravel.trigger.compliance.base import compliance_model
-    from pretravel.trigger.response import probe_response, response_map
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
-    description = load_probe(probe)
-    if lever is not None:
-        description = description.with_lever(lever, shorten=compliance_model(model).uses_lever_only)
-    directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
-    with working(f"predicting {len(directions)} directions"):
-        part = material(workpiece)
-        trigger = prediction.predict(
-            description, directions, model, workpiece=part, gravity=gravity
-        )
-    table = trigger_table(trigger)
-    # The angles as given: a direction at the pole no longer contains its azimuth.
-    table["polar_deg"] = np.repeat(polar.degrees, len(azimuth.degrees))
-    table["azimuth_deg"] = np.tile(azimuth.degrees, len(polar.degrees))
-    report = prediction_document(trigger, description)
+    description = with_lever(load_probe(probe), lever, model)
+    wish = PredictionWish(
+        model, polar.degrees, azimuth.degrees, workpiece=material(workpiece), gravity=gravity
+    )
+    with working(f"predicting {len(wish.directions)} directions"):
+        predicted = predict_probe(description, wish)
+    report = predicted.document()
     save_page(report, output)
     if output is not None and not is_page(output):
-        if output.suffix.lower() == ".nc" and compliance_model(model).has_response:  # else a table
-            response = probe_response(description, model, workpiece=part, gravity=gravity)
-            predicted = response_map(description, response, trigger)
-        else:
-            predicted = prediction.predicted_map(description, trigger)
-        write_map(output, predicted, table=table)
+        write_prediction(output, predicted)
     save_picture(report, plot)
     show(report, verbose=verbose)
