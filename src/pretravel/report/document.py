@@ -168,6 +168,10 @@ class Picture:
     caption: str
     compute: Callable[[], View | Figure]  # figures of matplotlib: not yet moved to charts
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """What another process gets: the caption, and what the picture shows."""
+        return _computed_picture, (self.caption, self.view)
+
     @cached_property
     def view(self) -> View | Figure:
         """What the picture shows."""
@@ -191,6 +195,10 @@ class Picture:
         data = io.BytesIO()
         self.draw().savefig(data, format="png")
         return data.getvalue()
+
+
+def _computed_picture(caption: str, view: View | Figure) -> Picture:
+    return Picture(caption, lambda: view)
 
 
 @dataclass(frozen=True)

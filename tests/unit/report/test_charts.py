@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ from pretravel.report.chart_plotly import (
     plotly_script_gzip,
 )
 from pretravel.report.colours import DARK, LIGHT, SERIES
+from pretravel.report.document import Document, Picture
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 AZIMUTH = np.radians(np.arange(0.0, 360.0, 30.0))
@@ -158,3 +160,11 @@ def test_colours_can_be_seen_on_their_background(palette: dict[str, str], name: 
 
 def test_the_script_of_plotly_fits_into_a_page() -> None:
     assert len(plotly_script_gzip()) * 4 / 3 < 2.2e6  # of 3 MB for a page, in base64
+
+
+def test_a_document_goes_to_another_process_with_its_pictures() -> None:
+    view = View("touch", (_polar(),))
+    document = Document("touch", pictures=(Picture("polar", lambda: view),))
+    again = pickle.loads(pickle.dumps(document))
+    (chart,) = again.pictures[0].charts
+    np.testing.assert_array_equal(chart.marks[0].y, RADIUS)
