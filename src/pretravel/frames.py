@@ -170,7 +170,8 @@ def parse_placement(text: str) -> Placement:
         numbers = []
     if len(numbers) not in (3, 6) or not all(math.isfinite(value) for value in numbers):
         raise PretravelError(
-            f"placement '{text}': expected x,y,z in mm, or x,y,z,a,b,c with rotations in degrees",
+            f"placement '{text}': expected x,y,z in mm, or x,y,z,a,b,c with rotations in degrees; "
+            "the decimal sign is a point",
             inputs=("place",),
         )
     checked_values(numbers, "placement", NUMBER)

@@ -6,6 +6,7 @@ The command line, the readers of files and the public functions take their limit
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,43 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.units import DEGREE
+
+_DECIMAL_COMMA = re.compile(r"[+-]?(?:\d+|\d{1,3}(?:[. ']\d{3})+),\d+(?:[eE][+-]?\d+)?")
+_SIGNS_OF_THOUSANDS = "[. ']"
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
+
+
+def decimal_point_advice(text: str) -> str:
+    """What to write instead of a number with a decimal comma; empty for another text.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+
+    >>> decimal_point_advice("24,9987")
+    'the decimal sign is a point: write 24.9987'
+    >>> decimal_point_advice("1.024,5")
+    'the decimal sign is a point: write 1024.5'
+    >>> decimal_point_advice("12,345")
+    'the decimal sign is a point: write 12.345 (or 12345, if the comma separates thousands)'
+    >>> decimal_point_advice("x")
+    ''
+    """
+    tight = text.strip()
+    start = "the decimal sign is a point: write"
+    if _THOUSANDS.fullmatch(tight):
+        whole = tight.replace(",", "")
+        if tight.count(",") > 1:
+            return f"thousands have no sign: write {whole}"
+        return f"{start} {tight.replace(',', '.')} (or {whole}, if the comma separates thousands)"
+    if _DECIMAL_COMMA.fullmatch(tight):
+        whole, _, decimals = tight.partition(",")
+        return f"{start} {re.sub(_SIGNS_OF_THOUSANDS, '', whole)}.{decimals}"
+    return ""
 
 
 class QuantityRange(NamedTuple):

@@ -28,6 +28,7 @@ from cattrs import (
 from cattrs.gen import make_dict_structure_fn
 
 from pretravel.errors import InputError, PretravelError
+from pretravel.quantities import decimal_point_advice
 from pretravel.units import DEGREE, GIGAPASCAL, LARGEST_NUMBER, MICROMETRE
 
 Value = TypeVar("Value")
@@ -124,7 +125,10 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
     except tomllib.TOMLDecodeError as error:
         stated = re.search(r"at line (\d+)", str(error))
         line = int(stated[1]) if stated else len(text.splitlines())
-        raise InputError(f"not valid TOML: {error}", path=path, line=line) from None
+        number = re.match(r"[^=#]*=([^#]*)", (text.split("\n")[line - 1 : line] or [""])[0])
+        advice = decimal_point_advice(number[1]) if number else ""
+        message = advice or f"not valid TOML: {error}"
+        raise InputError(message, path=path, line=line) from None
     except ValueError:  # Python reads no integer of more than 4300 digits
         digits = re.compile(r"[0-9_]{1000,}")
         place = next((n for n, row in enumerate(text.split("\n"), 1) if digits.search(row)), None)
@@ -457,7 +461,8 @@ def quoted(value: Any) -> str:
 
 def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"must be a number, got {quoted(value)}")
+        advice = decimal_point_advice(value) if isinstance(value, str) else ""
+        raise ValueError(f"must be a number, got {quoted(value)}" + (advice and f"; {advice}"))
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"must be a finite number, got {value}")
     if abs(value) > LARGEST_NUMBER:

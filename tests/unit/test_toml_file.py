@@ -149,3 +149,10 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         read_toml(tmp_path / "none.toml", "machine file", "write one")
     with pytest.raises(InputError, match="cannot be read"):
         read_toml(tmp_path, "machine file")
+
+
+@pytest.mark.parametrize("value", ["6,5", "+6,5 # mm", '"6,5"'])
+def test_a_decimal_comma_is_answered_with_the_number_to_write(value: str) -> None:
+    changed = TEXT.replace("tip_diameter_mm = 6 ", f"tip_diameter_mm = {value} ")
+    with pytest.raises(InputError, match=r"mill.toml, line 5: .*a point: write \+?6\.5$"):
+        structure().make(parse_toml(changed, "mill.toml"), Settings)

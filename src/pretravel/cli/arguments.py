@@ -20,6 +20,7 @@ from pretravel.quantities import FEED, NUMBER, QuantityRange, checked_values
 from pretravel.units import MICROMETRE
 
 _MOST_VALUES = 100_000
+_COMMAS = "the decimal sign is a point, as in 2.5; commas are between numbers"
 DEGREES = QuantityRange(-3600.0, 3600.0, "°")
 
 T = TypeVar("T")
@@ -140,6 +141,7 @@ def angles(text: str) -> Angles:
     except ValueError:
         raise typer.BadParameter(
             f"{text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
+            + (f"; {_COMMAS}" if ":" in text and "," in text else "")
         ) from None
     if not step > 0.0 or stop < start:
         raise typer.BadParameter(
@@ -170,7 +172,8 @@ def _numbers(text: str, count: int, expected: str, quantity: QuantityRange) -> l
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
-        raise typer.BadParameter(f"{text}: expected {expected}")
+        advice = f"; {_COMMAS}" if len(numbers) > count else ""
+        raise typer.BadParameter(f"{text}: expected {expected}{advice}")
     checked_values(numbers, "one of the numbers", quantity)
     return numbers
 

@@ -12,6 +12,7 @@ from pretravel.cli.files import replace_all
 from pretravel.cli.running import names_of_command, running
 from pretravel.errors import PretravelError
 from pretravel.made_files import made_by
+from pretravel.quantities import decimal_point_advice
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -112,4 +113,6 @@ def _reason(error: typer.BadParameter) -> str:
     value = details()[0]["input"] if details else None
     if str(value) == "nan":
         reason = "it should be a finite number"
+    if details and details()[0]["type"] == "float_parsing":
+        reason = decimal_point_advice(str(value)) or reason
     return f"{value}: {reason}" if details else reason

@@ -55,9 +55,10 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
         return _nonempty(text, float(limits[1]), float(limits[2]), True)
     if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
         return _nonempty(text, float(parts[2]), float(parts[1]), False)
+    advice = "; the decimal sign is a point" if "," in text else ""
     raise typer.BadParameter(
         f"{text}: expected limits as 20.000..20.021, or with a nominal size the upper and lower "
-        "deviation as +0.021/0 or ±0.01, in mm"
+        f"deviation as +0.021/0 or ±0.01, in mm{advice}"
     )
 
 

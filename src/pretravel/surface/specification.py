@@ -133,6 +133,7 @@ def _parameters(shape: str, text: str, defaults: ShapeParameters) -> ShapeParame
             raise PretravelError(
                 f"'{item}' is no parameter; {shape} has "
                 + ", ".join(f"{name}=" for name in defaults)
+                + ("; the decimal sign is a point, as in 12.5" if item.isdecimal() else "")
             )
         if key in given:
             raise PretravelError(f"{key}= is given twice")

@@ -82,3 +82,30 @@ def test_every_number_has_a_range() -> None:
 def test_numbers_that_nothing_has_are_refused(arguments: str, words: str) -> None:
     """The value is named with its option, before any file is read."""
     assert words in run(*arguments.split(), code=2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("qualify t.csv --diameter 24,9987",
+         "--diameter 24,9987: the decimal sign is a point: write 24.9987"),
+        ("qualify t.csv --diameter -0,5", "write -0.5"),
+        ("qualify t.csv --diameter 1.024,5", "write 1024.5"),
+        ("qualify t.csv --diameter 12,345", "write 12.345 (or 12345, if the comma separates"),
+        ("separate r.csv --repeat-variance 1,5e-1 --repeat-pair 1,1", "write 1.5e-1"),
+        ("slide omp40-2 --surface convex --at 0,5,0,5", "the decimal sign is a point, as in 2.5"),
+        ("slide omp40-2 --surface sphere:radius=12,5 --at 0.5,0.5", "the decimal sign is a point"),
+        ("predict omp40-2 --polar 0:90:2,5", "the decimal sign is a point, as in 2.5"),
+        ("qualify t.csv --diameter 25 --axial-pretravel 1,5", "the decimal sign is a point"),
+        ("measure p.csv --feature bore --tolerance 20,00..20,02", "the decimal sign is a point"),
+        ("compensate t.csv --map m.nc --place 1,5,2,0,0,0,0 -o p.csv", "sign is a point"),
+    ],
+)  # fmt: skip
+def test_a_decimal_comma_is_answered_with_the_number_to_write(arguments: str, words: str) -> None:
+    assert words in run(*arguments.split(), code=2)
+
+
+def test_other_texts_are_no_numbers_with_a_comma() -> None:
+    assert "unable to parse" in run("qualify", "t.csv", "--diameter", "a,b", code=2)
+    assert "the decimal sign" not in run("pattern", "iso10360-5", "--diameter", "25", "--repeats",
+                                         "1,5", "-o", "t.csv", code=2)  # fmt: skip
