@@ -13,8 +13,12 @@ from pretravel.cli.showing import show
 
 def demo(
     data: Annotated[
-        Path, typer.Option(help="Folder of sphere_touches.csv, part_touches.csv and kp3_ring.csv.")
-    ] = Path("examples/data"),
+        Path | None,
+        typer.Option(
+            help="Folder of sphere_touches.csv, part_touches.csv and kp3_ring.csv; the default is "
+            "the example data of the package."
+        ),
+    ] = None,
     output: Annotated[
         Path,
         typer.Option("--output", "-o", help="Folder for the points, the pictures and the page."),
@@ -25,11 +29,12 @@ def demo(
 
     Example: pretravel demo -o demo-output
     """
+    from pretravel.jobs.example_data import example_folder
     from pretravel.report.demonstration_report import DEMONSTRATION_FILES, write_demonstration
 
     refuse_files_of_others(output / name for name in DEMONSTRATION_FILES)
     with working("qualifying, compensating, drawing"):
-        report = write_demonstration(data, output, written=_say_written)
+        report = write_demonstration(data or example_folder(), output, written=_say_written)
     show(report, verbose=verbose)
     typer.echo(
         f"\nLook at {(output / 'index.html').resolve()}\n"
