@@ -134,11 +134,15 @@ def colour_names(*, dark: bool = False) -> dict[str, str]:
     }
 
 
+def plotly_script() -> bytes:
+    """The script of Plotly (MIT licence), from its Python package."""
+    return resources.files("plotly").joinpath("package_data/plotly.min.js").read_bytes()
+
+
 @cache
 def plotly_script_gzip() -> bytes:
-    """The script of Plotly (MIT licence), from its Python package, compressed."""
-    script = resources.files("plotly").joinpath("package_data/plotly.min.js").read_bytes()
-    return gzip.compress(script, compresslevel=9, mtime=0)
+    """The script of Plotly, compressed."""
+    return gzip.compress(plotly_script(), compresslevel=9, mtime=0)
 
 
 def _text(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.report.document import Column, Digits, FigureValue, KeyFigure, Span
 
 UNKNOWN = "unknown"
@@ -121,3 +122,33 @@ def cell_texts(column: Column) -> list[str]:
         else number_text(value, column.digits)
         for value in column.values
     ]
+
+
+def expanded_text(figure: KeyFigure) -> str:
+    """The expanded uncertainty U = k · u of a key figure with its unit; empty where u is unknown.
+
+    >>> expanded_text(KeyFigure("radius", 2.9836, "mm", decimals(4), 0.06, "µm", decimals(2)))
+    '0.12 µm'
+    """
+    if figure.u is None:
+        return ""
+    u = figure.u if isinstance(figure.u, tuple) else (figure.u,)
+    expanded = tuple(COVERAGE_FACTOR * part for part in u)
+    return value_text(
+        expanded if isinstance(figure.u, tuple) else expanded[0],
+        figure.u_unit or figure.unit,
+        figure.u_digits or figure.digits,
+    )
+
+
+def remark_text(figure: KeyFigure) -> str:
+    """The coverage interval and the remark of a key figure.
+
+    >>> remark_text(KeyFigure("spread", 0.3, "µm", interval=Span(0.2, 0.5), remark="3 touches"))
+    '95 % interval 0.20 to 0.50 µm; 3 touches'
+    """
+    interval = figure.interval
+    words = [] if interval is None else [
+        f"95 % interval {value_text(interval, figure.unit, figure.digits)}"
+    ]  # fmt: skip
+    return "; ".join([*words, *([figure.remark] if figure.remark else [])])

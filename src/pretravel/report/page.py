@@ -1,21 +1,55 @@
-"""A document as one HTML file that opens anywhere: text, tables and pictures in it."""
+"""A document as one HTML file that opens anywhere: text, tables, pictures and scripts in it.
+
+The page needs no network: a policy in it forbids everything from elsewhere. Every text is escaped.
+Its values are also in it as JSON, for its scripts and for `page_content.read_page`.
+"""
 
 from __future__ import annotations
 
 import base64
+import hashlib
+import json
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files as package_files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pretravel.report.document import Document, Picture, Table
-from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
+from pretravel import __version__
+from pretravel.features.measured_feature import COVERAGE_FACTOR
+from pretravel.report.chart_plotly import colour_names, plotly_script, plotly_script_gzip
+from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
+from pretravel.report.formatting import (
+    addition_text,
+    cell_texts,
+    expanded_text,
+    heading_text,
+    number_text,
+    remark_text,
+    significant,
+    value_text,
+)
+from pretravel.report.glossary import words_used
+from pretravel.report.page_content import (
+    PageContent,
+    content_values,
+    picture_figures,
+    picture_name,
+)
 from pretravel.report.page_pdf import write_pdf
-from pretravel.report.work_record import WorkRecord, record_section
+from pretravel.report.work_record import WorkRecord, inputs_table, record_figures, settings_table
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
+
+LARGEST = 3_000_000
+"""Most bytes of a page whose pictures can be turned; a larger one shows them only."""
+_MANY_COLUMNS, _MOST_COLUMNS = 8, 12
+"""Columns of a table that is printed in small type; and in several parts, one below the other."""
 
 
 def write_page(
@@ -45,12 +79,8 @@ def write_page(
     PretravelError
         No program for a PDF was found.
     """
-    text = page_text(document, files, record=record, template=template)
-    if Path(path).suffix.lower() == ".pdf":
-        write_pdf(path, text)
-        return
-    with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    content = PageContent(document, record, tuple(files))
+    write_contents(path, [content], template=template)
 
 
 def page_text(
@@ -65,15 +95,145 @@ def page_text(
     >>> "<h1>Touches &amp; points</h1>" in page_text(Document("Touches & points"))
     True
     """
-    return (
-        _environment()
-        .get_template(template)
-        .render(
-            document=document,
-            files=files,
-            record=None if record is None else record_section(record),
-        )
+    return contents_text([PageContent(document, record, tuple(files))], template=template)
+
+
+def write_contents(
+    path: str | Path,
+    contents: Sequence[PageContent],
+    *,
+    title: str = "",
+    template: str = "page.html",
+) -> None:
+    """Write a page of one or several reports, whole or not at all; as `contents_text`."""
+    if Path(path).suffix.lower() == ".pdf":
+        write_pdf(path, contents_text(contents, title=title, template=template, scripts=False))
+        return
+    text = contents_text(contents, title=title, template=template)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def contents_text(
+    contents: Sequence[PageContent],
+    *,
+    title: str = "",
+    template: str = "page.html",
+    scripts: bool = True,
+) -> str:
+    """A page of one or several reports as HTML.
+
+    Parameters
+    ----------
+    contents : sequence of PageContent
+        Several need the template bound.html.
+    title : str
+        Empty: that of the first report.
+    template : str
+    scripts : bool
+        False: a page to print.
+
+    Returns
+    -------
+    str
+    """
+    charts = _charts(contents) if scripts else {}
+    values = {
+        "reports": [_shown(index, content) for index, content in enumerate(contents)],
+        "words": words_used(content.document for content in contents),
+        "title": title or contents[0].document.title,
+        "content": content_values(contents),
+        "charts": charts,
+        "version": __version__,
+        "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
+    }
+    page = _environment().get_template(template)
+    if charts:
+        text = page.render(values, assets=_assets(scripts=True, plotly=True))
+        if len(text.encode()) <= LARGEST:
+            return text
+    return page.render(values, assets=_assets(scripts=scripts, plotly=False))
+
+
+@dataclass(frozen=True)
+class _ShownReport:
+    """A report as the templates show it."""
+
+    index: int
+    document: Document
+    files: tuple[str, ...]
+    done: tuple[KeyFigure, ...] = ()
+    inputs: Table | None = None
+    settings: Table | None = None
+    given: int = 0
+
+
+def _shown(index: int, content: PageContent) -> _ShownReport:
+    record = content.record
+    if record is None:
+        return _ShownReport(index, content.document, content.files)
+    return _ShownReport(
+        index,
+        content.document,
+        content.files,
+        record_figures(record),
+        inputs_table(record.inputs) if record.inputs else None,
+        settings_table(record.settings) if record.settings else None,
+        sum(setting.given for setting in record.settings),
     )
+
+
+def _charts(contents: Sequence[PageContent]) -> dict[str, Any]:
+    """The figures of all pictures for Plotly, and the colours that they name; empty: none."""
+    figures = {
+        picture_name(report, index): made
+        for report, content in enumerate(contents)
+        for index, picture in enumerate(content.document.pictures)
+        if (made := picture_figures(picture))
+    }
+    if not figures:
+        return {}
+    named = set(re.findall(r'"(@[\w~]+)"', json.dumps(figures)))
+    light, dark = (
+        {name: colour for name, colour in colour_names(dark=dark).items() if name in named}
+        for dark in (False, True)
+    )
+    return {"figures": figures, "light": light, "dark": dark}
+
+
+@dataclass(frozen=True)
+class _Assets:
+    """The style and the scripts of a page, and the policy that allows these alone."""
+
+    policy: str
+    style: Markup
+    script: Markup
+    plotly: Markup
+
+
+@cache
+def _assets(*, scripts: bool, plotly: bool) -> _Assets:
+    from markupsafe import Markup
+
+    style, script = (
+        package_files("pretravel.report").joinpath(f"templates/{name}").read_text(encoding="utf-8")
+        for name in ("page.css", "page.js")
+    )
+    allowed = [_digest(script.encode()) if scripts else "'none'"]
+    packed = ""
+    if plotly:
+        allowed.append(_digest(plotly_script()))
+        packed = base64.b64encode(plotly_script_gzip()).decode()
+    policy = (
+        "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data: blob:; "
+        f"style-src 'unsafe-inline'; script-src {' '.join(allowed)}"
+    )
+    return _Assets(policy, Markup(style), Markup(script if scripts else ""), Markup(packed))
+
+
+def _digest(script: bytes) -> str:
+    """A script as the policy of a page names it."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script).digest()).decode()}'"
 
 
 @cache
@@ -87,19 +247,52 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.policies["json.dumps_kwargs"] = {
+        "allow_nan": False,
+        "ensure_ascii": False,
+        "separators": (",", ":"),
+    }
     environment.filters |= {
         "addition": addition_text,
+        "expanded": expanded_text,
         "heading": heading_text,
+        "name_of": _name,
+        "number": lambda figure: value_text(figure.value, "", figure.digits),
+        "numeric": _is_numeric,
         "png": _png,
+        "printed_parts": _printed_parts,
+        "remark_of": remark_text,
         "rows": _rows,
-        "value": lambda figure: value_text(figure.value, figure.unit, figure.digits),
+        "width_class": lambda table: (
+            "columns-many" if len(table.columns) >= _MANY_COLUMNS else "columns-few"
+        ),
     }
     return environment
 
 
-def _rows(table: Table) -> list[tuple[str, ...]]:
-    """The cells of a table, row by row."""
-    return list(zip(*(cell_texts(column) for column in table.columns), strict=True))
+def _rows(columns: Sequence[Column]) -> list[tuple[str, ...]]:
+    """The cells of columns, row by row."""
+    return list(zip(*map(cell_texts, columns), strict=True))
+
+
+def _is_numeric(column: Column) -> bool:
+    """Whether most cells are numbers."""
+    words = sum(isinstance(value, str) for value in column.values)
+    return 2 * words < len(column.values)
+
+
+def _name(table: Table) -> str:
+    """What a reader of screens says for a table."""
+    return table.title or f"Table: {', '.join(column.name for column in table.columns)}"
+
+
+def _printed_parts(table: Table) -> list[tuple[Column, ...]]:
+    """The columns of a table that fit on paper side by side, with the first one in each part."""
+    columns = table.columns
+    if len(columns) <= _MOST_COLUMNS:
+        return [columns]
+    step = _MOST_COLUMNS - 1
+    return [(columns[0], *columns[k : k + step]) for k in range(1, len(columns), step)]
 
 
 def _png(picture: Picture) -> str:

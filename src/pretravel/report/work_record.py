@@ -11,10 +11,9 @@ from importlib import metadata
 from pathlib import Path
 
 from pretravel import __version__
-from pretravel.report.document import Column, KeyFigure, Section, Table
+from pretravel.report.document import Column, KeyFigure, Table
 from pretravel.report.formatting import decimals
 
-HEADING = "What was done with what"
 _LIBRARIES = ("numpy", "scipy")
 """Libraries whose versions can change the last digits of a result."""
 
@@ -153,36 +152,23 @@ def record_now(
     )
 
 
-def record_section(record: WorkRecord) -> Section:
-    """A record as a section of a document.
+def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
+    """The command, the date, the software and the statements of a record.
 
-    Parameters
-    ----------
-    record : WorkRecord
-
-    Returns
-    -------
-    Section
+    >>> [figure.name for figure in record_figures(record_now("pretravel formats"))]
+    ['command', 'date', 'software']
     """
     versions = ", ".join(f"{name} {version}" for name, version in record.versions)
-    figures = [
+    return (
         *((KeyFigure("command", record.command),) if record.command else ()),
         KeyFigure("date", record.date),
         KeyFigure("software", versions),
         *(KeyFigure(meaning, text) for meaning, text in record.statements if text),
-    ]
-    return Section(
-        HEADING,
-        figures=tuple(figures),
-        tables=tuple(
-            table
-            for table in (_inputs_table(record.inputs), _settings_table(record.settings))
-            if table.columns[0].values
-        ),
     )
 
 
-def _inputs_table(inputs: Sequence[InputFile]) -> Table:
+def inputs_table(inputs: Sequence[InputFile]) -> Table:
+    """Input files with their checksums."""
     return Table(
         (
             Column.of("input", [entry.role for entry in inputs]),
@@ -196,7 +182,8 @@ def _inputs_table(inputs: Sequence[InputFile]) -> Table:
     )
 
 
-def _settings_table(settings: Sequence[Setting]) -> Table:
+def settings_table(settings: Sequence[Setting]) -> Table:
+    """Settings, given and by default."""
     return Table(
         (
             Column.of("setting", [entry.name for entry in settings]),

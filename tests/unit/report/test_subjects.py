@@ -34,7 +34,7 @@ from pretravel.report.certificate_report import TEMPLATE, certificate_document
 from pretravel.report.comparison_report import comparison_document
 from pretravel.report.document import Document
 from pretravel.report.feature_report import features_document
-from pretravel.report.formatting import figure_text
+from pretravel.report.formatting import expanded_text, figure_text, value_text
 from pretravel.report.map_update_report import map_update_document
 from pretravel.report.page import page_text
 from pretravel.report.points_report import points_document
@@ -156,7 +156,10 @@ def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
     figures = [*document.figures, *(f for section in document.sections for f in section.figures)]
     for figure in figures:
         text = figure_text(figure)
-        assert text in page
+        # On a page, the number, its U, its unit and its remark are cells of a table.
+        assert value_text(figure.value, "", figure.digits) in page
+        assert expanded_text(figure) in page
+        assert figure.remark in page
         assert " ".join(text.split()) in full
         assert figure.name in full
     assert len(short) <= len(full)

@@ -1,0 +1,274 @@
+"""What a page contains, and pages that are read back: their reports, records and pictures.
+
+A page is a stranger's file: its values are checked, its texts are escaped again where they are
+shown, and nothing of its HTML or its scripts is taken over.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+from pretravel.errors import InputError, PretravelError
+from pretravel.report.as_json import (
+    document_from_values,
+    document_values,
+    record_from_values,
+    record_values,
+)
+from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
+from pretravel.report.document import Document, Picture, Table
+from pretravel.report.work_record import WorkRecord, inputs_table, settings_table
+
+FORMAT, VERSION = "pretravel page", 1
+_MOST_BYTES = 50_000_000
+_PNG = b"\x89PNG\r\n\x1a\n"
+_BEGINNING = "data:image/png;base64,"
+_TRACES = frozenset(
+    {"bar", "barpolar", "cone", "contour", "heatmap", "mesh3d", "scatter", "scatter3d",
+     "scatterpolar", "surface"}
+)  # fmt: skip
+"""Kinds of traces that a figure of a page may have."""
+_DEEPEST = 12
+_MARKUP = ("<br>", "<extra></extra>")
+"""The HTML in texts of Plotly that charts use."""
+
+
+@dataclass(frozen=True)
+class PageContent:
+    """A report on a page.
+
+    Attributes
+    ----------
+    document : Document
+    record : WorkRecord or None
+        What was done with what.
+    files : tuple of str
+        Names of files beside the page.
+    """
+
+    document: Document
+    record: WorkRecord | None = None
+    files: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class StoredPicture(Picture):
+    """A picture of a page that was read.
+
+    Attributes
+    ----------
+    content : bytes
+        Of a PNG file.
+    figures : tuple of dict
+        For Plotly; empty where the picture cannot be turned.
+    """
+
+    content: bytes = b""
+    figures: tuple[PlotlyFigure, ...] = ()
+
+    @property
+    def png(self) -> bytes:
+        """The picture as the content of a PNG file."""
+        return self.content
+
+
+def picture_figures(picture: Picture) -> list[PlotlyFigure]:
+    """A picture for Plotly, chart by chart; empty where it has no charts."""
+    if isinstance(picture, StoredPicture):
+        return list(picture.figures)
+    return [plotly_figure(chart) for chart in picture.charts]
+
+
+def picture_name(report: int, picture: int) -> str:
+    """The name of a picture within a page.
+
+    >>> picture_name(0, 2)
+    'picture-0-2'
+    """
+    return f"picture-{report}-{picture}"
+
+
+def content_values(contents: Sequence[PageContent]) -> dict[str, Any]:
+    """The content of a page as values for JSON; its tables are also there for its scripts.
+
+    >>> content_values([PageContent(Document("Probe"))])["reports"][0]["document"]
+    {'title': 'Probe'}
+    """
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "reports": [_report_values(content) for content in contents],
+    }
+
+
+def _report_values(content: PageContent) -> dict[str, Any]:
+    values: dict[str, Any] = {"document": document_values(content.document)}
+    if content.record is not None:
+        values["record"] = record_values(content.record)
+        tables = {
+            "inputs": inputs_table(content.record.inputs),
+            "settings": settings_table(content.record.settings),
+        }
+        values |= {
+            name: _table_values(table) for name, table in tables.items() if table.columns[0].values
+        }
+    return values
+
+
+def _table_values(table: Table) -> dict[str, Any]:
+    values: dict[str, Any] = document_values(Document("", tables=(table,)))["tables"][0]
+    return values
+
+
+def read_page(path: str | Path) -> tuple[PageContent, ...]:
+    """The reports of a page that pretravel wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    tuple of PageContent
+        Without links to files beside the page.
+
+    Raises
+    ------
+    InputError
+        No such file; a page of another program, or of another version of pretravel; values that
+        are not those of a report.
+    """
+    parts = _PageParts()
+    parts.feed(_text_of(path))
+    parts.close()
+    try:
+        content = json.loads(parts.texts.get("content", "null"))
+        figures = json.loads(parts.texts.get("charts", "{}")).get("figures", {})
+    except (ValueError, RecursionError, AttributeError):
+        raise InputError("its content is not complete: write the page again", path=path) from None
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise InputError(
+            "it is no page of pretravel, or one of a version before 0.2: write the page again with "
+            "the command that made it",
+            path=path,
+        )
+    if content.get("version") != VERSION:
+        raise InputError("it is a page of another version of pretravel", path=path)
+    try:
+        return tuple(
+            _report(values, report, parts.images, figures)
+            for report, values in enumerate(content["reports"])
+        )
+    except (PretravelError, KeyError, TypeError, AttributeError) as error:
+        reason = str(error) if isinstance(error, PretravelError) else "a part of it is missing"
+        raise InputError(f"its content cannot be used: {reason}", path=path) from None
+
+
+def _text_of(path: str | Path) -> str:
+    try:
+        with Path(path).open("rb") as file:
+            content = file.read(_MOST_BYTES + 1)
+        if len(content) > _MOST_BYTES:
+            raise InputError(f"pages have at most {_MOST_BYTES // 10**6} MB", path=path)
+        return content.decode("utf-8")
+    except FileNotFoundError:
+        raise InputError("there is no such page", path=path) from None
+    except UnicodeDecodeError:
+        raise InputError("not a text file, so not a page", path=path) from None
+    except OSError as error:
+        raise InputError(f"the page cannot be read: {error.strerror}", path=path) from None
+
+
+class _PageParts(HTMLParser):
+    """The values and images of a page by their names."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.texts: dict[str, str] = {}
+        self.images: dict[str, str] = {}
+        self._script = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        self._script = ""
+        if tag == "img":
+            self.images[values.get("id", "")] = values.get("src", "")
+        elif tag == "script" and values.get("type") == "application/json":
+            self._script = values.get("id", "")
+
+    def handle_data(self, data: str) -> None:
+        if self._script:
+            self.texts[self._script] = self.texts.get(self._script, "") + data
+
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002
+        self._script = ""
+
+
+def _report(
+    values: Mapping[str, Any], report: int, images: Mapping[str, str], figures: Mapping[str, Any]
+) -> PageContent:
+    document = document_from_values(values["document"])
+    names = [picture_name(report, index) for index in range(len(document.pictures))]
+    pictures = tuple(
+        StoredPicture(
+            picture.caption,
+            picture.compute,
+            _png_content(images.get(name, "")),
+            _checked_figures(figures.get(name, [])),
+        )
+        for name, picture in zip(names, document.pictures, strict=True)
+    )
+    record = values.get("record")
+    return PageContent(
+        replace(document, pictures=pictures),
+        None if record is None else record_from_values(record),
+    )
+
+
+def _png_content(address: str) -> bytes:
+    try:
+        content = base64.b64decode(address.removeprefix(_BEGINNING), validate=True)
+    except (binascii.Error, ValueError):
+        content = b""
+    if not address.startswith(_BEGINNING) or not content.startswith(_PNG):
+        raise PretravelError("a picture of it is missing or is no PNG")
+    return content
+
+
+def _checked_figures(figures: Any) -> tuple[PlotlyFigure, ...]:
+    """Figures for Plotly that contain numbers, plain texts and known kinds of traces alone."""
+    if not isinstance(figures, list):
+        raise PretravelError("a chart of it has another form")
+    for figure in figures:
+        if not isinstance(figure, dict) or set(figure) != {"data", "layout"}:
+            raise PretravelError("a chart of it has another form")
+        kinds = [trace.get("type") for trace in figure["data"] if isinstance(trace, dict)]
+        if len(kinds) != len(figure["data"]) or not _TRACES.issuperset(kinds):
+            raise PretravelError(f"a chart of it has marks of unknown kinds: {kinds}")
+        _check_part(figure, _DEEPEST)
+    return tuple(figures)
+
+
+def _check_part(part: Any, depth: int) -> None:
+    if depth == 0:
+        raise PretravelError("a chart of it is nested too deeply")
+    if isinstance(part, dict):
+        if {"images", "source", "src", "updatemenus", "sliders"} & set(part):
+            raise PretravelError("a chart of it has images or controls")
+        for value in part.values():
+            _check_part(value, depth - 1)
+    elif isinstance(part, list):
+        for value in part:
+            _check_part(value, depth - 1)
+    elif isinstance(part, str):
+        for markup in _MARKUP:
+            part = part.replace(markup, "")
+        if "<" in part:
+            raise PretravelError("a chart of it has a text with HTML")
