@@ -15,6 +15,8 @@ from pretravel.errors import PretravelError
 SettingValue: TypeAlias = Any
 """What JSON can hold: a number, a text, yes or no, None, a list, a dict with texts as keys."""
 Listener: TypeAlias = Callable[[], None]
+LARGEST_PROJECT = 500_000_000
+"""Most bytes of all files of a project."""
 _MOST_SIGNS = 1_000_000
 """Of one setting as JSON."""
 
@@ -240,6 +242,24 @@ class Project:
     def screens(self) -> tuple[ScreenState, ...]:
         """All screens that were used."""
         return tuple(self._screens.values())
+
+    def snapshot(self) -> Project:
+        """A copy that does not change any more, to be saved by a thread."""
+        made = Project(self.name, self.identity)
+        for state in self.screens:
+            screen = made.screen(state.name)
+            screen.settings.update(state.settings.plain())
+            for purpose, files in state.files.items():
+                screen.files[purpose] = files
+        return made
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files."""
+        stored = (
+            file for state in self.screens for files in state.files.values() for file in files
+        )
+        return sum(len(file.content) for file in stored)
 
     def listen(self, listener: Listener) -> Listener:
         """Call a function after each change of any screen; the result ends it."""

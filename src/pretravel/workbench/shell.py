@@ -69,6 +69,15 @@ def _project_name() -> None:
 
     field.on_value_change(commit)
     here([project.listen], refresh)
+    saved = text("span", "", "saved").props('role="status"')
+
+    def show_saved() -> None:
+        problem = SESSION.problem
+        saved.text = f"Not saved: {problem}" if problem else "Saved"
+        saved.classes(add="problem" if problem else "", remove="" if problem else "problem")
+
+    show_saved()
+    here([SESSION.listen], show_saved)
 
 
 def _header_actions(theme: str) -> None:
@@ -81,8 +90,9 @@ def _header_actions(theme: str) -> None:
                     option.props["value"] = value
                     if value == theme:
                         option.props["selected"] = True
-        help_link = text("a", "Help", "action")
-        help_link.props["href"] = "/help"
+        for label, address in (("Project", "/project"), ("Help", "/help")):
+            link = text("a", label, "action")
+            link.props["href"] = address
 
 
 def _navigation(current: str) -> Element:

@@ -1,4 +1,4 @@
-"""The start of the workbench: address, data folder, and then the server."""
+"""The start of the workbench: address, project, and then the server."""
 
 from __future__ import annotations
 
@@ -34,15 +34,30 @@ def start(
         Whether a browser is opened.
     say : callable
         Prints a line.
+
+    Raises
+    ------
+    PretravelError
+        The port is in use, or the project cannot be opened.
     """
-    del project
     chosen = free_port(host, port)
     # NiceGUI reads it when it is imported; nothing is stored there.
-    os.environ["NICEGUI_STORAGE_PATH"] = os.fspath(Path(os.devnull))
+    os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
+    from pretravel.workbench.access import Access
     from pretravel.workbench.server import serve
+    from pretravel.workbench.session import SESSION
 
-    say(f"The workbench is at http://{host}:{chosen}/ (Ctrl-C ends it)")
-    serve(host, chosen, show=browser)
+    access = Access.of(host)
+    shown = f"[{host}]" if ":" in host else {"0.0.0.0": socket.gethostname()}.get(host, host)
+    address = f"http://{shown}:{chosen}/"
+    SESSION.start(project, address)
+    page = f"?token={access.token}" if access.token else ""
+
+    def listening() -> None:
+        say(f"The workbench is at {address}{page} (Ctrl-C ends it)")
+        say(f"The project is saved in {SESSION.path}")
+
+    serve(access, chosen, show=f"/{page}" if browser else False, listening=listening)
 
 
 def free_port(host: str, port: int | None) -> int:
@@ -53,19 +68,19 @@ def free_port(host: str, port: int | None) -> int:
     PretravelError
         The port that was asked for is in use, or the address is not of this computer.
     """
-    wanted = (USUAL_PORT, 0) if port is None else (port,)
-    for one in wanted:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        with socket.socket(family) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
+    reason = ""
+    for one in (USUAL_PORT, 0) if port is None else (port,):
+        try:
+            with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+                if os.name == "posix":  # a port that was left just now is free
+                    probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 probe.bind((host, one))
-            except OSError as error:
-                reason = error.strerror or str(error)
-                continue
-            return int(probe.getsockname()[1])
+                return int(probe.getsockname()[1])
+        except OSError as error:
+            reason = error.strerror or str(error)
     raise PretravelError(
-        f"cannot listen on {host}, port {port}: {reason}. Is another workbench running there? "
-        "Choose another port; 0 takes any free one",
-        inputs=("port",),
+        f"cannot listen on {host}{'' if port is None else f', port {port}'}: {reason}. Is another "
+        "workbench running there? Choose another port (0 takes any free one), or an address of "
+        "this computer",
+        inputs=("host", "port"),
     )

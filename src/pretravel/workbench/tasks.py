@@ -299,6 +299,11 @@ class Works:
         for work in self._works.values():
             work.cancel()
 
+    def forget_all(self) -> None:
+        """End all runs and drop all results: another project comes."""
+        self.cancel_all()
+        self._works.clear()
+
 
 WORKS = Works()
 """Of this server."""

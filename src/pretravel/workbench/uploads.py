@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 from pretravel.errors import PretravelError
-from pretravel.workbench.project import ScreenState, StoredFile, check_file_name
+from pretravel.workbench.project import LARGEST_PROJECT, ScreenState, StoredFile, check_file_name
 
 _MOST_FILES = 200
 """Of one purpose."""
@@ -40,14 +40,25 @@ class Slot:
         if self.endings and not name.lower().endswith(tuple(e.lower() for e in self.endings)):
             raise PretravelError(f"{name}: the ending must be {', '.join(self.endings)}")
 
-    def store(self, name: str, content: bytes) -> None:
-        """Keep a file; one of the same name is replaced."""
+    def store(self, name: str, content: bytes, project_size: int = 0) -> None:
+        """Keep a file; one of the same name is replaced.
+
+        Raises
+        ------
+        PretravelError
+            It is empty, or the project would have too many files or too many bytes.
+        """
         if not content:
             raise PretravelError(f"{name} is empty")
         new = StoredFile(name, content)
         others = tuple(f for f in self.state.files[self.purpose] if f.name != name)
         if self.several and len(others) >= _MOST_FILES:
             raise PretravelError(f"there are {len(others)} files already, and no more are taken")
+        if project_size + len(content) > LARGEST_PROJECT:
+            raise PretravelError(
+                f"with {name} the files of the project have more than {LARGEST_PROJECT // 10**6} "
+                "MB: remove some, or begin another project"
+            )
         self.state.files[self.purpose] = (*others, new) if self.several else (new,)
 
 

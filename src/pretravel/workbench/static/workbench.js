@@ -28,6 +28,7 @@
     input.value = "";
   }
 
+  // The project: the page is loaded again when it has come.
   document.addEventListener("change", (event) => {
     const target = event.target;
     if (target.matches?.("input.file-drop-input") && target.files.length) send(target, target.files);
