@@ -49,6 +49,8 @@ class Axis:
     categories : tuple of str
         Names at the places 0, 1, … instead of numbers.
     logarithmic : bool
+    ticks : tuple of float
+        Where numbers stand; none: chosen by the program that draws.
 
     >>> Axis("pretravel", "µm").text
     'pretravel / µm'
@@ -60,6 +62,7 @@ class Axis:
     high: float | None = None
     categories: tuple[str, ...] = ()
     logarithmic: bool = False
+    ticks: tuple[float, ...] = ()
 
     @property
     def text(self) -> str:
@@ -335,6 +338,12 @@ class TopView(_Frozen):
     frame : str
     node_polar_deg, node_azimuth_deg : (n,) float or None
         Directions that were touched.
+    node_name : str
+        What they are, for the legend.
+    node_labels : tuple of str
+        What a page shows of each when it is pointed at.
+    numbered : bool
+        Whether the nodes have the numbers 1, 2, … beside them.
     note : str
     """
 
@@ -346,6 +355,9 @@ class TopView(_Frozen):
     frame: FrameName = "probe"
     node_polar_deg: FloatArray | None = None
     node_azimuth_deg: FloatArray | None = None
+    node_name: str = "touched"
+    node_labels: tuple[str, ...] = ()
+    numbered: bool = False
     note: str = ""
 
 
@@ -412,6 +424,9 @@ class SpaceMesh(_Frozen):
     values : (n,) float or None
         At the vertices, for the scale of the chart.
     opacity : float
+    outwards : bool
+        Whether the corners of each triangle are counter-clockwise as seen from outside: a file
+        then leaves out points that the mesh hides.
     """
 
     vertices: FloatArray
@@ -420,6 +435,7 @@ class SpaceMesh(_Frozen):
     colour: Colour = "body"
     values: FloatArray | None = None
     opacity: float = 1.0
+    outwards: bool = False
     _rows = ("vertices", "values")
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.arrays import FloatArray, IntArray
 from pretravel.report.chart import (
     COMPASS,
     Area,
@@ -40,6 +41,7 @@ from pretravel.units import DEGREE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
     from matplotlib.projections.polar import PolarAxes
     from mpl_toolkits.mplot3d import Axes3D
 
@@ -102,6 +104,9 @@ def _polar(chart: PolarChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         _draw_mark(mark, axes, chart.scale)
     axes.set_ylim(chart.radius.low, chart.radius.high)
     axes.set_rlabel_position(112.0)
+    if chart.radius.ticks:
+        axes.set_yticks(chart.radius.ticks)
+    _on_paper(axes)
     axes.grid(color=LIGHT["grid"], lw=0.6)
     axes.text(0.5, -0.15, f"radius: {chart.radius.text}", transform=axes.transAxes, ha="center",
               fontsize=8, color=LIGHT["ink"])  # fmt: skip
@@ -115,26 +120,38 @@ def _top_view(chart: TopView, figure: Figure, cell: tuple[int, int, int]) -> Non
     mesh = axes.pcolormesh(azimuth, chart.polar_deg, values, shading="gouraud",
                            **_colouring(chart.scale))  # fmt: skip
     if chart.node_azimuth_deg is not None and chart.node_polar_deg is not None:
-        axes.plot(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, "o", ms=3, mfc="w",
-                  mec="k", mew=0.4, clip_on=False)  # fmt: skip
+        axes.plot(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, "o", mfc="w", mec="k",
+                  ms=11 if chart.numbered else 3, mew=0.4, clip_on=False, zorder=6,
+                  ls="", label=_named(chart.node_name))  # fmt: skip
+        places = zip(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, strict=True)
+        for number, place in enumerate(places if chart.numbered else (), start=1):
+            axes.annotate(str(number), place, ha="center", va="center", fontsize=7, zorder=7,
+                          annotation_clip=False)  # fmt: skip
     axes.set_ylim(0.0, float(chart.polar_deg.max()))
     axes.set_axisbelow(False)
     rings = rings_to(float(chart.polar_deg.max()))
-    axes.set_yticks(rings, [f"{ring:g}°" for ring in rings])
+    axes.set_yticks(rings, [f"{ring:.4g}°" for ring in rings])
     axes.set_rlabel_position(112.0)
-    # The angles stand on a light background: no colour of the scale hides them.
-    for label in axes.get_yticklabels():
-        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.8})
-        label.set_zorder(5)
+    _on_paper(axes)
     axes.grid(color="w", alpha=0.35, lw=0.5)
     figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label=chart.scale.text)
     _legend_and_note(axes, chart.note, below=0.1)
 
 
+def _on_paper(axes: PolarAxes) -> None:
+    """The numbers of the rings stand on a light background: no mark and no colour hides them."""
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.8})
+        label.set_zorder(5)
+
+
 def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> None:
-    axes: Axes3D = figure.add_subplot(*cell, projection="3d")
+    # Marks are drawn in their order above all meshes, whose triangles are sorted by depth.
+    axes: Axes3D = figure.add_subplot(*cell, projection="3d", computed_zorder=False)
+    axes.view_init(elev=chart.elevation, azim=chart.azimuth)
+    _space_meshes(chart, axes)
     for mark in chart.marks:
-        _draw_space(mark, axes, chart.scale)
+        _draw_space(mark, axes, chart)
     corners = _corners(chart)
     sides = np.array(proportions(corners))
     for name, low, high, side in zip(
@@ -144,7 +161,6 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         getattr(axes, f"set_{name}lim")(middle - 0.53 * side, middle + 0.53 * side)
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
     axes.set_box_aspect(tuple(sides))
-    axes.view_init(elev=chart.elevation, azim=chart.azimuth)
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
@@ -152,8 +168,8 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
         mappable = ScalarMappable(cmap=_colouring(chart.scale)["cmap"])
         mappable.set_clim(chart.scale.low, chart.scale.high)
-        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.12, label=chart.scale.text)
-    _legend_and_note(axes, chart.note, below=0.04)
+        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.18, label=chart.scale.text)
+    _legend_and_note(axes, chart.note, below=0.04, meshes=_mesh_patches(chart))
 
 
 def _corners(chart: SpaceChart) -> FloatArray:
@@ -191,11 +207,14 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
     if axis.categories:
         getattr(axes, f"set_{name}ticks")(range(len(axis.categories)), axis.categories)
         axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
+    if axis.ticks:
+        getattr(axes, f"set_{name}ticks")(axis.ticks)
     getattr(axes, f"set_{name}lim")(axis.low, axis.high)
 
 
-def _legend_and_note(axes: Axes, note: str, below: float) -> None:
+def _legend_and_note(axes: Axes, note: str, below: float, meshes: Sequence[Patch] = ()) -> None:
     handles, labels = axes.get_legend_handles_labels()
+    handles, labels = [*meshes, *handles], [*(str(m.get_label()) for m in meshes), *labels]
     if handles:
         axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -below),
                     fontsize=7, ncols=min(len(labels), 3), frameon=False)  # fmt: skip
@@ -296,27 +315,44 @@ def _rule(mark: Rule, axes: Axes) -> None:
         axes.axhline(mark.value, **style)
 
 
-def _draw_space(mark: SpaceMark, axes: Axes3D, scale: Scale | None) -> None:
+def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
     match mark:
         case SpacePoints():
-            _space_points(mark, axes, scale)
+            _space_points(mark, axes, chart)
         case SpaceLines():
             _space_lines(mark, axes)
-        case SpaceMesh():
-            _space_mesh(mark, axes, scale)
         case SpaceArrow():
             _space_arrow(mark, axes)
 
 
-def _space_points(mark: SpacePoints, axes: Axes3D, scale: Scale | None) -> None:
-    rows = some_rows(np.arange(len(mark.positions)))
+def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
+    rows = some_rows(_in_front(mark.positions, chart))
     colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
     if mark.symbol == "ring":
         colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
-    elif mark.values is not None and scale is not None:
-        colour = {"c": mark.values[rows], **_colouring(scale)}
+    elif mark.values is not None and chart.scale is not None:
+        colour = {"c": mark.values[rows], **_colouring(chart.scale)}
     axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
                  depthshade=False, label=_named(mark.name), **colour)  # fmt: skip
+
+
+def _in_front(positions: FloatArray, chart: SpaceChart) -> IntArray:
+    """Rows of points at a side of the meshes that is seen: matplotlib hides no point itself."""
+    meshes = [mark for mark in chart.marks if isinstance(mark, SpaceMesh) and mark.outwards]
+    if not meshes or not len(positions):
+        return np.arange(len(positions))
+    from scipy.spatial import cKDTree
+
+    corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turn, rise = chart.azimuth * DEGREE, chart.elevation * DEGREE
+    eye = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+    nearest = np.asarray(cKDTree(corners.mean(axis=1)).query(positions)[1])
+    return np.flatnonzero(outwards[nearest] @ eye >= 0.0)
+
+
+def _triangles(mesh: SpaceMesh) -> IntArray:
+    return np.asarray(mesh.triangles, dtype=np.int64)
 
 
 def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
@@ -330,24 +366,45 @@ def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
     )  # fmt: skip
 
 
-def _space_mesh(mark: SpaceMesh, axes: Axes3D, scale: Scale | None) -> None:
-    from matplotlib import colormaps
-    from matplotlib.colors import Normalize, to_rgb
+def _space_meshes(chart: SpaceChart, axes: Axes3D) -> None:
+    """All triangles as one collection: matplotlib sorts by depth only within a collection."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    corners = mark.vertices[np.asarray(mark.triangles, dtype=np.int64)]
+    meshes = [mark for mark in chart.marks if isinstance(mark, SpaceMesh)]
+    if not meshes:
+        return
+    corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
+    faces = np.concatenate([_face_colours(mesh, chart.scale) for mesh in meshes])
+    axes.add_collection3d(
+        Poly3DCollection(corners, facecolors=faces, linewidths=0.0, antialiased=False)
+    )
+
+
+def _mesh_patches(chart: SpaceChart) -> list[Patch]:
+    """What stands for the meshes in the legend."""
+    from matplotlib.patches import Patch
+
+    return [
+        Patch(color=LIGHT[mark.colour], label=mark.name)
+        for mark in chart.marks
+        if isinstance(mark, SpaceMesh) and mark.name and mark.values is None
+    ]
+
+
+def _face_colours(mark: SpaceMesh, scale: Scale | None) -> FloatArray:
+    """Colour and opacity of each triangle, (t, 4)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import Normalize, to_rgb
+
     if mark.values is not None and scale is not None:
-        values = mark.values[np.asarray(mark.triangles, dtype=np.int64)].mean(axis=1)
+        values = mark.values[_triangles(mark)].mean(axis=1)
         style = _colouring(scale)
         colours = colormaps[style["cmap"]](Normalize(scale.low, scale.high)(values))[:, :3]
     else:
+        corners = mark.vertices[_triangles(mark)]
         colours = np.broadcast_to(to_rgb(LIGHT[mark.colour]), (len(corners), 3))
         colours = colours * _brightness(corners)[:, None]
-    faces = np.column_stack([colours, np.full(len(corners), mark.opacity)])
-    axes.add_collection3d(
-        Poly3DCollection(corners, facecolors=faces, linewidths=0.0, antialiased=False,
-                         label=_named(mark.name) or "_")
-    )  # fmt: skip
+    return np.column_stack([colours, np.full(len(colours), mark.opacity)])
 
 
 def _brightness(corners: FloatArray) -> FloatArray:

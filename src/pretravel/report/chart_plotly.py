@@ -45,6 +45,15 @@ from pretravel.units import DEGREE
 PlotlyFigure: TypeAlias = dict[str, Any]
 
 _SYMBOLS = {"dot": "circle", "ring": "circle-open", "cross": "x", "diamond": "diamond"}
+_SIGNED = (
+    "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7",
+    "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f",
+)  # fmt: skip
+"""RdBu of ColorBrewer from blue to red, as in files: Plotly's own scale of that name is another."""
+_COLOUR_SCALES = {
+    False: "Viridis",
+    True: [[place / 10.0, colour] for place, colour in enumerate(_SIGNED)],
+}
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 
 
@@ -172,6 +181,7 @@ def _marker(mark: Dots | SpacePoints, scale: Scale | None) -> dict[str, Any]:
     marker: dict[str, Any] = {"size": mark.size + 1.0, "symbol": _SYMBOLS[mark.symbol]}
     if mark.values is None or scale is None:
         return marker | {"color": f"@{mark.colour}"}
+    marker["line"] = {"color": "@reference", "width": 0.6}  # the middle of a scale is pale
     return marker | _in_colours(mark.values, scale, "color")
 
 
@@ -179,8 +189,7 @@ def _in_colours(values: FloatArray, scale: Scale, key: str) -> dict[str, Any]:
     """Values in the colours of a scale, of a marker or (key intensity) of a surface."""
     return {
         key: _numbers(values),
-        "colorscale": "RdBu" if scale.signed else "Viridis",
-        "reversescale": scale.signed,
+        "colorscale": _COLOUR_SCALES[scale.signed],
         "cmin": scale.low,
         "cmax": scale.high,
         "showscale": True,
@@ -214,6 +223,8 @@ def _axis(axis: Axis) -> dict[str, Any]:
     if axis.categories:
         result |= {"tickmode": "array", "tickvals": [*range(len(axis.categories))]}
         result["ticktext"] = [_text(name) for name in axis.categories]
+    if axis.ticks:
+        result |= {"tickmode": "array", "tickvals": [*axis.ticks]}
     if axis.low is not None and axis.high is not None:
         ends = [axis.low, axis.high]
         result["range"] = [*map(math.log10, ends)] if axis.logarithmic else ends
@@ -357,7 +368,14 @@ def _polar(chart: PolarChart) -> PlotlyFigure:
                 x, y = np.append(mark.x, mark.x[::-1]), np.append(mark.high, mark.low[::-1])
                 seen = np.isfinite(y)
                 data.append(_around(x[seen], y[seen]) | _area_style(mark))
-    radial: dict[str, Any] = {"angle": 112, "tickangle": 112, "gridcolor": "@grid"}
+    radial: dict[str, Any] = {
+        "angle": 112,
+        "tickangle": 112,
+        "gridcolor": "@grid",
+        "linecolor": "@grid",
+    }
+    if chart.radius.ticks:
+        radial |= {"tickmode": "array", "tickvals": [*chart.radius.ticks]}
     if chart.radius.low is not None and chart.radius.high is not None:
         radial["range"] = [chart.radius.low, chart.radius.high]
     elif chart.radius.low == 0.0:
@@ -365,7 +383,7 @@ def _polar(chart: PolarChart) -> PlotlyFigure:
     around = {"tickmode": "array", "tickvals": [*range(0, 360, 45)], "ticktext": [*COMPASS],
               "gridcolor": "@grid", "linecolor": "@ink"}  # fmt: skip
     polar = {"bgcolor": "@paper", "radialaxis": radial, "angularaxis": around}
-    margin = {"l": 48, "r": 48, "t": 92, "b": 64}
+    margin = {"l": 48, "r": 48, "t": 100, "b": 64}
     return {"data": data, "layout": {"polar": polar, "margin": margin}}
 
 
@@ -388,8 +406,7 @@ def _top_view(chart: TopView) -> PlotlyFigure:
             "customdata": np.round(np.dstack([polar, azimuth]), 1).tolist(),
             "hovertemplate": f"{_text(chart.scale.label)} %{{z:.4g}} {_text(chart.scale.unit)}<br>"
             "polar %{customdata[0]}°, azimuth %{customdata[1]}°<extra></extra>",
-            "colorscale": "RdBu" if chart.scale.signed else "Viridis",
-            "reversescale": chart.scale.signed,
+            "colorscale": _COLOUR_SCALES[chart.scale.signed],
             "zmin": chart.scale.low,
             "zmax": chart.scale.high,
             "zsmooth": False,
@@ -399,11 +416,21 @@ def _top_view(chart: TopView) -> PlotlyFigure:
     if chart.node_polar_deg is not None and chart.node_azimuth_deg is not None:
         turn = chart.node_azimuth_deg * DEGREE
         nodes = Dots(chart.node_polar_deg * np.cos(turn), chart.node_polar_deg * np.sin(turn),
-                       "touched", "ink", symbol="ring", size=4.0)  # fmt: skip
-        data.append(_flat(nodes.x, nodes.y) | _point_style(nodes, None, "touched"))
+                       chart.node_name, "ink", symbol="ring", size=4.0,
+                       labels=chart.node_labels)  # fmt: skip
+        trace = _flat(nodes.x, nodes.y) | _point_style(nodes, None, chart.node_name)
+        # White with a dark edge: seen on every colour of the scale.
+        trace["marker"] |= {"symbol": "circle", "color": "#ffffff", "size": 5.0}
+        trace["marker"]["line"] = {"color": "#1d2730", "width": 1}
+        if chart.numbered:
+            trace["marker"]["size"] = 17
+            numbers = [str(number) for number in range(1, len(nodes.x) + 1)]
+            trace |= {"mode": "markers+text", "text": numbers, "textposition": "middle center",
+                      "textfont": {"size": 11, "color": "#1d2730"}}  # fmt: skip
+        data.append(trace)
     hidden: dict[str, Any] = {
         "visible": False,
-        "range": [-1.18 * largest, 1.18 * largest],
+        "range": [-1.2 * largest, 1.2 * largest],
         "constrain": "domain",
     }
     layout = {
@@ -437,12 +464,12 @@ def _compass_notes(largest: float) -> list[dict[str, Any]]:
     notes = []
     for place, name in enumerate(COMPASS):
         turn = math.radians(45.0 * place)
-        x, y = 1.1 * largest * math.cos(turn), 1.1 * largest * math.sin(turn)
+        x, y = 1.14 * largest * math.cos(turn), 1.14 * largest * math.sin(turn)
         notes.append({"x": x, "y": y, "text": name, "showarrow": False})
     for ring in rings_to(largest):
         turn = math.radians(112.0)
         x, y = ring * math.cos(turn), ring * math.sin(turn)
-        notes.append({"x": x, "y": y, "text": f"{ring:g}°", "showarrow": False,
+        notes.append({"x": x, "y": y, "text": f"{ring:.4g}°", "showarrow": False,
                       "bgcolor": "@paper", "opacity": 0.85, "font": {"size": 11}})  # fmt: skip
     return notes
 
@@ -459,8 +486,8 @@ def _space(chart: SpaceChart) -> PlotlyFigure:
         for name in "xyz"
     }
     turn, rise = math.radians(chart.azimuth), math.radians(chart.elevation)
-    eye = {"x": 2.1 * math.cos(turn) * math.cos(rise), "y": 2.1 * math.sin(turn) * math.cos(rise)}
-    eye["z"] = 2.1 * math.sin(rise)
+    eye = {"x": 2.3 * math.cos(turn) * math.cos(rise), "y": 2.3 * math.sin(turn) * math.cos(rise)}
+    eye["z"] = 2.3 * math.sin(rise)
     scene |= {"aspectmode": "data", "camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
     return {"data": data, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 64, "b": 8}}}
 

@@ -28,7 +28,7 @@ from pretravel.report.document import Column, Document, Picture, Section, Table
 from pretravel.report.formatting import value_text
 from pretravel.report.page import write_page
 from pretravel.report.points_report import plot_points, points_document
-from pretravel.report.qualification_report import plot_qualification, qualification_document
+from pretravel.report.qualification_report import qualification_document, qualification_view
 from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save_picture_file
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -84,7 +84,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
         "qualification.png": Picture(
             "The probe on its reference sphere: pretravel seen from the spindle with the touched "
             "directions, over azimuth at four polar angles with the touches, and the residuals.",
-            lambda: plot_qualification(
+            lambda: qualification_view(
                 job.qualification, "Reference sphere, six-seat probe fitted"
             ),
         ),

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.maps.grid import map_grid
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.prior_update import FoundDrift, MapUpdate
+from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, TopView, View
+from pretravel.report.direction_charts import (
+    angles_deg,
+    azimuth_axis,
+    direction_words,
+    labels_of,
+    map_top_view,
+)
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals
-from pretravel.report.qualification_report import draw_map
-from pretravel.report.style import COLOURS, new_figure, polar_axes
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def map_update_document(
@@ -51,7 +53,7 @@ def map_update_document(
         f"{int(result.groups.max()) + 1} directions; they fit it (p = {result.p_value:.2g})",
         figures=(*_map_figures(result), *_drift_figures(result)),
         tables=(_touches_table(result),),
-        pictures=(Picture("The new map, and its change", lambda: plot_map_update(result, title)),),
+        pictures=(Picture("The new map, and its change", lambda: map_update_view(result, title)),),
         warnings=(*warnings, *result.warnings),
     )
 
@@ -113,7 +115,7 @@ def _touches_table(result: MapUpdate) -> Table:
     )
 
 
-def plot_map_update(result: MapUpdate, title: str = "") -> Figure:
+def map_update_view(result: MapUpdate, title: str = "") -> View:
     """The new map, its change, and the touches less the old and the new map.
 
     Parameters
@@ -123,34 +125,42 @@ def plot_map_update(result: MapUpdate, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(13.0, 4.8, title or "An old map brought up to date")
-    draw_map(polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle"), result.pretravel_map)
-    change = polar_axes(figure, 1, 3, 2, "new map less old map")
-    directions = over_support(result.pretravel_map)[0]
-    normals = directions @ result.pretravel_map.rotation.T
-    difference = result.pretravel_map.pretravel(normals, extrapolate=True)
-    difference = (difference - result.prior_map.pretravel(normals, extrapolate=True)) / MICROMETRE
-    limit = max(float(np.abs(difference).max()), 0.05)
-    shown = change.scatter(
-        azimuth_angle(directions), polar_angle(directions) / DEGREE, c=difference, s=14,
-        cmap="RdBu_r", vmin=-limit, vmax=limit,
-    )  # fmt: skip
+    return View(
+        title or "An old map brought up to date",
+        (
+            map_top_view(result.pretravel_map, "the new map from above"),
+            _change_chart(result),
+            _touches_chart(result),
+        ),
+    )
+
+
+def _change_chart(result: MapUpdate) -> TopView:
+    new, old = (
+        map_grid(one, polar_step=2.0, azimuth_step=3.0)
+        for one in (result.pretravel_map, result.prior_map)
+    )
+    change = new["pretravel_um"] - old["pretravel_um"]
+    scale = Scale.of("change", "µm", change, signed=True)
     touched = result.contact_normals @ result.pretravel_map.rotation
-    change.plot(azimuth_angle(touched), polar_angle(touched) / DEGREE, "o", ms=6, mfc="none",
-                mec="k", clip_on=False)  # fmt: skip
-    change.grid(visible=False)
-    figure.colorbar(shown, ax=change, shrink=0.75, pad=0.12, label="change / µm")
-    _draw_touches(figure.add_subplot(1, 3, 3), result)
-    return figure
+    return TopView("new map less old map", new["polar_deg"], new["azimuth_deg"], change, scale,
+                   "probe", *angles_deg(touched), "new touches",
+                   tuple(direction_words(touched)))  # fmt: skip
 
 
-def _draw_touches(axes: Axes, result: MapUpdate) -> None:
-    number = np.arange(1, len(result.changes) + 1)
-    axes.plot(number, result.changes / MICROMETRE, "o", ms=4, color="#bbbbbb", label="less old map")
-    axes.plot(number, result.residuals / MICROMETRE, ".", color=COLOURS[0], label="less new map")
-    axes.axhline(0.0, color="k", lw=0.6)
-    axes.set_xlabel("touch")
-    axes.set_ylabel("pretravel / µm")
-    axes.legend(fontsize=8)
+def _touches_chart(result: MapUpdate) -> PlaneChart:
+    """The touches by their azimuth: before and after the update."""
+    touched = result.contact_normals @ result.pretravel_map.rotation
+    changes, residuals = result.changes / MICROMETRE, result.residuals / MICROMETRE
+    labels = labels_of(
+        touched, [("less old map", changes, True), ("less new map", residuals, True)]
+    )
+    azimuth = angles_deg(touched)[1]
+    marks = (
+        Rule(0.0),
+        Dots(azimuth, changes, "less the old map", "before", symbol="ring", labels=labels),
+        Dots(azimuth, residuals, "less the new map", "after", labels=labels),
+    )
+    return PlaneChart("touches less map", azimuth_axis(), Axis("pretravel less map", "µm"), marks)

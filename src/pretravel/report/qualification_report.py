@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import azimuth_angle, from_angles, polar_angle
 from pretravel.identification.kind_choice import KindScore
 from pretravel.identification.physical import PhysicalMapFit
-from pretravel.maps.grid import map_grid
-from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.map_warnings import some_directions
 from pretravel.qualification.qualification import Qualification
+from pretravel.report.chart import Axis, Dots, Mark, PlaneChart, Rule, Scale, View
+from pretravel.report.direction_charts import (
+    angles_deg,
+    azimuth_axis,
+    chart_by_place,
+    is_ring,
+    labels_of,
+    map_and_touches,
+    map_body,
+    map_top_view,
+)
 from pretravel.report.document import (
     Column,
     Document,
@@ -28,14 +35,9 @@ from pretravel.report.document import (
 )
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.report.qualification_summary import summary_figures, verdict
-from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, some_rows
+from pretravel.report.style import some_rows
 from pretravel.trigger.six_seats import IDEAL, PARAMETERS
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
 
 
 def qualification_document(
@@ -83,7 +85,7 @@ def qualification_document(
         tables=(_scores_table(scores),) if scores else (),
         sections=_sections(result, scores),
         pictures=(
-            Picture("Map, touches and residuals", lambda: plot_qualification(result, title)),
+            Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
         ),
         notes=(*(f"left out as requested: {name}" for name in excluded),),
         warnings=(*warnings, *result.warnings),
@@ -216,8 +218,8 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
     )  # fmt: skip
 
 
-def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
-    """The map from above, as polar diagrams with the touches, and the residuals.
+def qualification_view(qualification: Qualification, title: str = "") -> View:
+    """The map from above and as a body, over azimuth with the touches, and the residuals by place.
 
     Parameters
     ----------
@@ -226,108 +228,51 @@ def plot_qualification(qualification: Qualification, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
+        Of touches on a ring: the map over azimuth, and the residuals over azimuth.
     """
     pretravel_map = qualification.pretravel_map
-    figure = new_figure(13.0, 4.8, title or f"Qualification, map kind {pretravel_map.kind}")
-    draw_map(polar_axes(figure, 1, 3, 1, "pretravel, seen from the spindle"), pretravel_map)
+    title = title or f"Qualification, map kind {pretravel_map.kind}"
     directions = qualification.contact_normals @ pretravel_map.rotation
-    _draw_touches(
-        polar_axes(figure, 1, 3, 2, "pretravel / µm, ± 2 u of the map"), qualification, directions
+    observed, residuals = qualification.observed, qualification.residuals / MICROMETRE
+    labels = labels_of(
+        directions,
+        [("pretravel", observed / MICROMETRE, False), ("residual", residuals, True)],
     )
-    _draw_residuals(figure.add_subplot(1, 3, 3), qualification, directions)
-    return figure
+    around = map_and_touches(pretravel_map, directions, observed, labels)
+    if is_ring(directions):
+        return View(title, (around, _residuals_on_ring(qualification, directions, labels)), 2)
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    scale = Scale.of("touch less map", "µm", residuals, signed=True)
+    by_place = chart_by_place(
+        directions, residuals, scale, "residuals by place", labels=labels,
+        groups=qualification.groups, ringed=("named as outlier", outliers),
+    )  # fmt: skip
+    body = map_body(pretravel_map, directions, observed, labels)
+    return View(title, (map_top_view(pretravel_map), around, by_place, body), 2)
 
 
-def draw_map(axes: PolarAxes, pretravel_map: PretravelMap) -> None:
-    """A map as seen from the spindle: azimuth around, polar angle outwards.
-
-    Parameters
-    ----------
-    axes : matplotlib PolarAxes
-    pretravel_map : PretravelMap
-    """
-    values = map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
-    azimuth = np.append(values["azimuth_deg"], 360.0) * DEGREE
-    pretravel = np.hstack([values["pretravel_um"], values["pretravel_um"][:, :1]])
-    mesh = axes.pcolormesh(
-        azimuth, values["polar_deg"], pretravel, shading="gouraud", cmap="viridis"
-    )
-    nodes = pretravel_map.support.nodes
-    if len(nodes) <= 400:
-        axes.plot(azimuth_angle(nodes), polar_angle(nodes) / DEGREE, "o", ms=3, mfc="w", mec="k",
-                  mew=0.4, clip_on=False)  # fmt: skip
-    axes.set_ylim(0.0, float(values["polar_deg"].max()))
-    axes.grid(visible=False)
-    figure = axes.get_figure()
-    assert figure is not None
-    figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label="pretravel / µm")
-
-
-def draw_polar_diagram(
-    axes: PolarAxes, pretravel_map: PretravelMap, polar_deg: float, colour: str, label: str
-) -> None:
-    """Pretravel over azimuth at one polar angle, with a band of two uncertainties.
-
-    Parameters
-    ----------
-    axes : matplotlib PolarAxes
-    pretravel_map : PretravelMap
-    polar_deg : float
-        [deg]
-    colour, label : str
-    """
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 361)
-    directions = from_angles(polar_deg * DEGREE, azimuth)
-    supported = pretravel_map.support.supports(directions)
-    if not supported.any():
-        return
-    normals = directions @ pretravel_map.rotation.T
-    value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
-    u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
-    value[~supported] = np.nan
-    axes.plot(azimuth, value, color=colour, lw=1.6, label=label)
-    axes.fill_between(azimuth, value - 2.0 * u, value + 2.0 * u, color=colour, alpha=0.15, lw=0)
-
-
-def _draw_touches(axes: PolarAxes, qualification: Qualification, directions: FloatArray) -> None:
-    """The map at up to four polar angles, with the touches near them."""
-    polar = polar_angle(directions) / DEGREE
+def _residuals_on_ring(
+    qualification: Qualification, directions: FloatArray, labels: tuple[str, ...]
+) -> PlaneChart:
+    """Residuals over azimuth, and before them those of the mean radius about its own centre."""
+    rows = some_rows(np.arange(len(directions)), 3000)
     observed = qualification.observed / MICROMETRE
-    levels = np.unique(np.round(polar / 2.5) * 2.5)[::-1]
-    levels = levels[levels > 1.0][:4]
-    for colour, level in zip(COLOURS, levels, strict=False):
-        draw_polar_diagram(
-            axes, qualification.pretravel_map, float(level), colour, f"polar {level:g}°"
-        )
-        rows = some_rows(np.flatnonzero(np.abs(polar - level) < 1.5))
-        axes.plot(azimuth_angle(directions[rows]), observed[rows], ".", color=colour, ms=4)
-    axes.set_ylim(bottom=0.0 if observed.min() > 0.0 else None)
-    legend_below(axes, 4)
-
-
-def _draw_residuals(axes: Axes, qualification: Qualification, directions: FloatArray) -> None:
-    """The residuals of the map, before those of a least-squares sphere about its own centre."""
-    observed = qualification.observed / MICROMETRE
-    residuals = qualification.residuals / MICROMETRE
-    number = np.arange(1, len(observed) + 1)
-    sphere = np.hstack([np.ones((len(observed), 1)), directions])
-    mean = observed - sphere @ np.linalg.lstsq(sphere, observed, rcond=None)[0]
+    circle = np.column_stack([np.ones(len(observed)), directions[:, :2]])
+    mean = observed - circle @ np.linalg.lstsq(circle, observed, rcond=None)[0]
+    azimuth = angles_deg(directions)[1][rows]
+    residuals = qualification.residuals[rows] / MICROMETRE
+    named = tuple(labels[row] for row in rows)
     kind = qualification.pretravel_map.kind
-    drawn = some_rows(np.arange(len(number)))
-    share = "" if len(drawn) == len(number) else f" ({len(drawn)} of {len(number)} drawn)"
-    axes.plot(
-        number[drawn], mean[drawn], ".", color="#bbbbbb", ms=4, label="left by the mean radius"
-    )
-    axes.plot(
-        number[drawn], residuals[drawn], ".", color=COLOURS[0], ms=5, label=f"left by {kind}{share}"
-    )
-    rows = [row for outlier in qualification.outliers for row in outlier.rows]
-    if rows:
-        axes.plot(number[rows], residuals[rows], "o", mfc="none", mec=COLOURS[3], ms=9,
-                  label="named as outlier")  # fmt: skip
-    axes.axhline(0.0, color="k", lw=0.6)
-    axes.set_xlabel("touch")
-    axes.set_ylabel("residual / µm")
-    axes.legend(fontsize=8)
-    axes.set_title("residuals", fontsize=11)
+    marks: list[Mark] = [
+        Rule(0.0),
+        Dots(azimuth, mean[rows], "left by the mean radius", "before", symbol="ring", labels=named),
+        Dots(azimuth, residuals, f"left by the map ({kind})", "after", labels=named),
+    ]
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    if outliers:
+        at = angles_deg(directions[outliers])[1]
+        marks.append(Dots(at, qualification.residuals[outliers] / MICROMETRE, "named as outlier",
+                          "limit", symbol="ring", size=11.0))  # fmt: skip
+    return PlaneChart("residuals by place", azimuth_axis(),
+                      Axis("touch less map", "µm"), tuple(marks))  # fmt: skip

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.qualification.touch_plan import TouchPlan
+from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, Scale, View
+from pretravel.report.colours import Colour
+from pretravel.report.direction_charts import (
+    angles_deg,
+    azimuth_axis,
+    direction_words,
+    is_ring,
+    scattered_top_view,
+)
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import decimals, number_text
-from pretravel.report.style import new_figure, polar_axes
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
@@ -51,7 +57,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
                       remark=drift.source),
         ),
         tables=(_directions_table(plan),),
-        pictures=(Picture("u before and after", lambda: plot_touch_plan(plan, title)),),
+        pictures=(Picture("u before and after", lambda: touch_plan_view(plan, title)),),
     )  # fmt: skip
 
 
@@ -75,8 +81,8 @@ def _directions_table(plan: TouchPlan) -> Table:
     )
 
 
-def plot_touch_plan(plan: TouchPlan, title: str = "") -> Figure:
-    """Standard uncertainty of the map today and with the touches.
+def touch_plan_view(plan: TouchPlan, title: str = "") -> View:
+    """Standard uncertainty of the map today and with the touches, in the same colours.
 
     Parameters
     ----------
@@ -85,28 +91,36 @@ def plot_touch_plan(plan: TouchPlan, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(9.6, 4.8, title or "Plan of touches")
-    order = np.argsort(plan.u_before)
-    places = plan.places[order]
     highest = float(plan.u_before.max()) / MICROMETRE
-    for index, (name, values) in enumerate(
-        (("u today", plan.u_before), ("u with the touches", plan.u_after)), start=1
-    ):
-        axes = polar_axes(figure, 1, 2, index, name)
-        shown = axes.scatter(
-            azimuth_angle(places), polar_angle(places) / DEGREE, c=values[order] / MICROMETRE,
-            s=22, cmap="viridis", vmin=0.0, vmax=highest,
-        )  # fmt: skip
-        axes.grid(visible=False)
-        axes.set_ylim(0.0, float(polar_angle(places).max()) / DEGREE)
-        figure.colorbar(shown, ax=axes, shrink=0.75, pad=0.12, label="u / µm")
-        if index == 1:
-            continue
-        azimuth = azimuth_angle(plan.directions)
-        polar = polar_angle(plan.directions) / DEGREE
-        axes.plot(azimuth, polar, "o", ms=13, mfc="w", mec="k", alpha=0.85, clip_on=False)
-        for number, (a, p) in enumerate(zip(azimuth, polar, strict=True), start=1):
-            axes.annotate(str(number), (a, p), ha="center", va="center", fontsize=8)
-    return figure
+    scale = Scale("u of the map", "µm", 0.0, highest)
+    planned: dict[str, Any] = dict(
+        zip(("node_polar_deg", "node_azimuth_deg"), angles_deg(plan.directions), strict=True),
+        node_name="planned touches, in their order",
+        node_labels=tuple(direction_words(plan.directions)),
+        numbered=True,
+    )
+    if is_ring(plan.places):
+        return View(title or "Plan of touches", (_ring_chart(plan),))
+    today = scattered_top_view("u today", plan.places, plan.u_before / MICROMETRE, scale)
+    then = scattered_top_view("u with the touches", plan.places, plan.u_after / MICROMETRE, scale)
+    return View(title or "Plan of touches", (today, replace(then, **planned)), 2)
+
+
+def _ring_chart(plan: TouchPlan) -> PlaneChart:
+    """The same over the azimuth, where the map is one of a ring."""
+    azimuth = angles_deg(plan.places)[1]
+    order = np.argsort(azimuth)
+    states: tuple[tuple[str, Colour, FloatArray], ...] = (
+        ("today", "before", plan.u_before),
+        ("with the touches", "after", plan.u_after),
+    )
+    lines = [
+        LineMark(azimuth[order], u[order] / MICROMETRE, name, colour) for name, colour, u in states
+    ]
+    at = angles_deg(plan.directions)[1]
+    labels = tuple(direction_words(plan.directions))
+    touches = Dots(at, np.zeros(len(at)), "planned touches", "ink", symbol="diamond", labels=labels)
+    return PlaneChart("u of the map", azimuth_axis(), Axis("u of the map", "µm", low=0.0),
+                      (*lines, touches))  # fmt: skip
