@@ -10,7 +10,8 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.report.document import Document, KeyFigure, Picture, Span
+from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
+from pretravel.report.formatting import value_text
 from pretravel.report.style import new_figure, polar_axes, some_rows
 from pretravel.touches import Touches
 from pretravel.units import DEGREE, MICROMETRE
@@ -48,18 +49,90 @@ def points_document(
             KeyFigure(
                 "deviation", Span.of(deviation), "µm", remark="from nominal, along the normal"
             ),
-            KeyFigure("mean deviation", float(deviation.mean()), "µm"),
-            KeyFigure("spread", float(deviation.std()), "µm", remark="standard deviation of these"),
+            KeyFigure("mean deviation", float(deviation.mean()), "µm", detail=True),
+            KeyFigure(
+                "spread", float(deviation.std()), "µm", remark="standard deviation", detail=True
+            ),
         ]
     return Document(
         title=title,
-        verdict=f"{len(points)} points",
+        verdict=f"{len(points)} points{_in_short(points)}",
         figures=tuple(figures),
+        tables=before_and_after(points),
         pictures=(
             Picture("Points, pretravel and uncertainty", lambda: plot_points(points, title)),
         ),
         warnings=tuple(warnings),
     )
+
+
+def before_and_after(points: Points) -> tuple[Table, ...]:
+    """What each correction leaves at the points: the tip radius alone, one radius, the map.
+
+    With a nominal these are deviations from it. Without one the error of a point is not known;
+    then they are distances from the compensated points, the errors that the map takes away.
+
+    Parameters
+    ----------
+    points : Points
+
+    Returns
+    -------
+    tuple of Table
+        None for points that do not state what the control reported (`Points.uncompensated`).
+    """
+    if points.uncompensated is None:
+        return ()
+    left = _left_by_corrections(points)
+    nominal = points.deviation is not None
+    values = list(left.values())
+    return (
+        Table(
+            (
+                Column.of("correction", left),
+                Column.of("from", [float(v.min()) for v in values], "µm"),
+                Column.of("to", [float(v.max()) for v in values], "µm"),
+                Column.of("mean", [float(v.mean()) for v in values], "µm"),
+                Column.of("spread", [float(v.std()) for v in values], "µm"),
+            ),
+            title="Deviation from nominal before and after"
+            if nominal
+            else "Error that simpler corrections leave, by the map",
+            explanation="Along the normal, positive outside; spread is the standard deviation. Tip "
+            "radius alone: the tip centre less the tip radius, without compensation. One radius "
+            "for all: that less the mean pretravel of these points, which suits them best in the "
+            "sense of least squares; a radius from a sphere suits them less.",
+        ),
+    )
+
+
+def _left_by_corrections(points: Points) -> dict[str, FloatArray]:
+    """What corrections leave at each point, the map last. [µm]
+
+    Without a nominal the compensated points are the reference, and the map is not listed.
+    """
+    assert points.uncompensated is not None
+    moved = np.sum((points.uncompensated - points.positions) * points.normals, axis=1)
+    reached = np.zeros(len(points)) if points.deviation is None else points.deviation
+    left = {
+        "tip radius alone": (reached + moved) / MICROMETRE,
+        "one radius for all": (reached + moved - moved.mean()) / MICROMETRE,
+    }
+    if points.deviation is not None:
+        left["map"] = reached / MICROMETRE
+    return left
+
+
+def _in_short(points: Points) -> str:
+    """The verdict on before and after."""
+    if points.uncompensated is None or len(points) < 2:
+        return ""
+    left = _left_by_corrections(points)
+    if "map" not in left:
+        most = value_text(float(np.abs(left["one radius for all"]).max()), "µm")
+        return f"; one radius for all of them would leave errors up to {most}"
+    before, after = (value_text(float(left[n].std()), "µm") for n in ("tip radius alone", "map"))
+    return f"; spread of the deviation {before} before, {after} after"
 
 
 def simulation_document(
