@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -33,7 +33,6 @@ from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
-    from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.standard_check import StandardCheck
     from pretravel.report.document import Document
 
@@ -84,14 +83,14 @@ def check(
         ),
     ] = None,
     u_diameter: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--u-diameter", min=0.0, max=1e6, help="Standard uncertainty of the diameter, in µm."
         ),
-    ] = 0.0,
+    ] = None,
     sphere_form: Annotated[
-        float, typer.Option(min=0.0, max=1e6, help="Form error of the sphere, in µm.")
-    ] = 0.0,
+        float | None, typer.Option(min=0.0, max=1e6, help="Form error of the sphere, in µm.")
+    ] = None,
     exclude: Exclude = None,
     units: FileUnits = None,
     columns: TableColumns = None,
@@ -108,16 +107,19 @@ def check(
 ) -> None:
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    The definitions are recalled, not checked against the texts of the standards. Exit code 3: a
-    figure does not conform to its limit.
+    The definitions are recalled, not checked against the texts of the standards: this is no
+    statement of conformity. Exit code 3: a figure exceeds its limit.
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
     from pretravel.compensation.compensation import apply
     from pretravel.compensation.measured_sphere import measured_sphere
+    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.map_file import read_map
-    from pretravel.laboratory.standard_check import NOT_CONFORMING, CalibratedSphere
+    from pretravel.formats.standard_figures import standard_json
+    from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome
     from pretravel.laboratory.standards import CHECKS
+    from pretravel.qualification.own_touches import own_touches_warnings
     from pretravel.report.laboratory_report import with_laboratory
     from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
@@ -144,34 +146,52 @@ def check(
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     result = CHECKS[standard](
         measured,
-        CalibratedSphere(diameter, u_diameter * MICROMETRE, sphere_form * MICROMETRE),
+        CalibratedSphere(
+            diameter,
+            None if u_diameter is None else u_diameter * MICROMETRE,
+            None if sphere_form is None else sphere_form * MICROMETRE,
+        ),
         tip_diameter=tip_diameter,
         pretravel_map=pretravel_map,
         axis=axis,
         limits=limits,
     )
-    warnings = readings.notes()
-    if limits and not (u_diameter or sphere_form):
-        warnings.append(
-            "without --u-diameter and --sphere-form the reference is taken as perfect, and "
-            "verdicts have no uncertainty zone"
-        )
-    warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
+    warnings = [*readings.notes(), *_not_stated(result)]
+    sphere = None
+    if pretravel_map is not None:
+        sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
+        warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)
+    left_out = statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = standards_document(
-        result,
-        touches_name=name,
-        sphere=None
-        if pretravel_map is None
-        else measured_sphere(measured, apply(measured, pretravel_map), pretravel_map),
-        warnings=warnings,
+        result, touches_name=name, sphere=sphere, warnings=[*warnings, *left_out]
     )
     report = with_laboratory(report, statements)
+    values = with_laboratory_values(standard_json(result, sphere, warnings), statements)
     if output is not None:
-        _write(output, result, with_reading(report, readings), statements)
+        _write(output, result, with_reading(report, readings), values)
     save_picture(report, plot)
     show(report, verbose=verbose)
-    if any(figure.verdict == NOT_CONFORMING for figure in result.figures):
+    if any(figure.outcome is LimitOutcome.EXCEEDS for figure in result.figures):
         raise typer.Exit(ANSWER)
+
+
+_ON_ITS_OWN_TOUCHES = (
+    "on its own touches a map looks better than it is, because it follows a part of their "
+    "scatter. Check it on new touches"
+)
+
+
+def _not_stated(result: StandardCheck) -> list[str]:
+    """A warning where figures have a limit and the reference has no uncertainty for them."""
+    from pretravel.laboratory.standard_check import DIAMETER_OF_REFERENCE, FORM_OF_REFERENCE
+
+    options = {DIAMETER_OF_REFERENCE: "--u-diameter", FORM_OF_REFERENCE: "--sphere-form"}
+    lacking = {f.u_source for f in result.figures if f.limit is not None and f.u_test is None}
+    needed = " and ".join(option for source, option in options.items() if source in lacking)
+    if not needed:
+        return []
+    what = "the values are compared with their limits without an uncertainty zone"
+    return [f"{what}: state that of the reference with {needed}"]
 
 
 def _limits(
@@ -190,30 +210,26 @@ def _limits(
     return {name: limit * MICROMETRE for name, limit in limits.items() if limit is not None}
 
 
-def _refuse_other_options(standard: str, limits: Mapping[str, float], u_diameter: float) -> None:
+def _refuse_other_options(
+    standard: str, limits: Mapping[str, float], u_diameter: float | None
+) -> None:
     """Refuse limits of figures that a standard does not have."""
     if standard == "iso10360-5" and "repeatability" in limits:
         raise PretravelError("--repeat-limit is only for iso230-10; iso10360-5 has no repeats")
-    if standard == "iso230-10" and ("size" in limits or u_diameter):
+    if standard == "iso230-10" and ("size" in limits or u_diameter is not None):
         raise PretravelError("--size-limit and --u-diameter are only for iso10360-5")
 
 
-def _write(
-    output: Path,
-    result: StandardCheck,
-    report: Document,
-    statements: LaboratoryStatements | None,
-) -> None:
+def _write(output: Path, result: StandardCheck, report: Document, values: dict[str, Any]) -> None:
     from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.laboratory_file import with_laboratory_values
-    from pretravel.formats.standard_figures import standard_json, standard_table
+    from pretravel.formats.standard_figures import standard_table
     from pretravel.whole_file import write_json
 
     ending = output.suffix.lower()
     if ending == ".csv":
         write_csv_table(output, standard_table(result))
     elif ending == ".json":
-        write_json(output, with_laboratory_values(standard_json(result), statements))
+        write_json(output, values)
     else:
         save_page(report, output)
 

@@ -108,7 +108,7 @@ def measured_sphere(
     return MeasuredSphere(
         fit,
         frozen(sum(parts.values())),
-        Budget(components),
+        Budget(components, "diameter of the sphere, compensated"),
         points,
         sources,
     )

@@ -17,6 +17,9 @@ from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
+    DIAMETER_OF_REFERENCE,
+    FORM_OF_REFERENCE,
+    RECALLED,
     CalibratedSphere,
     StandardCheck,
     StandardFigure,
@@ -32,7 +35,6 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a touch and the nearest direction of the pattern. [rad]"""
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
-_STATUS = "recalled"
 
 
 def check_iso10360_5(
@@ -94,7 +96,8 @@ def check_iso10360_5(
         max(fit.form for fit in fits),
         sphere.u_of_form,
         given.get("form"),
-        _STATUS,
+        RECALLED,
+        FORM_OF_REFERENCE,
     )
     figures, notes = [form], []
     if len(fits) > 1:
@@ -130,7 +133,8 @@ def _size_figure(
         worst,
         sphere.u_diameter,
         limit,
-        _STATUS,
+        RECALLED,
+        DIAMETER_OF_REFERENCE,
     )
 
 

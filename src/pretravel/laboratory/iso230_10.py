@@ -19,6 +19,8 @@ from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
+    FORM_OF_REFERENCE,
+    RECALLED,
     CalibratedSphere,
     StandardCheck,
     StandardFigure,
@@ -37,7 +39,6 @@ _LARGEST_DIAMETER_DIFFERENCE = 1.0  # mm
 _TOUCHES_2D, _FEWEST_2D = 36, 8
 _TOUCHES_3D, _FEWEST_3D = 25, 9
 _REPEATS = 10
-_STATUS = "recalled"
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,8 @@ def _plane_form(
         fit.form,
         sphere.u_of_form,
         limit,
-        _STATUS,
+        RECALLED,
+        FORM_OF_REFERENCE,
     )
     few = f"P_FTU,2D has {_TOUCHES_2D} touches as recalled; these are {count}"
     return _ProbingTest(figure, fit, few if count < _TOUCHES_2D else "")
@@ -145,7 +147,8 @@ def _space_form(
         fit.form,
         sphere.u_of_form,
         limit,
-        _STATUS,
+        RECALLED,
+        FORM_OF_REFERENCE,
     )
     other = f"P_FTU,3D has {_TOUCHES_3D} touches as recalled; these are {count}"
     return _ProbingTest(figure, fit, other if count != _TOUCHES_3D else "")
@@ -164,7 +167,7 @@ def _single_point_repeatability(touches: Touches, limit: float | None) -> _Probi
         max(ranges),
         0.0,
         limit,
-        _STATUS,
+        RECALLED,
     )
     other = f"R_SPT has {_REPEATS} repeats as recalled; these are up to {most}"
     return _ProbingTest(figure, note=other if most != _REPEATS else "")

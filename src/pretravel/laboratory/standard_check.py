@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
@@ -16,12 +17,25 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit
+from pretravel.uncertainty.gum import Budget, Component
 
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
 
-NOT_CONFORMING = "does not conform"
-"""The verdict on a figure that is proven to exceed its limit."""
+RECALLED = "recalled"
+"""The status of a definition that was not checked against the text of its standard."""
+FORM_OF_REFERENCE = "form error of the reference"
+DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
+"""Sources of the uncertainty of test values."""
+
+
+class LimitOutcome(Enum):
+    """What the comparison of a figure with its limit gives."""
+
+    NO_LIMIT = "no limit given"
+    WITHIN = "within the limit"
+    EXCEEDS = "exceeds the limit"
+    UNDECIDED = "undecided within U (k = 2)"
 
 
 @dataclass(frozen=True)
@@ -32,24 +46,24 @@ class CalibratedSphere:
     ----------
     diameter : float
         [mm]
-    u_diameter : float
-        Standard uncertainty of the diameter. [mm]
-    form : float
-        Form error. [mm]
+    u_diameter : float or None
+        Standard uncertainty of the diameter; None where it is not stated. [mm]
+    form : float or None
+        Form error; None where it is not stated. [mm]
     """
 
     diameter: float
-    u_diameter: float = 0.0
-    form: float = 0.0
+    u_diameter: float | None = None
+    form: float | None = None
 
     def __post_init__(self) -> None:
         checked(self.diameter, "the sphere's diameter", REFERENCE_DIAMETER, inputs=("diameter",))
         check_numbers(self, u_diameter=UNCERTAINTY, form=UNCERTAINTY)
 
     @property
-    def u_of_form(self) -> float:
+    def u_of_form(self) -> float | None:
         """Standard uncertainty of a form error's test value (ISO/TS 23165 as recalled). [mm]"""
-        return 0.5 * self.form
+        return None if self.form is None else 0.5 * self.form
 
 
 @dataclass(frozen=True)
@@ -63,32 +77,52 @@ class StandardFigure:
     meaning : str
     value : float
         [mm]
-    u_test : float
-        Standard uncertainty of the test value, from the reference's calibration. [mm]
+    u_test : float or None
+        Standard uncertainty of the test value, from the reference's calibration; None where that
+        is not stated. [mm]
     limit : float or None
         Maximum permissible error, where one was given. [mm]
     status : str
         ``verified`` or ``recalled``, of the definition used here.
+    u_source : str
+        Where `u_test` comes from, in words; empty where the reference does not matter.
     """
 
     name: str
     meaning: str
     value: float
-    u_test: float
+    u_test: float | None
     limit: float | None
     status: str
+    u_source: str = ""
+
+    @property
+    def outcome(self) -> LimitOutcome:
+        """By the rule of ISO 14253-1: a decision needs a value outside the uncertainty zone.
+
+        Where no uncertainty is stated, the value alone is compared with the limit.
+        """
+        if self.limit is None:
+            return LimitOutcome.NO_LIMIT
+        expanded = 2.0 * (self.u_test or 0.0)
+        if abs(self.value) <= self.limit - expanded:
+            return LimitOutcome.WITHIN
+        if abs(self.value) > self.limit + expanded:
+            return LimitOutcome.EXCEEDS
+        return LimitOutcome.UNDECIDED
 
     @property
     def verdict(self) -> str:
-        """By the rule of ISO 14253-1: a verdict needs a value outside the uncertainty zone."""
-        if self.limit is None:
-            return "no limit given"
-        expanded = 2.0 * self.u_test
-        if abs(self.value) <= self.limit - expanded:
-            return "conforms"
-        if abs(self.value) > self.limit + expanded:
-            return NOT_CONFORMING
-        return "undecided within U (k = 2)"
+        """The outcome in words, with what it lacks."""
+        lacks_u = self.limit is not None and self.u_test is None
+        return self.outcome.value + (", u not stated" if lacks_u else "")
+
+    @property
+    def budget(self) -> Budget | None:
+        """Of the test value, in mm; None where no uncertainty is stated, or none matters."""
+        if self.u_test is None or not self.u_source:
+            return None
+        return Budget((Component(self.u_source, "B", self.u_test),), self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +142,21 @@ class StandardCheck:
     figures: tuple[StandardFigure, ...]
     sets: tuple[SphereFit, ...]
     notes: tuple[str, ...]
+
+    @property
+    def why_no_conformity(self) -> tuple[str, ...]:
+        """Why this is no statement of conformity to the standard; empty where it is one."""
+        reasons = []
+        if any(figure.status == RECALLED for figure in self.figures):
+            reasons.append("its definitions are recalled, not checked against its text")
+        if any(f.limit is not None and f.u_test is None for f in self.figures):
+            reasons.append("the uncertainty of the reference is not stated")
+        return tuple(reasons)
+
+    @property
+    def budgets(self) -> tuple[Budget, ...]:
+        """Of the test values whose uncertainty is stated."""
+        return tuple(f.budget for f in self.figures if f.budget is not None)
 
 
 class StandardProcedure(Protocol):

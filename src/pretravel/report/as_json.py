@@ -23,9 +23,22 @@ from pretravel.report.document import (
     Table,
 )
 from pretravel.report.work_record import InputFile, Setting, WorkRecord
+from pretravel.uncertainty.gum import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
-_TYPES = (Document, Section, Table, Column, KeyFigure, Digits, WorkRecord, InputFile, Setting)
+_TYPES = (
+    Document,
+    Section,
+    Table,
+    Column,
+    KeyFigure,
+    Digits,
+    Budget,
+    Component,
+    WorkRecord,
+    InputFile,
+    Setting,
+)
 
 
 def document_values(document: Document) -> dict[str, Any]:

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.uncertainty.gum import Budget
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -241,6 +243,8 @@ class Document:
         Remarks that belong to the result.
     warnings : tuple of str
         What limits the trust in the result.
+    budgets : tuple of Budget
+        Uncertainty budgets of results in mm, the main one first.
     """
 
     title: str
@@ -251,6 +255,7 @@ class Document:
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    budgets: tuple[Budget, ...] = ()
 
     def as_section(self, heading: str) -> Section:
         """The verdict, the key figures and the tables as a section of another document."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.compensation.measured_sphere import MeasuredSphere
-from pretravel.laboratory.standard_check import StandardCheck
-from pretravel.report.budget_report import sphere_section
+from pretravel.laboratory.standard_check import LimitOutcome, StandardCheck, StandardFigure
+from pretravel.report.budget_report import budget_table, sphere_section
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.report.formatting import decimals
 from pretravel.report.style import COLOURS, new_figure
@@ -18,11 +18,6 @@ from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_RECALLED = (
-    "recalled definitions are from memory of the standard and not checked against its text: "
-    "do not certify anything with them"
-)
 
 
 def standards_document(
@@ -54,6 +49,7 @@ def standards_document(
         tables=(_figures_table(check),),
         sections=(
             *(() if sphere is None else (sphere_section(sphere),)),
+            *_test_values(check),
             Section(
                 "Definitions",
                 figures=tuple(KeyFigure(figure.name, figure.meaning) for figure in check.figures),
@@ -61,20 +57,48 @@ def standards_document(
             ),
         ),
         pictures=(Picture("Residuals", lambda: plot_check(check, title)),),
-        notes=(*check.notes, _RECALLED),
+        notes=check.notes,
         warnings=tuple(warnings),
+        budgets=(*check.budgets, *(() if sphere is None else (sphere.budget,))),
     )
 
 
 def _verdict(check: StandardCheck) -> str:
-    """The verdicts of the figures that have a limit, taken together."""
-    verdicts = {figure.verdict for figure in check.figures if figure.limit is not None}
-    if not verdicts:
+    """What was found of the limits, and what that does not state."""
+    reasons = ", and ".join(check.why_no_conformity)
+    without = f". This is no statement of conformity to the standard: {reasons}" if reasons else ""
+    return _compared(check) + without
+
+
+def _compared(check: StandardCheck) -> str:
+    """The figures and their limits."""
+    limited = [figure for figure in check.figures if figure.limit is not None]
+    if not limited:
         return "no limit given"
-    for verdict in ("does not conform", "conforms"):
-        if verdict in verdicts and (verdict != "conforms" or len(verdicts) == 1):
-            return verdict
-    return "undecided within the uncertainty of the test"
+    exceeding = _names(limited, LimitOutcome.EXCEEDS)
+    undecided = _names(limited, LimitOutcome.UNDECIDED)
+    if exceeding:
+        return f"{exceeding} exceed{'' if ',' in exceeding else 's'} the limit"
+    if undecided:
+        return f"undecided: {undecided} within U (k = 2) of the limit"
+    count, all_figures = len(limited), len(check.figures)
+    one = "figure is within its limit" if all_figures == 1 else "figures are within their limits"
+    if count == all_figures:
+        return f"{count} of {all_figures} {one}"
+    return f"{_names(limited, LimitOutcome.WITHIN)} within the limit; the others have none"
+
+
+def _names(figures: Sequence[StandardFigure], outcome: LimitOutcome) -> str:
+    """The figures with an outcome, by the first part of their names."""
+    return ", ".join(f.name.partition(" (")[0] for f in figures if f.outcome is outcome)
+
+
+def _test_values(check: StandardCheck) -> tuple[Section, ...]:
+    """The budgets of the test values; none where nothing is stated."""
+    if not check.budgets:
+        return ()
+    tables = tuple(budget_table(budget, title=budget.result) for budget in check.budgets)
+    return (Section("Uncertainty of the test values", tables=tables, detail=True),)
 
 
 def _figures_table(check: StandardCheck) -> Table:
@@ -83,17 +107,19 @@ def _figures_table(check: StandardCheck) -> Table:
 
     figures, digits = check.figures, decimals(3)
     limits = [math.nan if figure.limit is None else figure.limit for figure in figures]
+    u = [math.nan if figure.u_test is None else figure.u_test for figure in figures]
     return Table(
         (
             Column.of("figure", [figure.name for figure in figures]),
             Column.of("value", micrometres([f.value for f in figures]), "µm", digits),
-            Column.of("u of test", micrometres([f.u_test for f in figures]), "µm", digits),
+            Column.of("u of test", micrometres(u), "µm", digits),
             Column.of("limit", micrometres(limits), "µm", digits),
             Column.of("verdict", [figure.verdict for figure in figures]),
             Column.of("definition", [figure.status for figure in figures]),
         ),
         explanation="u of test: standard uncertainty of the test value from the calibration of the "
-        "reference.",
+        "reference; empty where that is not stated. verdict: outside the zone of U = 2 u about the "
+        "limit (the rule of ISO 14253-1); without u the value alone is compared.",
     )
 
 

@@ -66,6 +66,8 @@ class Budget:
     Parameters
     ----------
     components : tuple of Component
+    result : str
+        The quantity that it is the budget of, in words.
 
     References
     ----------
@@ -77,6 +79,7 @@ class Budget:
     """
 
     components: tuple[Component, ...]
+    result: str = ""
 
     @property
     def combined(self) -> float:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.support.commands import rows, run
+from pretravel.formats.touches_csv import read_touches, write_touches
+from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import PART, SPHERE
 
 
@@ -21,8 +25,8 @@ class TestStandards:
                    "--form-limit", 3, "--size-limit", 3, "-o", tmp_path / "c.html",
                    code=3)  # fmt: skip
         assert "recalled" in text
-        assert "conforms" in text
-        assert "does not conform" in text  # wrong by a mean pretravel
+        assert "within the limit" in text
+        assert "exceeds the limit" in text  # wrong by a mean pretravel
 
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
@@ -42,6 +46,78 @@ class TestStandards:
     def test_iso230_10(self) -> None:
         text = run("check", "iso230-10", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6)
         assert all(figure in text for figure in ("P_FTU,2D", "P_FTU,3D", "R_SPT"))
+
+    @pytest.mark.parametrize("stated", [True, False])
+    def test_the_verdict_says_what_is_not_certified(self, tmp_path: Path, stated: bool) -> None:
+        """Definitions are recalled: nothing conforms to a standard, with or without u."""
+        options = ["--u-diameter", 0.1, "--sphere-form", 0.1] if stated else []
+        page = tmp_path / "c.html"
+        text, warned = both_outputs(
+            "check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--tip-diameter", 5.967,
+            "--form-limit", 20, "--size-limit", 20, *options, "-o", page,
+        )  # fmt: skip
+        verdict = text.replace("\n  ", " ").splitlines()[0]
+        assert "2 of 2 figures are within their limits" in verdict
+        assert "no statement of conformity" in verdict
+        assert "recalled" in verdict
+        assert ("uncertainty of the reference is not stated" in verdict) != stated
+        assert ("--u-diameter and --sphere-form" in warned) != stated
+        for shown in (text, page.read_text(encoding="utf-8")):
+            assert "conforms" not in shown
+
+    def test_only_the_missing_part_of_the_reference_is_asked_for(self) -> None:
+        _, warned = both_outputs(
+            "check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--tip-diameter", 5.967,
+            "--form-limit", 20, "--sphere-form", 0.1, "--size-limit", 20,
+        )  # fmt: skip
+        assert "--u-diameter" in warned
+        assert "--sphere-form" not in warned
+
+    def test_budget_on_page_and_in_json(self, tmp_path: Path) -> None:
+        """The same budget as `check --verbose` prints."""
+        made, page, values = (tmp_path / name for name in ("map.nc", "c.html", "c.json"))
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean",
+            "-o", made)  # fmt: skip
+        command = ["check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--map", made,
+                   "--form-limit", 30, "--u-diameter", 0.1, "--sphere-form", 0.1]  # fmt: skip
+        text = run(*command, "--verbose")
+        (shown,) = (line for line in text.splitlines() if line.startswith("tip radius"))
+        run(*command, "-o", page)
+        html = page.read_text(encoding="utf-8")
+        assert "Uncertainty of the diameter" in html
+        run(*command, "-o", values)
+        result = json.loads(values.read_text(encoding="utf-8"))
+        assert result["conformity_stated"] is False
+        assert any("recalled" in reason for reason in result["why_no_conformity"])
+        by_result = {budget["result"]: budget for budget in result["budgets"]}
+        diameter = by_result["diameter of the sphere, compensated"]
+        parts = {part["source"]: part for part in diameter["contributions"]}
+        printed = f"{parts['tip radius']['contribution_um']:.4f}"
+        assert printed in shown
+        assert printed in html
+        squares = sum(part["contribution_um"] ** 2 for part in parts.values())
+        assert diameter["combined_um"] == pytest.approx(squares**0.5)
+        assert sum(part["share"] for part in parts.values()) == pytest.approx(1.0)
+        (form,) = (b for name, b in by_result.items() if name.startswith("P_Form"))
+        # Half of the stated form error of the reference (ISO/TS 23165 as recalled).
+        assert form["combined_um"] == pytest.approx(0.05)
+
+    def test_a_map_checked_on_its_own_touches_is_warned_of(self, tmp_path: Path) -> None:
+        made, copy, new = (tmp_path / name for name in ("map.nc", "copy.csv", "new.csv"))
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean",
+            "-o", made)  # fmt: skip
+        copy.write_bytes(SPHERE.read_bytes())
+        page = tmp_path / "c.html"
+        command = ["check", "iso10360-5", copy, "--diameter", 24.9987, "--map", made]
+        warned = both_outputs(*command, "-o", page)[1]
+        assert "all 75 touches are, to the last digit, touches that made the map" in warned
+        assert "touches that made the map" in page.read_text(encoding="utf-8")
+        touched = read_touches(SPHERE)
+        scatter = 0.3e-3 * np.random.default_rng(1).standard_normal(75)
+        positions = touched.positions + scatter[:, None] * touched.normals
+        write_touches(new, replace(touched, positions=positions))
+        command[2] = new
+        assert "made the map" not in both_outputs(*command)[1]
 
     @pytest.mark.parametrize(
         ("arguments", "words"),

@@ -8,7 +8,7 @@ import pytest
 from pretravel.directions import sphere_pattern_25
 from pretravel.laboratory.iso230_10 import check_iso230_10
 from pretravel.laboratory.iso10360_5 import check_iso10360_5
-from pretravel.laboratory.standard_check import CalibratedSphere, StandardFigure
+from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardFigure
 from pretravel.touches import Touches
 
 UM = 1e-3
@@ -18,16 +18,56 @@ N = sphere_pattern_25()
 @pytest.mark.parametrize(
     ("value", "verdict"),
     [
-        (1.5, "conforms"),
-        (-1.5, "conforms"),
+        (1.5, "within the limit"),
+        (-1.5, "within the limit"),
         (1.9, "undecided within U (k = 2)"),
         (2.3, "undecided within U (k = 2)"),
-        (-2.5, "does not conform"),
+        (-2.5, "exceeds the limit"),
     ],
 )
 def test_verdict_only_outside_the_uncertainty_zone(value: float, verdict: str) -> None:
     """ISO 14253-1, quoted from memory: limit 2 um, U = 0.4 um."""
     assert StandardFigure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "recalled").verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("value", "verdict", "outcome"),
+    [
+        (1.9, "within the limit, u not stated", LimitOutcome.WITHIN),
+        (2.1, "exceeds the limit, u not stated", LimitOutcome.EXCEEDS),
+    ],
+)
+def test_without_an_uncertainty_a_figure_says_so(
+    value: float, verdict: str, outcome: LimitOutcome
+) -> None:
+    figure = StandardFigure("size", "", value * UM, None, 2.0 * UM, "recalled")
+    assert (figure.verdict, figure.outcome) == (verdict, outcome)
+
+
+def test_what_a_check_does_not_state() -> None:
+    """Limits are compared; conformity to a standard needs u and the text of the standard."""
+    touches = Touches(N * 15.5, N)
+
+    def reasons(sphere: CalibratedSphere) -> str:
+        made = check_iso10360_5(touches, sphere, tip_diameter=6.0, limits={"form": UM, "size": UM})
+        return "; ".join(made.why_no_conformity)
+
+    assert "recalled" in reasons(CalibratedSphere(25.0, 0.1 * UM, 0.1 * UM))
+    assert "not stated" not in reasons(CalibratedSphere(25.0, 0.1 * UM, 0.1 * UM))
+    assert "not stated" in reasons(CalibratedSphere(25.0, 0.1 * UM))
+    assert "not stated" in reasons(CalibratedSphere(25.0, form=0.1 * UM))
+    # A perfect reference may be stated: that is another thing than to state nothing.
+    assert "not stated" not in reasons(CalibratedSphere(25.0, 0.0, 0.0))
+
+
+def test_repeatability_does_not_need_the_reference() -> None:
+    """The range of repeats of one direction contains nothing of the reference's calibration."""
+    n = np.tile([[0.0, 0.0, 1.0]], (10, 1))
+    angle = np.radians(np.arange(0, 360, 10))
+    n = np.concatenate([n, np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)])
+    made = check_iso230_10(Touches(n * 15.5, n), CalibratedSphere(25.0), tip_diameter=6.0)
+    stated = {figure.name: figure.u_test for figure in made.figures}
+    assert stated == {"P_FTU,2D": None, "R_SPT": 0.0, "P_FTU,3D": None}
 
 
 def test_form_and_size_of_known_touches() -> None:
