@@ -79,7 +79,7 @@ def fem(
     check_touch(description, touch)
     if step is not None:
         write_step(step, description)
-    with working("building the finite-element model"):
+    with working("finite elements"):
         reduced = build_model(description, MeshSettings(refinement=refinement), solver)
         state = state_at_trigger(description, reduced, touch)
         if vtu is not None:

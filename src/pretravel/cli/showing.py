@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from pretravel.cli.files import is_page
+from pretravel.cli.progress import working
 from pretravel.cli.running import record_of_command
 from pretravel.report.document import Document
 from pretravel.report.terminal import terminal_text
@@ -32,7 +33,8 @@ def save_page(
         return
     from pretravel.report.page import write_page
 
-    write_page(path, document, record=record_of_command(statements), template=template)
+    with working(f"writing {path.name}"):
+        write_page(path, document, record=record_of_command(statements), template=template)
 
 
 def save_picture(document: Document, path: Path | None) -> None:
@@ -41,4 +43,5 @@ def save_picture(document: Document, path: Path | None) -> None:
         return
     from pretravel.report.style import save_picture_file
 
-    save_picture_file(document.pictures[0], path)
+    with working(f"drawing {path.name}"):
+        save_picture_file(document.pictures[0], path)

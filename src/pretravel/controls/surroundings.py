@@ -5,6 +5,7 @@ The probe axis is the machine's z. Tip, stem and body of the probe are a ball an
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -16,6 +17,8 @@ from pretravel.controls.machine import Machine
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stylus_obstacle
 from pretravel.quantities import COORDINATE, DISTANCE, check_numbers, checked_values
 from pretravel.surface.cad.part import Part
+
+log = logging.getLogger(__name__)
 
 _EDGES = 0.05
 """Resolution of a face's edges when distances from the face are computed. [mm]"""
@@ -179,6 +182,7 @@ class PartObstacle:
     ) -> BoolArray:
         met = np.zeros(len(start), dtype=bool)
         length = np.linalg.norm(end - start, axis=1)
+        log.info("checking %d moves against the part", len(start))
         # Moves of similar length are checked together, each over the length of the longest.
         for group in np.unique(np.ceil(length[length > 0.0])):
             rows = np.flatnonzero(np.ceil(length) == group)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,8 @@ from pretravel.trigger.compliance.fem import FiniteElements, seat_closure
 from pretravel.trigger.loading import loaded
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.trigger.seats import seat_statics
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +91,7 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     rest[SPRING_FORCE] = touched[SPRING_FORCE] = probe.preload
     touched[TIP_FORCE] = trigger.force[0] * trigger.directions[0]
     change = touched - rest
+    log.info("displacement and stress of all elements")
     loading = loaded(probe, statics, trigger.directions, trigger.force, default_workpiece())
     rigid = seat_closure(reduced, loading, change)
     elastic = reduced.elastic_field

@@ -7,6 +7,7 @@ another place, and comes to rest elsewhere than it started.
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 
@@ -29,6 +30,8 @@ from pretravel.trigger.friction_equilibrium import (
     seat_mechanism,
 )
 from pretravel.trigger.seats import SeatStatics, seat_statics
+
+log = logging.getLogger(__name__)
 
 LARGEST_FRICTION = 0.5
 """Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
@@ -172,6 +175,7 @@ def friction_cycle(
     reach = base + (np.maximum(0.01, 2.0 * base) if overtravel is None else overtravel)
     history = _History(mechanism, cycles, probe.threshold)
     for number in range(cycles):
+        log.info("cycle %d of %d", number + 1, cycles, extra={"done": number / cycles})
         start = history.deflection
         history.load(reach, number, steps)
         _check_opened(history, number, reach, base)

@@ -186,7 +186,7 @@ def free_body(model: FiniteElementModel, solver: str = "auto") -> Solve:
     weighted = _nodal_volumes(model)[:, None] * motions
     inertia = motions.T @ weighted
     free = np.setdiff1d(np.arange(mesh.unknowns), _held_unknowns(mesh))
-    log.info("factorising %d unknowns", mesh.unknowns)
+    log.info("factorising %d unknowns", mesh.unknowns, extra={"done": 0.6})
     solve = factorise(model.stiffness[free][:, free].tocsr(), solver)
 
     def displacements(loads: FloatArray) -> FloatArray:

@@ -92,7 +92,8 @@ def finite_element_model(
     >>> total[:3].round(9).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    log.info("assembling %d unknowns", mesh.unknowns)
+    # Parts of the whole: measured with 127 and 291 thousand unknowns, for the progress.
+    log.info("assembling %d unknowns", mesh.unknowns, extra={"done": 0.48})
     elements = element_stiffness(mesh, solids.materials)
     regions = _seat_regions(mesh)
     for region in regions:

@@ -95,7 +95,7 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
     faces = [SPRING, *(seat_face(k) for k in range(6))]
     for attempt in _GRADINGS:
         grading = attempt * settings.grading
-        log.info("meshing")
+        log.info("meshing", extra={"done": 0.05})
         try:
             # One thread: netgen's wait busily for each other. Two use three times the processor
             # time, and ten times as long beside other work, for the same mesh.

@@ -151,6 +151,7 @@ def _reduced_model(
         mesh = mesh_solids(solids, settings)
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
+        log.info("storing the reduced model", extra={"done": 0.92})
         try:
             make_private(folder)
             if doubt := mistrust(folder):
