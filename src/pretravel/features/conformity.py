@@ -31,6 +31,31 @@ class ConformityVerdict(Enum):
     UNDECIDED = "cannot be decided"
 
 
+_BY_PROBING_ALONE = {
+    ConformityVerdict.CONFORMS: "within the tolerance",
+    ConformityVerdict.DOES_NOT_CONFORM: "outside the tolerance",
+}
+MACHINE_NOT_IN_U = "machine not in u"
+"""What a verdict adds where u contains the errors of probing alone."""
+
+
+def verdict_words(verdict: ConformityVerdict, u_machine: float) -> str:
+    """An outcome in words: conformity is stated only where the errors of the machine are in u.
+
+    Parameters
+    ----------
+    verdict : ConformityVerdict
+    u_machine : float
+        Standard uncertainty of a length by the machine's geometry, temperature and clamping. [mm]
+
+    >>> verdict_words(ConformityVerdict.CONFORMS, 0.002)
+    'conforms'
+    >>> verdict_words(ConformityVerdict.CONFORMS, 0.0)
+    'within the tolerance'
+    """
+    return verdict.value if u_machine > 0.0 else _BY_PROBING_ALONE.get(verdict, verdict.value)
+
+
 @dataclass(frozen=True)
 class Conformity:
     """A quantity with its tolerance, and the decision about it.

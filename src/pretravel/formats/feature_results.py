@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.features.conformity import Conformity
+from pretravel.features.conformity import MACHINE_NOT_IN_U, Conformity, verdict_words
 from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.features.tolerances import InspectedFeature
 from pretravel.units import DEGREE
@@ -46,7 +46,7 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
                 "u": u / scale,
                 "expanded_u": COVERAGE_FACTOR * u / scale,
                 "uncompensated": None if plain is None else plain / scale,
-                **_decision(decisions.get(name)),
+                **_decision(decisions.get(name), feature.errors.machine),
             }
         )
 
@@ -62,18 +62,19 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
     return rows
 
 
-def _decision(conformity: Conformity | None) -> dict[str, Any]:
+def _decision(conformity: Conformity | None, u_machine: float) -> dict[str, Any]:
     if conformity is None:
         return dict.fromkeys(
             ("lower", "upper", "guard_band", "rejection_band", "conformance_probability", "verdict")
         )
+    lacks = "" if u_machine > 0.0 else f", {MACHINE_NOT_IN_U}"
     return {
         "lower": _finite(conformity.lower),
         "upper": _finite(conformity.upper),
         "guard_band": _finite(conformity.guard_band),
         "rejection_band": _finite(conformity.rejection_band),
         "conformance_probability": _finite(conformity.probability),
-        "verdict": conformity.verdict.value,
+        "verdict": verdict_words(conformity.verdict, u_machine) + lacks,
     }
 
 
@@ -113,6 +114,7 @@ def _feature_values(inspected: InspectedFeature) -> dict[str, Any]:
         "feature": feature.label,
         "kind": feature.kind,
         "side": feature.side,
+        "u_machine_mm": feature.errors.machine,
         "correlation_of_points_stated": feature.errors.correlation_known,
         "direction": None if association.direction is None else association.direction.tolist(),
         "u_direction_deg": None if feature.u_direction is None else feature.u_direction / DEGREE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pretravel.features.conformity import Conformity, ConformityVerdict
+from pretravel.features.conformity import Conformity, ConformityVerdict, verdict_words
 from pretravel.features.feature_uncertainty import FORM_OF_PART
 from pretravel.features.measured_feature import COVERAGE_FACTOR, MeasuredFeature, Quantity
 from pretravel.features.tolerances import InspectedFeature, side_of_failure
@@ -68,26 +68,40 @@ def _name(feature: MeasuredFeature) -> str:
     return feature.label or feature.kind
 
 
+_WITHOUT_MACHINE = (
+    ". This is no statement of conformity: u contains the errors of probing alone, not those of "
+    "the machine's geometry, of temperature and clamping"
+)
+
+
 def _verdict(features: Sequence[InspectedFeature]) -> str:
+    """What was found, and what it does not state."""
+    lacking = any(i.verdict is not None and not i.feature.errors.machine for i in features)
+    return _found(features) + (_WITHOUT_MACHINE if lacking else "")
+
+
+def _found(features: Sequence[InspectedFeature]) -> str:
     if len(features) == 1:
         return _verdict_of_one(features[0])
+    u_machine = features[0].feature.errors.machine
     words = []
     for verdict in ConformityVerdict:
         names = [_name(i.feature) for i in features if i.verdict is verdict]
         if not names:
             continue
         which = "" if verdict is ConformityVerdict.CONFORMS else f" ({', '.join(names)})"
-        words.append(f"{len(names)} {_number_of(verdict, len(names))}{which}")
+        words.append(f"{len(names)} {_number_of(verdict, len(names), u_machine)}{which}")
     count = f"{len(features)} features"
     return f"{count}: {', '.join(words)}" if words else count
 
 
-def _number_of(verdict: ConformityVerdict, count: int) -> str:
+def _number_of(verdict: ConformityVerdict, count: int, u_machine: float) -> str:
     """The words of a verdict after a number of features."""
+    words = verdict_words(verdict, u_machine)
     if count == 1:
-        return verdict.value
+        return words
     several = {"conforms": "conform", "does not conform": "do not conform"}
-    return several.get(verdict.value, verdict.value)
+    return several.get(words, words)
 
 
 def _verdict_of_one(inspected: InspectedFeature) -> str:
@@ -107,7 +121,8 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
         if c.verdict is inspected.verdict
     ]
     why = "" if inspected.verdict is ConformityVerdict.CONFORMS else f" ({'; '.join(reasons)})"
-    return f"{_name(feature)}, {count}: {inspected.verdict.value}{why}"
+    words = verdict_words(inspected.verdict, feature.errors.machine)
+    return f"{_name(feature)}, {count}: {words}{why}"
 
 
 def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
@@ -196,12 +211,15 @@ def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> 
             Column.of("guard band", guard, "µm"),
             Column.of("rejection", reject, "µm"),
             Column.of("P", [100.0 * c.probability for c in conformities], "%", decimals(1)),
-            Column.of("verdict", [c.verdict.value for c in conformities]),
+            Column.of(
+                "verdict",
+                [verdict_words(c.verdict, feature.errors.machine) for feature, c in decided],
+            ),
         ),
         title="Conformity",
-        explanation="A value conforms where it is inside the tolerance by at least the guard band, "
-        "and does not conform where it is outside by more than the rejection band. P: probability "
-        "that the true value conforms.",
+        explanation="It is decided that a value is inside the tolerance where it is so by at least "
+        "the guard band, and outside where it is so by more than the rejection band. P: the "
+        "probability that the true value is inside.",
     )
 
 

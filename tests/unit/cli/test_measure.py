@@ -13,7 +13,7 @@ import pytest
 from pretravel.compensation.compensation import apply, embed
 from pretravel.formats.point_files import write_points
 from pretravel.touches import Touches
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import around
@@ -61,7 +61,7 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
                "--at", "40,30,-5", "--position-tolerance", 0.02, "--form-tolerance", 0.005,
                "--tolerance", "20.012..20.03"]  # fmt: skip
     text = run(*command, "-o", page, "--plot", picture, "--verbose", code=3)
-    assert "does not conform (diameter: too small by 2.0 µm, material is left)" in text
+    assert "outside the tolerance (diameter: too small by 2.0 µm, material is left)" in text
     assert "tip radius" in text
     assert "Gaussian association" in text
     assert page.read_text(encoding="utf-8").count("<img") == 1
@@ -70,10 +70,28 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     (bore,) = json.loads(values.read_text())["features"]
     assert bore["side"] == "inside"
     by_name = {row["quantity"]: row for row in bore["quantities"]}
-    assert by_name["position"]["verdict"] == "conforms"
-    assert by_name["roundness"]["verdict"] == "conforms"
+    assert by_name["position"]["verdict"] == "within the tolerance, machine not in u"
+    assert by_name["roundness"]["verdict"] == "within the tolerance, machine not in u"
     parts = bore["budgets"]["diameter"]
     assert by_name["diameter"]["u"] == pytest.approx(np.sqrt(sum(u**2 for u in parts.values())))
+
+
+def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path) -> None:
+    """Neither the verdict nor any file says "conforms" where u contains the probing alone."""
+    command = ["measure", points_file, "--feature", "bore", "--group", "--tolerance", "20..20.021"]
+    page, table, values = (tmp_path / f"bores.{e}" for e in ("html", "csv", "json"))
+    text, warned = both_outputs(*command, "-o", page, code=3)
+    first = text.splitlines()[0]
+    assert first.startswith("2 features: 1 within the tolerance, 1 outside the tolerance (bore2)")
+    assert "no statement of conformity" in first
+    assert "--u-machine" in warned
+    run(*command, "-o", table, code=3)
+    run(*command, "-o", values, code=3)
+    for shown in (text, *(file.read_text(encoding="utf-8") for file in (page, table, values))):
+        assert "conforms" not in shown
+        assert "not conform" not in shown
+    stated = run(*command, "--u-machine", 1, code=3).splitlines()[0]
+    assert stated == "2 features: 1 conforms, 1 does not conform (bore2)"
 
 
 @pytest.mark.parametrize(
