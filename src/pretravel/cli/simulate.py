@@ -149,6 +149,7 @@ def simulate(
         simulation.travel_since_contact(touches, simulated.tip_radius),
         simulated.outcomes.slide,
         title=f"{name} on {surface}",
+        surface=shape,
         warnings=_warnings(shape, wanted, simulated.outcomes, failures),
     )
     save_page(report, output)

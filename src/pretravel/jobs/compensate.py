@@ -74,9 +74,12 @@ class CompensatedTouches:
 
     def document(self, touches_name: str = "", *, warnings: Sequence[str] = ()) -> Document:
         """The report; parameters as those of `points_document`."""
+        placement = self.setup.placement or self.readings.placement
         return points_document(
             self.points,
             touches_name=touches_name,
+            nominal=self.setup.nominal,
+            placement=placement if self.setup.frame == "machine" else None,
             warnings=[*self.readings.notes(), *self.warnings, *warnings],
         )
 

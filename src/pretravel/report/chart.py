@@ -29,7 +29,11 @@ class _Frozen:
     def __post_init__(self) -> None:
         for field in fields(self):  # type: ignore[arg-type]
             value = getattr(self, field.name)
-            if isinstance(value, (np.ndarray, list)):
+            if isinstance(value, np.ndarray) and value.dtype.kind in "iu":
+                rows = value.copy()
+                rows.flags.writeable = False
+                object.__setattr__(self, field.name, rows)
+            elif isinstance(value, (np.ndarray, list)):
                 object.__setattr__(self, field.name, frozen(value))
         given = [getattr(self, name) for name in self._rows]
         lengths = {len(value) for value in given if value is not None and len(value)}
@@ -80,6 +84,8 @@ class Scale:
     low, high : float
     signed : bool
         Whether zero is in the middle, in white.
+    logarithmic : bool
+        Whether equal steps of colour are equal ratios; `low` is above zero then.
     """
 
     label: str
@@ -87,6 +93,7 @@ class Scale:
     low: float
     high: float
     signed: bool = False
+    logarithmic: bool = False
 
     @staticmethod
     def of(label: str, unit: str, values: npt.ArrayLike, *, signed: bool = False) -> Scale:
@@ -311,6 +318,8 @@ class PolarChart:
         That the azimuth is in.
     scale : Scale or None
     note : str
+    directions : pair of str
+        Names of the directions to the right and upwards.
     """
 
     title: str
@@ -319,6 +328,7 @@ class PolarChart:
     frame: FrameName = "probe"
     scale: Scale | None = None
     note: str = ""
+    directions: tuple[str, str] = ("+X", "+Y")
 
 
 @dataclass(frozen=True, eq=False)
@@ -456,7 +466,24 @@ class SpaceArrow(_Frozen):
     colour: Colour = "limit"
 
 
-SpaceMark: TypeAlias = SpacePoints | SpaceLines | SpaceMesh | SpaceArrow
+@dataclass(frozen=True, eq=False)
+class SpaceNotes(_Frozen):
+    """Words at places in space.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+    texts : tuple of str
+    colour : Colour
+    """
+
+    positions: FloatArray
+    texts: tuple[str, ...]
+    colour: Colour = "ink"
+    _rows = ("positions", "texts")
+
+
+SpaceMark: TypeAlias = SpacePoints | SpaceLines | SpaceMesh | SpaceArrow | SpaceNotes
 
 
 @dataclass(frozen=True)
@@ -489,6 +516,16 @@ class SpaceChart:
 
 COMPASS = ("+X", "45°", "+Y", "135°", "-X", "225°", "-Y", "315°")
 """Names of the directions around, from 0° in steps of 45°."""
+
+
+def compass_of(right: str, up: str) -> tuple[str, ...]:
+    """Names of the directions around, from 0° in steps of 45°, from those at 0° and at 90°.
+
+    >>> compass_of("+X", "-Z")
+    ('+X', '45°', '-Z', '135°', '-X', '225°', '+Z', '315°')
+    """
+    other = str.maketrans("+-", "-+")
+    return (right, "45°", up, "135°", right.translate(other), "225°", up.translate(other), "315°")
 
 
 def rings_to(largest: float) -> list[float]:
@@ -524,3 +561,35 @@ class View:
     title: str
     charts: tuple[Chart, ...]
     columns: int = 3
+
+
+def corners_of(chart: SpaceChart) -> FloatArray:
+    """All points of the marks of a chart in space, (n, 3)."""
+    parts = [np.empty((0, 3))]
+    for mark in chart.marks:
+        match mark:
+            case SpacePoints() | SpaceNotes():
+                parts.append(mark.positions)
+            case SpaceLines():
+                parts += [mark.starts, mark.ends]
+            case SpaceMesh():
+                parts.append(mark.vertices)
+            case SpaceArrow():
+                parts += [mark.start[None], (mark.start + mark.vector)[None]]
+    points = np.vstack(parts)
+    points = points[np.all(np.isfinite(points), axis=1)]
+    return points if len(points) else np.zeros((1, 3))
+
+
+def box_of(chart: SpaceChart) -> tuple[FloatArray, FloatArray]:
+    """Middle and sides of the box around all marks; no side is below 15 % of the longest.
+
+    >>> low, high = np.zeros((1, 3)), np.array([[2.0, 1.0, 0.0]])
+    >>> middle, sides = box_of(SpaceChart("", (SpaceLines(low, high),)))
+    >>> middle.tolist(), sides.tolist()
+    ([1.0, 0.5, 0.0], [2.0, 1.0, 0.3])
+    """
+    points = corners_of(chart)
+    low, high = points.min(axis=0), points.max(axis=0)
+    sides = high - low
+    return 0.5 * (low + high), np.maximum(sides, 0.15 * max(float(sides.max()), 1e-9))

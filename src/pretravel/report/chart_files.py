@@ -28,14 +28,17 @@ from pretravel.report.chart import (
     SpaceLines,
     SpaceMark,
     SpaceMesh,
+    SpaceNotes,
     SpacePoints,
     TopView,
     View,
+    box_of,
+    compass_of,
     rings_to,
     title_and_frame,
 )
 from pretravel.report.colours import LIGHT, SEQUENTIAL, SIGNED
-from pretravel.report.style import new_figure, proportions, some_rows
+from pretravel.report.style import new_figure, some_rows
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
@@ -45,6 +48,8 @@ if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
     from mpl_toolkits.mplot3d import Axes3D
 
+_LEGEND_SIGNS = 66
+"""About as many signs are as wide as a chart."""
 _SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
 
 
@@ -100,6 +105,7 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
 def _polar(chart: PolarChart, figure: Figure, cell: tuple[int, int, int]) -> None:
     axes = _polar_axes(figure, cell, title_and_frame(chart))
+    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), compass_of(*chart.directions))
     for mark in chart.marks:
         _draw_mark(mark, axes, chart.scale)
     axes.set_ylim(chart.radius.low, chart.radius.high)
@@ -152,40 +158,27 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     _space_meshes(chart, axes)
     for mark in chart.marks:
         _draw_space(mark, axes, chart)
-    corners = _corners(chart)
-    sides = np.array(proportions(corners))
-    for name, low, high, side in zip(
-        "xyz", corners.min(axis=0), corners.max(axis=0), sides, strict=True
-    ):
-        middle = 0.5 * (low + high)
-        getattr(axes, f"set_{name}lim")(middle - 0.53 * side, middle + 0.53 * side)
+    middle, sides = box_of(chart)
+    for name, center, side in zip("xyz", middle.tolist(), sides.tolist(), strict=True):
+        getattr(axes, f"set_{name}lim")(center - 0.53 * side, center + 0.53 * side)
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
-    axes.set_box_aspect(tuple(sides))
+        getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
+    axes.set_box_aspect(tuple(sides.tolist()))
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
         from matplotlib.cm import ScalarMappable
 
-        mappable = ScalarMappable(cmap=_colouring(chart.scale)["cmap"])
-        mappable.set_clim(chart.scale.low, chart.scale.high)
-        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.18, label=chart.scale.text)
+        mappable = ScalarMappable(**_colouring(chart.scale))
+        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.2, label=chart.scale.text)
     _legend_and_note(axes, chart.note, below=0.04, meshes=_mesh_patches(chart))
 
 
-def _corners(chart: SpaceChart) -> FloatArray:
-    """All points of the marks."""
-    parts = []
-    for mark in chart.marks:
-        match mark:
-            case SpacePoints():
-                parts.append(mark.positions)
-            case SpaceLines():
-                parts += [mark.starts, mark.ends]
-            case SpaceMesh():
-                parts.append(mark.vertices)
-            case SpaceArrow():
-                parts += [mark.start[None], (mark.start + mark.vector)[None]]
-    return np.vstack(parts) if parts else np.zeros((1, 3))
+def _few_ticks(side: float, longest: float) -> Any:
+    """Numbers that do not touch each other along a short side."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(max(2, round(6.0 * side / longest)), steps=[1, 2, 5, 10])
 
 
 def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
@@ -215,17 +208,25 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
 def _legend_and_note(axes: Axes, note: str, below: float, meshes: Sequence[Patch] = ()) -> None:
     handles, labels = axes.get_legend_handles_labels()
     handles, labels = [*meshes, *handles], [*(str(m.get_label()) for m in meshes), *labels]
+    widest = max((len(label) for label in labels), default=1)
+    columns = int(np.clip(_LEGEND_SIGNS // (widest + 6), 1, 3))
     if handles:
         axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -below),
-                    fontsize=7, ncols=min(len(labels), 3), frameon=False)  # fmt: skip
+                    fontsize=7, ncols=min(len(labels), columns), frameon=False)  # fmt: skip
     if note:
-        axes.annotate(note, (0.5, 0.0), (0.0, -58.0 - 10.0 * ((len(labels) + 2) // 3)), ha="center",
+        lines = math.ceil(len(labels) / columns)
+        axes.annotate(note, (0.5, -below), (0.0, -6.0 - 12.0 * lines), ha="center",
                       xycoords="axes fraction", textcoords="offset points", va="top",
                       fontsize=7, color=LIGHT["reference"], annotation_clip=False)  # fmt: skip
 
 
 def _colouring(scale: Scale) -> dict[str, Any]:
-    return {"cmap": SIGNED if scale.signed else SEQUENTIAL, "vmin": scale.low, "vmax": scale.high}
+    """The scale of colours, and how values are placed on it."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    kind = LogNorm if scale.logarithmic else Normalize
+    norm = kind(scale.low, scale.high, clip=True)
+    return {"cmap": SIGNED if scale.signed else SEQUENTIAL, "norm": norm}
 
 
 def _named(name: str) -> str | None:
@@ -323,6 +324,9 @@ def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
             _space_lines(mark, axes)
         case SpaceArrow():
             _space_arrow(mark, axes)
+        case SpaceNotes():
+            for place, text in zip(mark.positions.tolist(), mark.texts, strict=True):
+                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=8, zorder=10)
 
 
 def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
@@ -333,7 +337,7 @@ def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
     elif mark.values is not None and chart.scale is not None:
         colour = {"c": mark.values[rows], **_colouring(chart.scale)}
     axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
-                 depthshade=False, label=_named(mark.name), **colour)  # fmt: skip
+                 depthshade=False, label=_named(mark.name), zorder=2.0, **colour)  # fmt: skip
 
 
 def _in_front(positions: FloatArray, chart: SpaceChart) -> IntArray:
@@ -362,7 +366,7 @@ def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
     segments = np.stack([mark.starts[rows], mark.ends[rows]], axis=1)
     axes.add_collection3d(
         Line3DCollection(segments, colors=LIGHT[mark.colour], linewidths=mark.width,
-                         label=_named(mark.name) or "_")
+                         label=_named(mark.name) or "_", zorder=1.0)
     )  # fmt: skip
 
 
@@ -394,12 +398,12 @@ def _mesh_patches(chart: SpaceChart) -> list[Patch]:
 def _face_colours(mark: SpaceMesh, scale: Scale | None) -> FloatArray:
     """Colour and opacity of each triangle, (t, 4)."""
     from matplotlib import colormaps
-    from matplotlib.colors import Normalize, to_rgb
+    from matplotlib.colors import to_rgb
 
     if mark.values is not None and scale is not None:
         values = mark.values[_triangles(mark)].mean(axis=1)
         style = _colouring(scale)
-        colours = colormaps[style["cmap"]](Normalize(scale.low, scale.high)(values))[:, :3]
+        colours = colormaps[style["cmap"]](style["norm"](values))[:, :3]
     else:
         corners = mark.vertices[_triangles(mark)]
         colours = np.broadcast_to(to_rgb(LIGHT[mark.colour]), (len(corners), 3))
@@ -417,5 +421,5 @@ def _brightness(corners: FloatArray) -> FloatArray:
 
 def _space_arrow(mark: SpaceArrow, axes: Axes3D) -> None:
     axes.quiver(*mark.start, *mark.vector, color=LIGHT[mark.colour], lw=2.0,
-                arrow_length_ratio=0.25)  # fmt: skip
+                arrow_length_ratio=0.25, zorder=3.0)  # fmt: skip
     axes.text(*(mark.start - 0.08 * mark.vector), mark.name, color=LIGHT[mark.colour], fontsize=8)

@@ -33,9 +33,13 @@ from pretravel.report.chart import (
     SpaceArrow,
     SpaceChart,
     SpaceLines,
+    SpaceMark,
     SpaceMesh,
+    SpaceNotes,
     SpacePoints,
     TopView,
+    box_of,
+    compass_of,
     rings_to,
     title_and_frame,
 )
@@ -174,7 +178,18 @@ def _numbers(values: npt.ArrayLike) -> list[Any]:
 
 def _colour_bar(scale: Scale) -> dict[str, Any]:
     title = {"text": _text(scale.text), "side": "right"}
-    return {"title": title, "thickness": 14, "outlinewidth": 0}
+    bar: dict[str, Any] = {"title": title, "thickness": 14, "outlinewidth": 0}
+    if scale.logarithmic:
+        ends = math.log10(scale.low), math.log10(scale.high)
+        marked = [
+            (power + math.log10(digit), f"{digit * 10.0**power:g}")
+            for power in range(math.floor(ends[0]), math.ceil(ends[1]) + 1)
+            for digit in (1, 2, 5)
+            if ends[0] <= power + math.log10(digit) <= ends[1]
+        ]
+        bar |= {"tickmode": "array", "tickvals": [place for place, _ in marked]}
+        bar["ticktext"] = [text for _, text in marked]
+    return bar
 
 
 def _marker(mark: Dots | SpacePoints, scale: Scale | None) -> dict[str, Any]:
@@ -187,11 +202,15 @@ def _marker(mark: Dots | SpacePoints, scale: Scale | None) -> dict[str, Any]:
 
 def _in_colours(values: FloatArray, scale: Scale, key: str) -> dict[str, Any]:
     """Values in the colours of a scale, of a marker or (key intensity) of a surface."""
+    low, high = scale.low, scale.high
+    if scale.logarithmic:
+        values = np.log10(np.clip(values, low, high))
+        low, high = math.log10(low), math.log10(high)
     return {
         key: _numbers(values),
         "colorscale": _COLOUR_SCALES[scale.signed],
-        "cmin": scale.low,
-        "cmax": scale.high,
+        "cmin": low,
+        "cmax": high,
         "showscale": True,
         "colorbar": _colour_bar(scale),
     }
@@ -329,7 +348,8 @@ def _hover(mark: Dots | SpacePoints, scale: Scale | None, place: str) -> dict[st
     rows = len(mark.positions if isinstance(mark, SpacePoints) else mark.x)
     template = place
     if mark.values is not None and scale is not None:
-        template += f"<br>{_text(scale.label)} %{{marker.color:.4g}} {_text(scale.unit)}"
+        shown = "10^%{marker.color:.4g}" if scale.logarithmic else "%{marker.color:.4g}"
+        template += f"<br>{_text(scale.label)} {shown} {_text(scale.unit)}"
     if mark.labels:
         template = "%{text}<br>" + template
     style: dict[str, Any] = {"hovertemplate": template + "<extra></extra>"}
@@ -380,7 +400,8 @@ def _polar(chart: PolarChart) -> PlotlyFigure:
         radial["range"] = [chart.radius.low, chart.radius.high]
     elif chart.radius.low == 0.0:
         radial["rangemode"] = "tozero"
-    around = {"tickmode": "array", "tickvals": [*range(0, 360, 45)], "ticktext": [*COMPASS],
+    names = [*map(_text, compass_of(*chart.directions))]
+    around = {"tickmode": "array", "tickvals": [*range(0, 360, 45)], "ticktext": names,
               "gridcolor": "@grid", "linecolor": "@ink"}  # fmt: skip
     polar = {"bgcolor": "@paper", "radialaxis": radial, "angularaxis": around}
     margin = {"l": 48, "r": 48, "t": 100, "b": 64}
@@ -477,27 +498,31 @@ def _compass_notes(largest: float) -> list[dict[str, Any]]:
 def _space(chart: SpaceChart) -> PlotlyFigure:
     data = [trace for mark in chart.marks for trace in _space_traces(mark, chart)]
     axis = {"backgroundcolor": "@paper", "gridcolor": "@grid", "zerolinecolor": "@grid"}
-    scene: dict[str, Any] = {
-        f"{name}axis": axis
-        | {
-            "title": {"text": f"{name.upper()} / {_text(chart.unit)}", "font": {"size": 12}},
-            "tickfont": {"size": 10},
-        }
-        for name in "xyz"
-    }
+    middle, sides = box_of(chart)
+    scene: dict[str, Any] = {}
+    for name, center, side in zip("xyz", middle.tolist(), sides.tolist(), strict=True):
+        title = {"text": f"{name.upper()} / {_text(chart.unit)}", "font": {"size": 12}}
+        ends = [center - 0.53 * side, center + 0.53 * side]
+        count = max(2, round(6.0 * side / float(sides.max())))
+        own = {"title": title, "tickfont": {"size": 10}, "range": ends, "nticks": count}
+        scene[f"{name}axis"] = axis | own
     turn, rise = math.radians(chart.azimuth), math.radians(chart.elevation)
-    eye = {"x": 2.3 * math.cos(turn) * math.cos(rise), "y": 2.3 * math.sin(turn) * math.cos(rise)}
-    eye["z"] = 2.3 * math.sin(rise)
-    scene |= {"aspectmode": "data", "camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
+    eye = {"x": 2.1 * math.cos(turn) * math.cos(rise), "y": 2.1 * math.sin(turn) * math.cos(rise)}
+    eye["z"] = 2.1 * math.sin(rise)
+    # Plotly's own "data" makes the sides' product one: a long part would leave the picture.
+    ratio = sides / float(np.linalg.norm(sides)) * 1.7
+    scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
+    scene |= {"camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
     return {"data": data, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 64, "b": 8}}}
 
 
-def _space_traces(
-    mark: SpacePoints | SpaceLines | SpaceMesh | SpaceArrow, chart: SpaceChart
-) -> list[dict[str, Any]]:
+def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
     match mark:
         case SpacePoints():
-            style = {"mode": "markers", "marker": _marker(mark, chart.scale)} | _legend(mark.name)
+            marker = _marker(mark, chart.scale)
+            if mark.symbol == "cross":  # in space a letter of a font, which ✖ is not in
+                marker["symbol"] = "cross"
+            style = {"mode": "markers", "marker": marker} | _legend(mark.name)
             place = f"%{{x:.4f}}, %{{y:.4f}}, %{{z:.4f}} {_text(chart.unit)}"
             return [_scattered(mark.positions) | style | _hover(mark, chart.scale, place)]
         case SpaceLines():
@@ -508,6 +533,10 @@ def _space_traces(
             return [_scattered(path) | style]
         case SpaceMesh():
             return [_mesh_trace(mark, chart.scale)]
+        case SpaceNotes():
+            words = {"mode": "text", "text": [*map(_text, mark.texts)], "showlegend": False,
+                     "textfont": {"color": f"@{mark.colour}"}, "hoverinfo": "skip"}  # fmt: skip
+            return [_scattered(mark.positions) | words]
         case SpaceArrow():
             end = mark.start + mark.vector
             u, v, w = (0.3 * mark.vector).tolist()
@@ -536,5 +565,10 @@ def _mesh_trace(mark: SpaceMesh, scale: Scale | None) -> dict[str, Any]:
     trace |= {"opacity": mark.opacity, "flatshading": mark.values is None} | _legend(mark.name)
     if mark.values is None or scale is None:
         return trace | {"color": f"@{mark.colour}", "hoverinfo": "skip"}
-    place = f"{_text(scale.label)} %{{intensity:.4g}} {_text(scale.unit)}<extra></extra>"
-    return trace | _in_colours(mark.values, scale, "intensity") | {"hovertemplate": place}
+    trace |= _in_colours(mark.values, scale, "intensity")
+    shown = "%{intensity:.4g}"
+    if scale.logarithmic:
+        shown, trace["text"] = "%{text}", [f"{value:.4g}" for value in mark.values.tolist()]
+    return trace | {
+        "hovertemplate": f"{_text(scale.label)} {shown} {_text(scale.unit)}<extra></extra>"
+    }

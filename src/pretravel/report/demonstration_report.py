@@ -27,7 +27,8 @@ from pretravel.report.demonstration import (
 from pretravel.report.document import Column, Document, Picture, Section, Table
 from pretravel.report.formatting import value_text
 from pretravel.report.page import write_page
-from pretravel.report.points_report import plot_points, points_document
+from pretravel.report.points_picture import points_view
+from pretravel.report.points_report import points_document
 from pretravel.report.qualification_report import qualification_document, qualification_view
 from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save_picture_file
 from pretravel.units import DEGREE, MICROMETRE
@@ -90,7 +91,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
         ),
         "points.png": Picture(
             "The part: deviation from its nominal, pretravel, uncertainty.",
-            lambda: plot_points(job.points, "The part, compensated"),
+            lambda: points_view(job.points, "The part, compensated"),
         ),
         "compare.png": Picture(
             "Errors that today's corrections would leave of this probe: over the azimuth on the "

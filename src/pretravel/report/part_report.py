@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
 from pretravel.probing.inspection import InspectionPlan
 from pretravel.report.document import Column, Document, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals, significant, value_text
-from pretravel.report.style import COLOURS, new_figure, proportions
-from pretravel.surface.cad.face import Face
+from pretravel.report.part_picture import part_view, plan_view
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.units import DEGREE
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-_MOST_LABELS = 60
-_MESH = 25
 _APEX = 1e-6
 """A radius below this is the tip of a cone. [mm]"""
 
@@ -52,7 +45,7 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
         tables=(
             _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),
         ),
-        pictures=(Picture("Faces and their numbers", lambda: plot_part(part)),),
+        pictures=(Picture("Faces and their numbers", lambda: part_view(part)),),
         warnings=_size_warnings(part.size)
         + tuple(
             f"face {face} cannot be used: {problem}"
@@ -113,98 +106,8 @@ def plan_document(plan: InspectionPlan, surface: Surface | Part, title: str = ""
     return Document(
         title=title or "Targets",
         verdict=f"{len(plan)} targets, normals up to {polar} from z",
-        pictures=(Picture("Targets and normals", lambda: plot_plan(plan, surface, title)),),
+        pictures=(Picture("Targets and normals", lambda: plan_view(plan, surface, title)),),
         warnings=tuple(
             f"{count} points left out: {reason}" for reason, count in plan.left_out.items()
         ),
     )
-
-
-def plot_plan(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> Figure:
-    """Targets on their surface, with their normals.
-
-    Parameters
-    ----------
-    plan : InspectionPlan
-    surface : Surface or Part
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(8.0, 6.5)
-    axes = figure.add_subplot(1, 1, 1, projection="3d")
-    size = float(np.linalg.norm(np.ptp(plan.point, axis=0))) or 1.0
-    cloud = plan.point
-    if isinstance(surface, Part):
-        for index in surface.chosen:
-            _draw_face(axes, surface.faces[index], "#9fb7c7", 0.35)
-        cloud = np.concatenate([surface.box, plan.point])
-    axes.scatter(*plan.point.T, s=9, color=COLOURS[3], depthshade=False)
-    axes.quiver(*plan.point.T, *(0.05 * size * plan.normal).T, color=COLOURS[1], lw=0.7)
-    _label(axes, cloud)
-    axes.set_title(f"{title or 'Targets'}: {len(plan)} points")
-    return figure
-
-
-def plot_part(part: Part, title: str = "") -> Figure:
-    """A part's faces in colours, with their numbers.
-
-    Parameters
-    ----------
-    part : Part
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(8.5, 7.0)
-    axes = figure.add_subplot(1, 1, 1, projection="3d")
-    for i, face in enumerate(part.faces):
-        colour = COLOURS[i % len(COLOURS)]
-        points = _draw_face(axes, face, colour, 0.45)
-        if len(part.faces) <= _MOST_LABELS and len(points):
-            middle = points[np.argmin(np.sum((points - points.mean(axis=0)) ** 2, axis=1))]
-            axes.text(*middle, str(face.number), fontsize=8, weight="bold", zorder=10)
-    _label(axes, part.box)
-    crowded = "" if len(part.faces) <= _MOST_LABELS else " (too many for their numbers)"
-    axes.set_title(f"{title or part.name}: {len(part.faces)} faces{crowded}")
-    return figure
-
-
-def _draw_face(axes: Any, face: Face, colour: str, alpha: float) -> FloatArray:
-    """Triangles of a face between points of its parameters; returns points inside it."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    low, high = face.box
-    u, v = np.meshgrid(*(np.linspace(low[k], high[k], _MESH) for k in (0, 1)))
-    uv = np.column_stack([u.ravel(), v.ravel()])
-    points = face.derivatives(uv)[0]
-    inside = face.inside(uv)
-    index = np.arange(_MESH * _MESH).reshape(_MESH, _MESH)
-    corners = np.stack(
-        [index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1
-    ).reshape(-1, 4)
-    whole = inside[corners].all(axis=1)
-    if whole.any():
-        quads = Poly3DCollection(
-            list(points[corners[whole]]), facecolor=colour, alpha=alpha, edgecolor="none"
-        )
-        axes.add_collection3d(quads)
-    for ring in face.edge_lines(np.inf):
-        axes.plot(*face.derivatives(ring)[0].T, color="#333333", lw=0.6)
-    return np.asarray(points[inside])
-
-
-def _label(axes: Any, points: FloatArray) -> None:
-    low, high = points.min(axis=0), points.max(axis=0)
-    for set_limits, a, b in zip(
-        (axes.set_xlim, axes.set_ylim, axes.set_zlim), low, high, strict=True
-    ):
-        set_limits(a, b if b > a else a + 1e-6)
-    axes.set_box_aspect(proportions(points))
-    axes.set_xlabel("x / mm")
-    axes.set_ylabel("y / mm")
-    axes.set_zlabel("z / mm")

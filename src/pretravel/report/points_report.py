@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
-from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.frames import Placement
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import value_text
-from pretravel.report.style import new_figure, polar_axes, some_rows
+from pretravel.report.points_picture import points_view, touches_view
+from pretravel.surface.cad.part import Part
+from pretravel.surface.local_geometry import Surface
 from pretravel.touches import Touches
-from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from pretravel.units import MICROMETRE
 
 
 def points_document(
-    points: Points, *, touches_name: str = "", warnings: Sequence[str] = ()
+    points: Points,
+    *,
+    touches_name: str = "",
+    nominal: Surface | Part | None = None,
+    placement: Placement | None = None,
+    tolerance: tuple[float, float] | None = None,
+    warnings: Sequence[str] = (),
 ) -> Document:
     """The report of a compensation.
 
@@ -31,6 +34,12 @@ def points_document(
     points : Points
     touches_name : str
         Of the file with the touches.
+    nominal : Surface, Part or None
+        The picture shows the faces of a CAD file.
+    placement : Placement or None
+        Of the part in the machine, where the points are in the frame of the machine.
+    tolerance : pair of float or None
+        Smallest and largest allowed deviation along the normal, for the picture. [mm]
     warnings : sequence of str
 
     Returns
@@ -60,7 +69,12 @@ def points_document(
         figures=tuple(figures),
         tables=before_and_after(points),
         pictures=(
-            Picture("Points, pretravel and uncertainty", lambda: plot_points(points, title)),
+            Picture(
+                "The part before and after compensation, pretravel and uncertainty",
+                lambda: points_view(
+                    points, title, nominal=nominal, placement=placement, tolerance=tolerance
+                ),
+            ),
         ),
         warnings=tuple(warnings),
     )
@@ -141,6 +155,7 @@ def simulation_document(
     slide: FloatArray,
     *,
     title: str = "",
+    surface: Surface | Part | None = None,
     warnings: Sequence[str] = (),
 ) -> Document:
     """The report of simulated touches.
@@ -154,6 +169,8 @@ def simulation_document(
         Of the contact on the surface; not a number where a target was not touched. [mm]
     title : str
         Of the picture.
+    surface : Surface, Part or None
+        The picture shows the faces of a CAD file.
     warnings : sequence of str
 
     Returns
@@ -173,82 +190,9 @@ def simulation_document(
             ),
         ),
         pictures=(
-            Picture("Touches and their travel", lambda: plot_touches(touches, travel, title)),
+            Picture(
+                "Touches and their travel", lambda: touches_view(touches, travel, title, surface)
+            ),
         ),
         warnings=tuple(warnings),
     )
-
-
-def plot_points(points: Points, title: str = "") -> Figure:
-    """Where the points are, coloured by deviation, by pretravel and by their uncertainty.
-
-    Parameters
-    ----------
-    points : Points
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(12.0, 4.6, title or "Compensated points")
-    panels: list[tuple[str, FloatArray, str]] = [
-        ("pretravel / µm", points.pretravel / MICROMETRE, "viridis"),
-        ("standard uncertainty u / µm", points.standard_uncertainty / MICROMETRE, "magma"),
-    ]
-    if points.deviation is not None:
-        panels.insert(0, ("deviation from nominal / µm", points.deviation / MICROMETRE, "RdBu_r"))
-    for index, (name, values, colours) in enumerate(panels, start=1):
-        axes = figure.add_subplot(1, len(panels), index)
-        axes.set_title(name, fontsize=10)
-        _scatter(axes, points.positions, values, colours)
-    return figure
-
-
-def plot_touches(touches: Touches, travel: FloatArray, title: str = "") -> Figure:
-    """Simulated touches: where they are, and pretravel over their azimuth.
-
-    Parameters
-    ----------
-    touches : Touches
-    travel : (n,) float
-        From first contact to the latched point. [mm]
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(11.0, 4.6, title or "Simulated touches")
-    place = figure.add_subplot(1, 2, 1)
-    place.set_title("travel since first contact / µm", fontsize=10)
-    _scatter(place, touches.positions, travel / MICROMETRE, "viridis")
-    diagram = polar_axes(figure, 1, 2, 2, "travel / µm over azimuth of n")
-    shown = some_rows(np.arange(len(touches)))
-    normals = touches.normals[shown]
-    points = diagram.scatter(azimuth_angle(normals), travel[shown] / MICROMETRE,
-                             c=polar_angle(normals) / DEGREE, s=12, cmap="plasma")  # fmt: skip
-    diagram.set_ylim(bottom=0.0 if travel.min() >= 0.0 else None)
-    figure.colorbar(points, ax=diagram, shrink=0.75, pad=0.12, label="polar angle of n / °")
-    return figure
-
-
-def _scatter(axes: Axes, positions: FloatArray, values: FloatArray, colours: str) -> None:
-    """Positions along their two widest axes, in the colours of their values.
-
-    The colours "RdBu_r" are for signed values: white is zero.
-    """
-    shown = some_rows(np.arange(len(positions)))
-    positions, values = positions[shown], values[shown]
-    widest = np.argsort(np.ptp(positions, axis=0), kind="stable")[::-1][:2]
-    first, second = sorted(widest.tolist())
-    limit = float(np.max(np.abs(values))) if colours == "RdBu_r" else None
-    drawn = axes.scatter(positions[:, first], positions[:, second], c=values, cmap=colours,
-                         vmin=None if limit is None else -limit, vmax=limit, s=28,
-                         edgecolors="0.3", linewidths=0.3)  # fmt: skip
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel(f"{'xyz'[first]} / mm")
-    axes.set_ylabel(f"{'xyz'[second]} / mm")
-    figure = axes.get_figure()
-    assert figure is not None
-    figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9, aspect=30)

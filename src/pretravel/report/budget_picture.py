@@ -1,0 +1,97 @@
+"""A budget of uncertainty as bars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.report.chart import Axis, Bars, PlaneChart, View
+from pretravel.report.document import Picture
+from pretravel.report.formatting import number_text, significant
+from pretravel.uncertainty.gum import Budget
+from pretravel.units import MICROMETRE
+
+_MOST_BARS = 12
+"""More sources than these share one bar."""
+
+
+def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) -> View:
+    """The contributions to an uncertainty as bars, the largest first, then u and U.
+
+    Parameters
+    ----------
+    budget : Budget
+        Of a length in mm, or in another unit if `unit` is 1.
+    title : str
+    unit : float
+        What the bars are divided by: 1e-3 shows mm in µm.
+
+    Returns
+    -------
+    View
+
+    >>> from pretravel.uncertainty.gum import Component
+    >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
+    >>> chart = budget_view(budget).charts[0]
+    >>> chart.y.categories
+    ('repeats', 'scale', 'combined u', 'expanded U (k = 2.08)')
+    >>> [mark.values.round(3).tolist() for mark in chart.marks]
+    [[0.4, 0.3], [0.5, 1.04]]
+    """
+    names, values = _sources(budget)
+    factor = budget.coverage_factor()
+    totals = np.array([budget.combined, factor * budget.combined]) / unit
+    lengths = np.array(values) / unit
+    rows = np.arange(len(names) + 2.0)
+    top = 1.25 * max(float(totals[1]), 1e-9)
+    marks = (
+        Bars(rows[:-2], lengths, "contributions", horizontal=True, texts=_texts(lengths)),
+        Bars(rows[-2:], totals, "all together", colour="series2", horizontal=True,
+             texts=_texts(totals)),
+    )  # fmt: skip
+    total_names = ("combined u", f"expanded U (k = {number_text(factor)})")
+    chart = PlaneChart(
+        "Contributions to the uncertainty",
+        Axis("standard uncertainty, and U", "µm" if unit == MICROMETRE else "", 0.0, top),
+        Axis("", categories=(*names, *total_names)),
+        marks,
+        note="squares of the contributions add up to the square of u",
+    )
+    return View(title, (chart,))
+
+
+def budget_picture(budget: Budget, what: str, *, unit: float = MICROMETRE) -> Picture:
+    """A budget as a picture of a report.
+
+    Parameters
+    ----------
+    budget : Budget
+    what : str
+        Whose uncertainty it is, such as "the diameter".
+    unit : float
+        As in `budget_view`.
+
+    Returns
+    -------
+    Picture
+
+    >>> budget_picture(Budget(()), "the diameter").caption
+    'Uncertainty of the diameter: its sources'
+    """
+    title = f"Uncertainty of {what}"
+    return Picture(f"{title}: its sources", lambda: budget_view(budget, title, unit=unit))
+
+
+def _sources(budget: Budget) -> tuple[list[str], list[float]]:
+    """Names and contributions of the sources; the smallest of many are added up."""
+    rows = budget.rows()
+    names = [str(row["source"]) for row in rows]
+    values = [float(row["contribution"]) for row in rows]
+    if len(rows) <= _MOST_BARS:
+        return names, values
+    rest = float(np.linalg.norm(values[_MOST_BARS - 1 :]))
+    others = f"{len(rows) - _MOST_BARS + 1} smaller sources"
+    return [*names[: _MOST_BARS - 1], others], [*values[: _MOST_BARS - 1], rest]
+
+
+def _texts(values: np.ndarray) -> tuple[str, ...]:
+    return tuple(number_text(value, significant(3)) for value in values.tolist())
