@@ -35,10 +35,10 @@ def compare(
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
-    from pretravel.cli.map_argument import map_or_prediction
     from pretravel.compensation.comparison import compare_corrections
     from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
+    from pretravel.jobs.map_argument import map_or_prediction
     from pretravel.report.comparison_report import comparison_columns, comparison_document
 
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [map_file, part])

@@ -83,9 +83,9 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
-    from pretravel.cli.map_argument import map_or_prediction
     from pretravel.formats.point_files import point_endings
     from pretravel.jobs.compensate import CompensationSetup, compensate_readings
+    from pretravel.jobs.map_argument import map_or_prediction
     from pretravel.surface.specification import parse_surface, source_file
 
     files, name = files_of_touches(touches)

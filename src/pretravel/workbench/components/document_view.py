@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable
-from typing import Any
 
 from nicegui import ui
 
+from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.document import Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
-from pretravel.workbench.components.layout import folded, text, warning
+from pretravel.workbench.components.layout import folded, note, text, warning
+from pretravel.workbench.components.plot import plot
+
+__all__ = ["document_view", "key_figures", "picture_view", "plot", "table_view"]
 
 
 def document_view(document: Document, *, pictures: bool = True) -> None:
@@ -94,26 +97,18 @@ def table_view(table: Table) -> None:
 
 
 def picture_view(picture: Picture) -> None:
-    """A picture with its caption."""
+    """A picture with its caption; charts can be turned, zoomed and read off."""
+    if picture.charts:
+        with ui.element("div").classes("charts"):
+            for chart in picture.charts:
+                title = chart.title or picture.caption
+                plot(plotly_figure(chart), title)
+                if chart.note:
+                    note(chart.note)
+        return
     with ui.element("figure").classes("picture"):
         address = f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"
         image = ui.element("img").props('loading="lazy"')
         image.props["src"] = address
         image.props["alt"] = picture.caption
         text("figcaption", picture.caption)
-
-
-def plot(figure: dict[str, Any], description: str) -> ui.plotly:
-    """A Plotly figure given as a plain dict (``data``, ``layout``), in the colours of the page.
-
-    Parameters
-    ----------
-    figure : dict
-        As `report.chart_plotly` makes it. ``element.update_figure(figure)`` replaces it.
-    description : str
-        What it shows, for people who do not see it.
-    """
-    config = {"displaylogo": False, "responsive": True}
-    with ui.element("figure").classes("plot") as frame:
-        frame.props["aria-label"] = description
-        return ui.plotly({"config": config, **figure}).classes("plot-area")

@@ -1,0 +1,52 @@
+// A Plotly figure whose colours are names (@ink, @after~18), drawn in the colours of the page and
+// drawn again when the reader changes between light and dark.
+const EVENTS = ["plotly_click", "plotly_hover", "plotly_unhover", "plotly_relayout", "plotly_relayouting",
+  "plotly_selected", "plotly_doubleclick", "plotly_afterplot"];
+
+export default {
+  template: "<div></div>",
+  props: { options: Object, colours: Object },
+  async mounted() {
+    const { Plotly } = await import("nicegui-plotly");
+    this.Plotly = Plotly;
+    await this.draw();
+    for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));
+    this.$watch(() => this.$q.dark.isActive, () => this.draw());
+    this.observer = new ResizeObserver(() => Plotly.Plots.resize(this.$el));
+    this.observer.observe(this.$el);
+  },
+  unmounted() {
+    this.observer?.disconnect();
+    this.Plotly?.purge(this.$el);
+  },
+  methods: {
+    update() {
+      if (this.Plotly) this.draw();
+    },
+    draw() {
+      const { data, layout, config } = this.coloured(this.options);
+      return this.Plotly.react(this.$el, data, layout, config);
+    },
+    coloured(value) {
+      if (typeof value === "string") return value.startsWith("@") ? this.colour(value) : value;
+      if (Array.isArray(value)) return typeof value[0] === "number" ? value.slice() : value.map(this.coloured);
+      if (value === null || typeof value !== "object") return value;
+      return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, this.coloured(part)]));
+    },
+    colour(name) {
+      const [, word, percent] = name.match(/^@(\w+)(?:~(\d+))?$/) ?? [];
+      const found = this.colours[this.$q.dark.isActive ? "dark" : "light"][word];
+      if (!found || !percent) return found ?? name;
+      const [red, green, blue] = [1, 3, 5].map((place) => parseInt(found.slice(place, place + 2), 16));
+      return `rgba(${red},${green},${blue},${percent / 100})`;
+    },
+    // What the server needs of an event: elements of the page cannot be sent.
+    plain(event) {
+      const points = event?.points?.map((p) => ({
+        curveNumber: p.curveNumber, pointNumber: p.pointNumber, customdata: p.customdata, x: p.x, y: p.y, z: p.z,
+      }));
+      if (points) return { points };
+      return Object.fromEntries(Object.entries(event ?? {}).filter(([, part]) => typeof part !== "object" || Array.isArray(part)));
+    },
+  },
+};

@@ -1,0 +1,233 @@
+"""What the screen Part computes; nothing here touches a page."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.compensation.contact_slide import contact_slide
+from pretravel.compensation.point_errors import point_budget
+from pretravel.errors import PretravelError
+from pretravel.features.tolerances import FeatureTolerances, InspectedFeature
+from pretravel.formats.file_format import ReadingOptions
+from pretravel.formats.points_reading import read_points
+from pretravel.formats.several_files import read_series
+from pretravel.jobs.compensate import (
+    CompensatedTouches,
+    CompensationSetup,
+    compensate_readings,
+)
+from pretravel.jobs.map_argument import map_or_prediction
+from pretravel.jobs.measure import FeatureWish, measure_features
+from pretravel.report.document import Document
+from pretravel.report.feature_report import features_document
+from pretravel.surface.specification import parse_surface
+from pretravel.uncertainty.gum import Budget
+from pretravel.units import MICROMETRE
+from pretravel.whole_file import temporary_folder
+from pretravel.workbench.tasks import Inputs
+
+SETTINGS = ("probe", "units", "feed", "extrapolate")
+FEATURE_SETTINGS = (
+    "feature", "labels", "by_prefix", "lower", "upper", "form_tolerance", "u_machine_um",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PartResult:
+    """The compensated touches of a part.
+
+    Attributes
+    ----------
+    compensated : CompensatedTouches
+    document : Document
+    slide : (n,) float or None
+        How far the contact slides before the trigger; None without a nominal part. [mm]
+    touches_name, map_name, part_name : str
+        Of the files; `part_name` is empty without a part.
+    options : tuple of str
+        Of the command that does the same, beside the files.
+    """
+
+    compensated: CompensatedTouches
+    document: Document
+    slide: FloatArray | None
+    touches_name: str
+    map_name: str
+    part_name: str
+    options: tuple[str, ...]
+
+    def budget(self, row: int) -> Budget:
+        """The uncertainty budget of a point. [mm]"""
+        found = self.compensated
+        seen = found.pretravel_map.seen_from(found.readings.placement)
+        return point_budget(found.touches, found.points, seen, row)
+
+    def command(self, output: str = "points.csv") -> str:
+        """The command that writes the same points."""
+        nominal = ("--nominal", self.part_name) if self.part_name else ()
+        words = ("pretravel", "compensate", self.touches_name, "--map", self.map_name, *nominal)
+        return shlex.join([*words, *self.options, "-o", output])
+
+    def python(self) -> str:
+        """The lines of Python that compute the same points."""
+        found = self.compensated
+        reading = f"tip_radius={found.pretravel_map.tip_radius!r}"
+        if "--units" in self.options:
+            reading += f", units={self.options[self.options.index('--units') + 1]!r}"
+        setup = f"parse_surface({self.part_name!r})" if self.part_name else "None"
+        setup += f", extrapolate={found.setup.extrapolate}, feed={found.setup.feed!r}"
+        return "\n".join(
+            (
+                "from pathlib import Path",
+                "from pretravel.formats.file_format import ReadingOptions",
+                "from pretravel.formats.several_files import read_series",
+                "from pretravel.jobs.compensate import CompensationSetup, compensate_readings",
+                "from pretravel.jobs.map_argument import map_or_prediction",
+                "from pretravel.surface.specification import parse_surface",
+                "",
+                f"probe_map = map_or_prediction({self.map_name!r})",
+                f"options = ReadingOptions({reading})",
+                f"readings = read_series([Path({self.touches_name!r})], options)",
+                f"setup = CompensationSetup({setup})",
+                "points = compensate_readings(readings, probe_map, setup).points",
+                "print(points.positions, points.standard_uncertainty)",
+            )
+        )
+
+
+def compensate_part(inputs: Inputs) -> PartResult:
+    """Compensate the touches of a part.
+
+    Raises
+    ------
+    PretravelError
+        Neither a map nor a probe is chosen; what the files are refused for.
+    """
+    settings = inputs.settings
+    map_file, part = inputs.optional_file("map"), inputs.optional_file("part")
+    probe = str(settings.get("probe", ""))
+    if map_file is None and not probe:
+        raise PretravelError(
+            "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
+            "probe of the catalogue"
+        )
+    source = str(map_file or probe)
+    pretravel_map = map_or_prediction(source)
+    units = settings.get("units") or None
+    touches = inputs.file("touches")
+    options = ReadingOptions(units=units, tip_radius=pretravel_map.tip_radius)
+    readings = read_series([touches], options)
+    setup = CompensationSetup(
+        None if part is None else parse_surface(str(part)),
+        bool(settings.get("extrapolate", False)),
+        feed=settings.get("feed"),
+    )
+    found = compensate_readings(readings, pretravel_map, setup)
+    slide = None
+    if part is not None:
+        seen = pretravel_map.seen_from(readings.placement)
+        slide = np.linalg.norm(contact_slide(found.touches, found.points, seen), axis=1)
+    return PartResult(
+        found,
+        found.document(touches.name),
+        slide,
+        touches.name,
+        probe if map_file is None else map_file.name,
+        "" if part is None else part.name,
+        _options(settings),
+    )
+
+
+def _options(settings: object) -> tuple[str, ...]:
+    assert hasattr(settings, "get")
+    found: list[str] = []
+    if settings.get("units"):
+        found += ["--units", str(settings.get("units"))]
+    if settings.get("feed") is not None:
+        found += ["--feed", f"{settings.get('feed'):g}"]
+    if settings.get("extrapolate"):
+        found.append("--extrapolate")
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class FeatureResult:
+    """Measured features, and the command that does the same.
+
+    Attributes
+    ----------
+    features : tuple of InspectedFeature
+    document : Document
+    command : str
+    """
+
+    features: tuple[InspectedFeature, ...]
+    document: Document
+    command: str
+
+
+def measure_part(result: PartResult, inputs: Inputs) -> FeatureResult:
+    """Measure features of compensated points.
+
+    Raises
+    ------
+    PretravelError
+        Points that do not determine the features; limits in the wrong order.
+    """
+    get = inputs.settings.get
+    kind = str(get("feature", "plane"))
+    labels = tuple(str(get("labels", "")).split())
+    lower, upper = get("lower"), get("upper")
+    size = None
+    if lower is not None or upper is not None:
+        size = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
+        if not size[0] < size[1]:
+            raise PretravelError(
+                f"the tolerance {lower:g} to {upper:g} mm is empty: the lower limit is below the "
+                "upper limit"
+            )
+    form = get("form_tolerance")
+    u_machine = float(get("u_machine_um", 0.0) or 0.0)
+    by_prefix = bool(get("by_prefix", False))
+    wish = FeatureWish(
+        kind,
+        labels,
+        by_prefix,
+        u_machine=u_machine * MICROMETRE,
+        tolerances=FeatureTolerances(size, None, form),
+    )
+    # The points as a file of them has them, so that the command finds the same last digit.
+    with temporary_folder() as folder:
+        result.compensated.write(folder / "points.csv", result.touches_name, result.map_name)
+        points = read_points(folder / "points.csv")
+    found = measure_features(points, wish)
+    words = ["pretravel", "measure", "points.csv", "--feature", kind]
+    for label in labels:
+        words += ["--select", label]
+    words += ["--group"] if by_prefix else []
+    if lower is not None and upper is not None:
+        words += ["--tolerance", f"{lower:.12g}..{upper:.12g}"]
+    words += [] if form is None else ["--form-tolerance", f"{form:.12g}"]
+    words += ["--u-machine", f"{u_machine:g}"] if u_machine else []
+    document = features_document(found, points_name=result.touches_name)
+    return FeatureResult(tuple(found), document, shlex.join([*words, "-o", "features.csv"]))
+
+
+def example_map(folder: Path) -> tuple[str, bytes]:
+    """Name and content of the map of the probe that touched the example part."""
+    from pretravel.formats.map_file import write_map
+    from pretravel.jobs.qualify import KindWish, qualify_probe
+    from pretravel.maps.provenance import QualificationSetup
+
+    readings = read_series([folder / "sphere_touches.csv"], ReadingOptions(tip_radius=3.0))
+    setup = QualificationSetup(24.9987, tip_diameter=6.0)
+    made = qualify_probe(readings.in_machine_axes(), setup, KindWish("physical"))
+    with temporary_folder() as place:
+        write_map(place / "example_map.nc", made.pretravel_map)
+        return "example_map.nc", (place / "example_map.nc").read_bytes()

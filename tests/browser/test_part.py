@@ -1,0 +1,102 @@
+"""The screen Part: from dropped files to points and features, equal to the command line's."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pretravel.jobs.example_data import example_folder
+from pretravel.workbench.screens.part_work import example_map
+from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
+from tests.support.commands import run
+
+EXAMPLES = example_folder()
+
+
+@pytest.fixture(scope="module")
+def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    name, content = example_map(EXAMPLES)
+    path = tmp_path_factory.mktemp("map") / name
+    path.write_bytes(content)
+    return path
+
+
+def drop(page: Any, purpose: str, path: Path) -> None:
+    page.set_input_files(f'.file-drop-input[data-url$="/part/{purpose}"]', str(path))
+
+
+def downloaded(page: Any, button: str, folder: Path) -> Path:
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name=button, exact=True).click()
+    path = folder / waiting.value.suggested_filename
+    waiting.value.save_as(path)
+    return path
+
+
+def data_lines(path: Path) -> list[str]:
+    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
+
+
+def test_points_and_features_are_those_of_the_command_line(
+    page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}part")
+    touches, part = EXAMPLES / "part_touches.csv", EXAMPLES / "part.step"
+    for purpose, path in (("touches", touches), ("map", map_file), ("part", part)):
+        drop(page, purpose, path)
+    page.wait_for_selector("text=140 points")
+    page.wait_for_function("!document.querySelector('.live.stale')")
+    assert serious_problems(page) == []
+    mine = downloaded(page, "points.csv", tmp_path)
+    theirs = tmp_path / "by_command.csv"
+    run("compensate", touches, "--map", map_file, "--nominal", part, "-o", theirs)
+    assert data_lines(mine) == data_lines(theirs)
+
+    page.get_by_label("u of the machine [µm]").fill("2")
+    page.get_by_role("button", name="Measure", exact=True).click()
+    page.wait_for_selector("text=plane, 140 points: flatness")
+    features = downloaded(page, "features.csv", tmp_path)
+    by_command = tmp_path / "features_by_command.csv"
+    run("measure", theirs, "--feature", "plane", "--u-machine", 2, "-o", by_command)
+    assert data_lines(features) == data_lines(by_command)
+
+
+def test_the_lines_that_it_shows_run(
+    page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}part")
+    drop(page, "touches", EXAMPLES / "part_touches.csv")
+    drop(page, "map", map_file)
+    page.wait_for_selector("text=140 points")
+    command, python = (
+        block.get_attribute("data-copy") for block in page.locator(".copy-button").all()[:2]
+    )
+    for path in (EXAMPLES / "part_touches.csv", EXAMPLES / "part.step", map_file):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    for words in ([sys.executable, "-m", *shlex.split(command)], [sys.executable, "-c", python]):
+        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "points.csv").exists()
+
+
+def test_a_point_shows_its_budget_in_every_tab(
+    page: Any, workbench: RunningWorkbench, map_file: Path
+) -> None:
+    opened(page, f"{workbench.address}part")
+    drop(page, "touches", EXAMPLES / "part_touches.csv")
+    drop(page, "map", map_file)
+    drop(page, "part", EXAMPLES / "part.step")
+    page.wait_for_selector("text=Budget of this point")
+    page.get_by_label("Point", exact=True).click()
+    page.get_by_role("option", name="3: 3", exact=True).click()
+    other = page.context.new_page()
+    opened(other, f"{workbench.address}part")
+    other.wait_for_selector("text=Budget of this point")
+    assert other.get_by_label("Point", exact=True).input_value() == "3: 3"
