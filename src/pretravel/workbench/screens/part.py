@@ -49,7 +49,7 @@ from pretravel.workbench.project import ScreenState, StoredFile
 from pretravel.workbench.screens.part_work import (
     FEATURE_SETTINGS,
     SETTINGS,
-    FeatureResult,
+    PartFeatures,
     PartResult,
     compensate_part,
     example_map,
@@ -193,7 +193,7 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
 def _features_task(state: ScreenState) -> Task:
     """The measurement of features; it uses the points of the newest compensation."""
 
-    def compute(inputs: Inputs) -> FeatureResult:
+    def compute(inputs: Inputs) -> PartFeatures:
         result = WORKS.of(state, COMPENSATION).result
         if result is None:
             raise PretravelError("there are no compensated points yet")
@@ -231,7 +231,7 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
     outcome(state, _features_task(state), _show_measured, button="Measure")
 
 
-def _show_measured(result: FeatureResult) -> None:
+def _show_measured(result: PartFeatures) -> None:
     document_view(result.document)
     table = features_table(result.features)
 

@@ -157,7 +157,7 @@ def _options(settings: object) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class FeatureResult:
+class PartFeatures:
     """Measured features, and the command that does the same.
 
     Attributes
@@ -172,7 +172,7 @@ class FeatureResult:
     command: str
 
 
-def measure_part(result: PartResult, inputs: Inputs) -> FeatureResult:
+def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     """Measure features of compensated points.
 
     Raises
@@ -216,7 +216,7 @@ def measure_part(result: PartResult, inputs: Inputs) -> FeatureResult:
     words += [] if form is None else ["--form-tolerance", f"{form:.12g}"]
     words += ["--u-machine", f"{u_machine:g}"] if u_machine else []
     document = features_document(found, points_name=result.touches_name)
-    return FeatureResult(tuple(found), document, shlex.join([*words, "-o", "features.csv"]))
+    return PartFeatures(tuple(found), document, shlex.join([*words, "-o", "features.csv"]))
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:
