@@ -35,7 +35,7 @@ from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.elastic_field import field_at_trigger
+from pretravel.trigger.elastic_field import field_at_trigger, stress_by_direction
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.predict import predict
 from pretravel.trigger.seats import seat_statics
@@ -249,6 +249,43 @@ def test_the_field_at_the_trigger_is_the_prediction(omp40: Probe) -> None:
     part = np.array(mesh.region_names)[mesh.regions]
     assert field.rest_stress[part == "stylus 2"].max() < 1e-3 * field.rest_stress.max()
     assert field.stress[part == "stylus 2"].max() > 0.05 * field.stress.max()
+
+
+def test_the_highest_stress_of_each_part_is_that_of_the_field(omp40: Probe) -> None:
+    """Direction by direction; everything but the seats' approach is linear in the preload."""
+    found = stress_by_direction(omp40, DIRECTIONS, coarse_reduced())
+    field = field_at_trigger(omp40, DIRECTIONS[3], coarse_reduced())
+    mesh = field.elastic.mesh
+    centers = mesh.points[mesh.elements].mean(axis=1)
+    for index in range(len(found.parts)):
+        own = mesh.regions == index
+        worst = np.flatnonzero(own)[np.argmax(field.stress[own])]
+        assert found.highest[3, index] == pytest.approx(field.stress[worst], rel=1e-12)
+        assert found.places[3, index] == pytest.approx(centers[worst])
+        assert found.rest[index] == pytest.approx(field.rest_stress[own].max(), rel=1e-12)
+    twice = replace(omp40, preload=2.0 * omp40.preload)
+    stronger = stress_by_direction(twice, DIRECTIONS, coarse_reduced())
+    assert stronger.highest == pytest.approx(2.0 * found.highest, rel=1e-6)
+    assert stronger.rest == pytest.approx(2.0 * found.rest, rel=1e-6)
+
+
+def test_the_stylus_is_bent_as_a_beam(omp40: Probe) -> None:
+    """Force × lever / section modulus, half-way down the stem.
+
+    The mean over an element lies below the stress of the outer fibre.
+    """
+    field = field_at_trigger(omp40, DIRECTIONS[0], coarse_reduced())
+    mesh = field.elastic.mesh
+    stem = omp40.stylus[-1]
+    tip = -omp40.lever
+    level = tip + 0.5 * stem.length
+    centers = mesh.points[mesh.elements].mean(axis=1)
+    near = mesh.regions == mesh.region_names.index("stylus 2")
+    near &= abs(centers[:, 2] - level) < 3.0
+    lever = centers[near, 2] - tip
+    outer = 32.0 * field.trigger.force[0] * lever / (np.pi * stem.diameter**3)
+    share = field.stress[near] / outer
+    assert 0.5 < share.max() < 1.05
 
 
 def test_patches_carry_hertzs_pressure(omp40: Probe) -> None:

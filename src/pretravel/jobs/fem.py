@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
+from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ElasticField, ReducedModel
 from pretravel.model.fem.linear_solvers import check_solver
 from pretravel.model.fem.mesh import MeshSettings
@@ -16,8 +18,16 @@ from pretravel.model.fem.reduction_cache import reduced_model
 from pretravel.probe.description import Probe
 from pretravel.report.document import Document
 from pretravel.report.finite_elements_report import finite_elements_document
-from pretravel.trigger.elastic_field import TriggerField, field_at_trigger
+from pretravel.trigger.elastic_field import (
+    StressByDirection,
+    TriggerField,
+    field_at_trigger,
+    stress_by_direction,
+)
 from pretravel.trigger.predict import predict
+
+_AZIMUTHS = range(0, 360, 30)
+"""At which the stress of the parts is compared. [deg]"""
 
 
 @dataclass(frozen=True)
@@ -54,15 +64,20 @@ class FiniteElementState:
     reduced : ReducedModel
     field : TriggerField
         In one direction.
+    stresses : StressByDirection
+        In that direction first, then all around at its polar angle.
     """
 
     probe: Probe
     reduced: ReducedModel
     field: TriggerField
+    stresses: StressByDirection
 
     def document(self) -> Document:
         """The report."""
-        return finite_elements_document(self.reduced, self.field, self.probe.name)
+        return finite_elements_document(
+            self.reduced, self.field, self.stresses, probe_name=self.probe.name
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,4 +149,21 @@ def state_at_trigger(
     PretravelError
         The probe never triggers in that direction.
     """
-    return FiniteElementState(probe, reduced, field_at_trigger(probe, touch.normal, reduced))
+    return FiniteElementState(
+        probe,
+        reduced,
+        field_at_trigger(probe, touch.normal, reduced),
+        stress_by_direction(probe, _directions_around(probe, touch), reduced),
+    )
+
+
+def _directions_around(probe: Probe, touch: TouchDirection) -> FloatArray:
+    """The direction of a touch, then those at its polar angle in which the probe triggers."""
+    found = [touch.normal]
+    if math.hypot(*touch.normal[:2]) > 1e-9:  # along the axis there is one direction only
+        around = (replace(touch, azimuth_deg=float(a)) for a in _AZIMUTHS)
+        for other in around:
+            with suppress(PretravelError):
+                check_touch(probe, other)
+                found.append(other.normal)
+    return np.array(found)

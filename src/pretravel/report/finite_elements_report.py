@@ -22,7 +22,7 @@ from pretravel.report.document import (
 from pretravel.report.formatting import decimals, number_text, significant, value_text
 from pretravel.report.prediction_report import shares_table
 from pretravel.report.style import COLOURS, legend_below, new_figure
-from pretravel.trigger.elastic_field import TriggerField
+from pretravel.trigger.elastic_field import StressByDirection, TriggerField
 from pretravel.units import DEGREE, MICROMETRE
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _REGION_COLOURS = (
 
 
 def finite_elements_document(
-    reduced: ReducedModel, field: TriggerField, probe_name: str
+    reduced: ReducedModel, field: TriggerField, stresses: StressByDirection, *, probe_name: str
 ) -> Document:
     """The report of a finite-element model and of its state at the trigger.
 
@@ -45,6 +45,8 @@ def finite_elements_document(
     reduced : ReducedModel
     field : TriggerField
         Of one direction.
+    stresses : StressByDirection
+        Of that direction first, then of others at its polar angle.
     probe_name : str
 
     Returns
@@ -66,7 +68,7 @@ def finite_elements_document(
             KeyFigure("opened seat", " and ".join(field.opened)),
             _highest_stress(field),
         ),
-        tables=(shares_table(trigger), _seat_table(field)),
+        tables=(shares_table(trigger), *_stress_tables(stresses), _seat_table(field)),
         sections=(_mesh_section(reduced),),
         pictures=(
             Picture(
@@ -88,6 +90,40 @@ def _highest_stress(field: TriggerField) -> KeyFigure:
         remark=f"von Mises, in {mesh.region_names[mesh.regions[highest]]} at "
         f"{value_text(center, 'mm')}",
     )
+
+
+def _stress_tables(stresses: StressByDirection) -> tuple[Table, ...]:
+    """The highest stress of each part: in the direction of the touch, and over the azimuths."""
+    here, around = stresses.highest[0], stresses.highest[1:]
+    azimuths = azimuth_angle(stresses.directions[1:]) / DEGREE % 360.0
+    columns = [
+        Column.of("part", stresses.parts),
+        Column.of("at rest", stresses.rest, "MPa"),
+        Column.of("at trigger", here, "MPa"),
+        *(Column.of(f"{axis}", stresses.places[0, :, i], "mm") for i, axis in enumerate("xyz")),
+    ]
+    if len(around):
+        worst = around.argmax(axis=0)
+        columns.append(Column.of("largest", around.max(axis=0), "MPa"))
+        columns.append(Column.of("at azimuth", azimuths[worst], "°", decimals(0)))
+    by_part = Table(
+        tuple(columns),
+        title="Highest stress of each part",
+        explanation="Von Mises, preload included, and where it is at the trigger of this touch; "
+        "then the largest at the trigger over the azimuths, every 30° at the same polar angle. It "
+        "is the mean over an element: at edges and seats it depends on the mesh.",
+    )
+    if not len(around):
+        return (by_part,)
+    by_azimuth = Table(
+        (
+            Column.of("azimuth", azimuths, "°", decimals(0)),
+            *(Column.of(name, around[:, i], "MPa") for i, name in enumerate(stresses.parts)),
+        ),
+        title="Highest stress of each part at the trigger, over the azimuth",
+        detail=True,
+    )
+    return by_part, by_azimuth
 
 
 def _seat_table(field: TriggerField) -> Table:

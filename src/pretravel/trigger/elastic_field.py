@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.model.fem.condensation import ElasticField, ReducedModel
-from pretravel.model.fem.elasticity import von_mises
+from pretravel.model.fem.elasticity import stress_of
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import default_workpiece
@@ -86,24 +86,22 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
     trigger = predict(probe, normal, FiniteElements(reduced))
     statics = seat_statics(probe)
-    rest, touched = np.zeros(len(INTERFACE)), np.zeros(len(INTERFACE))
-    rest[SEATS], touched[SEATS] = statics.rest_reactions, trigger.reactions[0]
-    rest[SPRING_FORCE] = touched[SPRING_FORCE] = probe.preload
-    touched[TIP_FORCE] = trigger.force[0] * trigger.directions[0]
+    rest, touched = _forces_at_rest(probe), _forces_at_trigger(probe, trigger, 0)
     change = touched - rest
     log.info("displacement and stress of all elements")
     loading = loaded(probe, statics, trigger.directions, trigger.force, default_workpiece())
     rigid = seat_closure(reduced, loading, change)
     elastic = reduced.elastic_field
-    materials, mesh = elastic.materials, elastic.mesh
+    mesh = elastic.mesh
+    stress = stress_of(mesh, elastic.materials)
     frame = seat_frame(probe)
     top = np.array([0.0, 0.0, mesh.points[np.unique(mesh.faces["spring"]), 2].max()])
     return TriggerField(
         elastic=elastic,
         trigger=trigger,
         displacement=frozen(reduced.lift(change, rigid)),
-        stress=frozen(von_mises(mesh, materials, reduced.lift(touched))),
-        rest_stress=frozen(von_mises(mesh, materials, reduced.lift(rest))),
+        stress=frozen(stress(reduced.lift(touched))),
+        rest_stress=frozen(stress(reduced.lift(rest))),
         rest_reactions=statics.rest_reactions,
         points=frozen(
             np.concatenate([frame.contacts(probe.tripod.rod_radius), [statics.tip], [top]])
@@ -118,3 +116,92 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
             )
         ),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class StressByDirection:
+    """The highest stress of each part at the trigger, for several directions.
+
+    Attributes
+    ----------
+    directions : (d, 3) float
+        Outward surface normals, probe frame.
+    parts : tuple of str
+        Names of the p solids.
+    rest : (p,) float
+        Highest von Mises stress at rest, by part. [MPa]
+    highest : (d, p) float
+        The same at the trigger. [MPa]
+    places : (d, p, 3) float
+        Centres of the elements that have it. [mm]
+    """
+
+    directions: FloatArray
+    parts: tuple[str, ...]
+    rest: FloatArray
+    highest: FloatArray
+    places: FloatArray
+
+
+def stress_by_direction(
+    probe: Probe, directions: npt.ArrayLike, reduced: ReducedModel
+) -> StressByDirection:
+    """The highest stress of each part at the trigger.
+
+    It is the mean over an element, so that at edges and seats it depends on the mesh.
+
+    Parameters
+    ----------
+    probe : Probe
+    directions : (d, 3) float
+        Outward surface normals, probe frame, unit vectors.
+    reduced : ReducedModel
+        Of this probe.
+
+    Returns
+    -------
+    StressByDirection
+
+    Raises
+    ------
+    PretravelError
+        As `field_at_trigger`.
+    """
+    trigger = predict(probe, directions, FiniteElements(reduced))
+    elastic = reduced.elastic_field
+    mesh = elastic.mesh
+    log.info("stress of all elements in %d directions", len(trigger.directions))
+    stress = stress_of(mesh, elastic.materials)
+    rows = [np.flatnonzero(mesh.regions == index) for index in range(len(mesh.region_names))]
+    centers = mesh.points[mesh.elements].mean(axis=1)
+    highest, places = [], []
+    for number in range(len(trigger.directions)):
+        found = stress(reduced.lift(_forces_at_trigger(probe, trigger, number)))
+        worst = [own[np.argmax(found[own])] for own in rows]
+        highest.append(found[worst])
+        places.append(centers[worst])
+    rest = stress(reduced.lift(_forces_at_rest(probe)))
+    return StressByDirection(
+        directions=trigger.directions,
+        parts=tuple(mesh.region_names),
+        rest=frozen([rest[own].max() for own in rows]),
+        highest=frozen(highest),
+        places=frozen(places),
+    )
+
+
+def _forces_at_rest(probe: Probe) -> FloatArray:
+    """On the interface, preloaded and not touched, (22,). [N]"""
+    forces = np.zeros(len(INTERFACE))
+    forces[SEATS] = seat_statics(probe).rest_reactions
+    forces[SPRING_FORCE] = probe.preload
+    return forces
+
+
+def _forces_at_trigger(probe: Probe, trigger: Trigger, number: int) -> FloatArray:
+    """On the interface, in one of the directions of a prediction, (22,). [N]"""
+    forces = np.zeros(len(INTERFACE))
+    forces[SEATS] = trigger.reactions[number]
+    forces[SPRING_FORCE] = probe.preload
+    forces[TIP_FORCE] = trigger.force[number] * trigger.directions[number]
+    return forces

@@ -30,7 +30,8 @@ def test_fem_says_what_it_built_and_writes_what_paraview_reads(tmp_path: Path) -
         "fem", "omp40-2", *COARSE, "--polar", "50", "--azimuth", "20",
         "--vtu", str(vtu), "--plot", str(png), "--verbose",
     )  # fmt: skip
-    for word in ("unknowns", "quality", "edges where parts meet", "sensing distance", "A-right"):
+    for word in ("unknowns", "quality", "edges where parts meet", "sensing distance", "A-right",
+                 "Highest stress of each part", "at azimuth", "stylus 2"):  # fmt: skip
         assert word in said
     assert png.stat().st_size > 20_000
     mesh = meshio.read(vtu)

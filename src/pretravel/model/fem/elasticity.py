@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -203,8 +203,35 @@ def von_mises(
     >>> bool(von_mises(mesh, solids.materials, moved).max() < 1e-6)
     True
     """
+    return stress_of(mesh, materials)(displacement)
+
+
+def stress_of(
+    mesh: FiniteElementMesh, materials: Mapping[str, Material]
+) -> Callable[[FloatArray], FloatArray]:
+    """`von_mises` as a function of the displacement, for several displacements of one mesh.
+
+    Parameters
+    ----------
+    mesh, materials
+
+    Returns
+    -------
+    callable
+        (n, 3) [mm] to (m,) [MPa].
+    """
     gradients, _ = quadrature(mesh)
     first, second = lame(materials, mesh)
+    return lambda displacement: _von_mises(mesh, gradients, (first, second), displacement)
+
+
+def _von_mises(
+    mesh: FiniteElementMesh,
+    gradients: FloatArray,
+    moduli: tuple[FloatArray, FloatArray],
+    displacement: FloatArray,
+) -> FloatArray:
+    first, second = moduli
     gradient = np.einsum("eai,eqaj->eqij", displacement[mesh.elements], gradients)
     strain = 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
     volume = np.einsum("eqii->eq", strain)
