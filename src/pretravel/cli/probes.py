@@ -27,17 +27,17 @@ def probes(
     """
     from pretravel.errors import PretravelError
     from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
-    from pretravel.report.probe_report import catalogue_document, plot_probe, probe_document
+    from pretravel.report.probe_report import catalogue_document, probe_document, probe_picture
 
     check_files([(plot, PICTURES), (output, PAGES)], [name])
     if plot is not None:
-        from pretravel.report.style import save
+        from pretravel.report.style import save_picture_file
 
         if name is None:
             raise PretravelError(
                 "--plot draws one probe: pretravel probes omp40-2 --plot probe.png"
             )
-        save(plot_probe(load_probe(name)), plot)
+        save_picture_file(probe_picture(load_probe(name)), plot)
     if name is not None:
         save_page(probe_document(load_probe(name)), output)
     if name is not None and name in catalogue_names():

@@ -96,7 +96,8 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     _set_axis(axes, chart.x, "x")
     _set_axis(axes, chart.y, "y")
     if chart.equal:
-        axes.set_aspect("equal", adjustable="datalim")
+        fixed = None not in (chart.x.low, chart.x.high, chart.y.low, chart.y.high)
+        axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
     axes.grid(color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     axes.set_title(chart.title, fontsize=11)
@@ -171,7 +172,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
         mappable = ScalarMappable(**_colouring(chart.scale))
         figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.2, label=chart.scale.text)
-    _legend_and_note(axes, chart.note, below=0.04, meshes=_mesh_patches(chart))
+    _legend_and_note(axes, chart.note, below=0.18, meshes=_mesh_patches(chart))
 
 
 def _few_ticks(side: float, longest: float) -> Any:
@@ -197,12 +198,26 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
     getattr(axes, f"set_{name}label")(axis.text)
     if axis.logarithmic:
         getattr(axes, f"set_{name}scale")("log")
+        _plain_numbers(axes, name)
     if axis.categories:
         getattr(axes, f"set_{name}ticks")(range(len(axis.categories)), axis.categories)
         axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
     if axis.ticks:
         getattr(axes, f"set_{name}ticks")(axis.ticks)
     getattr(axes, f"set_{name}lim")(axis.low, axis.high)
+
+
+def _plain_numbers(axes: Axes, name: str) -> None:
+    """0.5, 1, 2 along a logarithmic axis of two decades or less, which else has 5·10⁻¹ and 10⁰."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = getattr(axes, f"get_{name}lim")()
+    if high > 300.0 * low:
+        return
+    along = getattr(axes, f"{name}axis")
+    along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    along.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    along.set_minor_formatter(NullFormatter())
 
 
 def _legend_and_note(axes: Axes, note: str, below: float, meshes: Sequence[Patch] = ()) -> None:

@@ -404,7 +404,7 @@ def _polar(chart: PolarChart) -> PlotlyFigure:
     around = {"tickmode": "array", "tickvals": [*range(0, 360, 45)], "ticktext": names,
               "gridcolor": "@grid", "linecolor": "@ink"}  # fmt: skip
     polar = {"bgcolor": "@paper", "radialaxis": radial, "angularaxis": around}
-    margin = {"l": 48, "r": 48, "t": 100, "b": 64}
+    margin = {"l": 48, "r": 48, "t": 100, "b": 84}
     return {"data": data, "layout": {"polar": polar, "margin": margin}}
 
 
