@@ -12,6 +12,8 @@ from pretravel.compensation.compensation import (
     compensation_warnings,
     extrapolation_warnings,
 )
+from pretravel.compensation.point_budget import point_budget
+from pretravel.compensation.point_errors import PointErrors, errors_of_points
 from pretravel.compensation.points import Points, placed
 from pretravel.formats.file_format import FileReadings
 from pretravel.formats.point_files import write_points
@@ -62,6 +64,8 @@ class CompensatedTouches:
     setup : CompensationSetup
     points : Points
         In the frame of the touches as they were given.
+    errors : PointErrors
+        Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
     warnings : tuple of str
     """
 
@@ -70,6 +74,7 @@ class CompensatedTouches:
     pretravel_map: PretravelMap
     setup: CompensationSetup
     points: Points
+    errors: PointErrors
     warnings: tuple[str, ...] = field(default=())
 
     def document(self, touches_name: str = "", *, warnings: Sequence[str] = ()) -> Document:
@@ -81,6 +86,7 @@ class CompensatedTouches:
             nominal=self.setup.nominal,
             placement=placement if self.setup.frame == "machine" else None,
             warnings=[*self.readings.notes(), *self.warnings, *warnings],
+            budgets=[point_budget(self.errors)],
         )
 
     def write(self, path: str | Path, touches_name: str, map_name: str) -> None:
@@ -137,8 +143,9 @@ def compensate_readings(
         measured = moved(measured, placement.inverse)
     seen = pretravel_map.seen_from(placement)
     points = apply(measured, seen, nominal=setup.nominal, extrapolate=setup.extrapolate)
+    errors = errors_of_points(measured, points.normals, seen)
     extrapolated = extrapolation_warnings(points.normals, seen)
     if in_machine:
         points = placed(points, placement)
     warnings = (*extrapolated, *compensation_warnings(measured, points, pretravel_map))
-    return CompensatedTouches(readings, measured, pretravel_map, setup, points, warnings)
+    return CompensatedTouches(readings, measured, pretravel_map, setup, points, errors, warnings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -88,6 +89,14 @@ def expanded_figure(name: str, budget: Budget, remark: str) -> KeyFigure:
         decimals(3),
         remark=f"k = {number_text(budget.coverage_factor())}, about 95 %; {remark}",
     )
+
+
+def budget_section(budgets: Sequence[Budget]) -> tuple[Section, ...]:
+    """Budgets as tables under one heading, for the full report; none where there are none."""
+    if not budgets:
+        return ()
+    tables = tuple(budget_table(budget, title=budget.result) for budget in budgets)
+    return (Section("Uncertainty budget", tables=tables, detail=True),)
 
 
 def sphere_section(sphere: MeasuredSphere) -> Section:

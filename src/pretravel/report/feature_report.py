@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from pretravel.features.conformity import Conformity, ConformityVerdict, verdict_words
+from pretravel.features.feature_budget import feature_budgets
 from pretravel.features.feature_uncertainty import FORM_OF_PART
 from pretravel.features.measured_feature import COVERAGE_FACTOR, MeasuredFeature, Quantity
 from pretravel.features.tolerances import InspectedFeature, side_of_failure
@@ -61,6 +62,7 @@ def features_document(
         ),
         notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
         warnings=(*warnings, *_warnings(measured)),
+        budgets=tuple(budget for feature in measured for budget in feature_budgets(feature)),
     )
 
 

@@ -9,12 +9,14 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.frames import Placement
+from pretravel.report.budget_report import budget_section
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import value_text
 from pretravel.report.points_picture import points_view, touches_view
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.touches import Touches
+from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
 
@@ -26,6 +28,7 @@ def points_document(
     placement: Placement | None = None,
     tolerance: tuple[float, float] | None = None,
     warnings: Sequence[str] = (),
+    budgets: Sequence[Budget] = (),
 ) -> Document:
     """The report of a compensation.
 
@@ -41,6 +44,8 @@ def points_document(
     tolerance : pair of float or None
         Smallest and largest allowed deviation along the normal, for the picture. [mm]
     warnings : sequence of str
+    budgets : sequence of Budget
+        Of the points on average, or of single ones.
 
     Returns
     -------
@@ -68,6 +73,7 @@ def points_document(
         verdict=f"{len(points)} points{_in_short(points)}",
         figures=tuple(figures),
         tables=before_and_after(points),
+        sections=budget_section(budgets),
         pictures=(
             Picture(
                 "The part before and after compensation, pretravel and uncertainty",
@@ -77,6 +83,7 @@ def points_document(
             ),
         ),
         warnings=tuple(warnings),
+        budgets=tuple(budgets),
     )
 
 

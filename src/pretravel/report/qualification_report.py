@@ -13,6 +13,8 @@ from pretravel.identification.physical import PhysicalMapFit
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.map_warnings import some_directions
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.report.budget_report import budget_section
 from pretravel.report.chart import Axis, Dots, Mark, PlaneChart, Rule, Scale, View
 from pretravel.report.direction_charts import (
     angles_deg,
@@ -72,6 +74,7 @@ def qualification_document(
     pretravel_map = result.pretravel_map
     title = f"{touches_name}, " if touches_name else "Qualification, "
     title += f"map kind {pretravel_map.kind}"
+    budgets = (part_point_budget(result), radius_budget(result))
     return Document(
         title=title,
         verdict=verdict(result),
@@ -83,12 +86,13 @@ def qualification_document(
             KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
         ),
         tables=(_scores_table(scores),) if scores else (),
-        sections=_sections(result, scores),
+        sections=(*_sections(result, scores), *budget_section(budgets)),
         pictures=(
             Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
         ),
         notes=(*(f"left out as requested: {name}" for name in excluded),),
         warnings=(*warnings, *result.warnings),
+        budgets=budgets,
     )
 
 

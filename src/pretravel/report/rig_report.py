@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,6 +85,7 @@ def rig_document(
         if calibration.starts_differ
         else (),
         warnings=tuple(warnings),
+        budgets=(replace(budget, result="mean pretravel of the direction touched least often"),),
     )
 
 

@@ -1,0 +1,83 @@
+"""Uncertainty budgets of compensated points, of one point or of all of them on average."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.compensation.point_errors import REPEATABILITY, PointErrors
+from pretravel.compensation.points import FIXED_SCATTER
+from pretravel.uncertainty.gum import Budget, Component
+
+
+def variances_along_normals(errors: PointErrors) -> dict[str, FloatArray]:
+    """The variance of each point along its normal, source by source.
+
+    Parameters
+    ----------
+    errors : PointErrors
+
+    Returns
+    -------
+    dict of str to (n,) float
+        Their sum is the square of `Points.standard_uncertainty`. A source that the map does not
+        state is zero. [mm²]
+    """
+    made, closing = errors.pretravel_map, errors.closing
+    of_map = made.standard_uncertainty(errors.normals) ** 2 - errors.by_delay**2
+    return {
+        REPEATABILITY: (made.repeatability * closing) ** 2,
+        FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
+        "map": np.maximum(of_map, 0.0),
+        "tip radius": np.full(len(closing), made.u_tip_radius**2),
+        "signal delay": (errors.delay_along_approach * closing) ** 2,
+    }
+
+
+def point_budget(errors: PointErrors, row: int | None = None) -> Budget:
+    """The budget of a compensated point along its normal.
+
+    Parameters
+    ----------
+    errors : PointErrors
+        From `errors_of_points`.
+    row : int, optional
+        Of the point; not given: the root mean square over all points, in which the shares of the
+        sources are those of their mean variances.
+
+    Returns
+    -------
+    Budget
+        In mm, without sources that are zero at all these points.
+
+    >>> from pretravel.compensation.point_errors import errors_of_points
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.maps.pretravel_map import PretravelMap
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.touches import Touches
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([9e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=4e-4)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> budget = point_budget(errors_of_points(touches, touches.normals, mean))
+    >>> round(budget.combined * 1e3, 9), [component.name for component in budget.components]
+    (0.5, ['repeatability', 'map'])
+    """
+    count = len(errors.closing)
+    rows = slice(None) if row is None else slice(row, row + 1)
+    dof = errors.pretravel_map.repeatability_dof
+    components = tuple(
+        Component(
+            name,
+            "A" if name == REPEATABILITY else "B",
+            math.sqrt(float(np.mean(variance[rows]))),
+            dof=dof if name == REPEATABILITY and dof > 0.0 else math.inf,
+        )
+        for name, variance in variances_along_normals(errors).items()
+        if variance[rows].any()
+    )
+    which = f"root mean square of {count} points" if row is None else f"point {row + 1}"
+    return Budget(components, f"a point along its normal, {which}")
