@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
+import warnings
 
 import typer
 from nicegui import ui
@@ -42,6 +43,8 @@ def count_lines(inputs: Inputs) -> Document:
             raise RuntimeError("a flaw")
         rows.append((path.name, len(lines)))
     factor = inputs.settings.get("factor", 2.0)
+    if factor == 13.0:
+        warnings.warn("13 is an unusual factor", stacklevel=1)
     total = sum(count for _, count in rows)
     return Document(
         "Lines",
@@ -71,6 +74,7 @@ def wait_long(inputs: Inputs) -> str:
 def quick(inputs: Inputs) -> int:
     """Work in another process that prints, as some libraries do."""
     os.write(1, b"noise of a library\n")
+    warnings.warn("from another process", stacklevel=1)
     return len(inputs.files["texts"])
 
 

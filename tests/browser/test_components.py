@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pretravel.workbench.project_file import read_project
 from tests.browser.workbench_server import (
     RunningWorkbench,
     opened,
@@ -16,6 +19,7 @@ from tests.browser.workbench_server import (
 )
 
 PROGRAM = str(Path(__file__).with_name("components_screen.py"))
+HOSTILE = '<img src=x onerror="window.hacked=1">'
 
 
 @pytest.fixture(scope="module")
@@ -24,41 +28,191 @@ def workbench(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterato
         yield started
 
 
+@pytest.fixture
+def screen(page: Any, workbench: RunningWorkbench) -> Any:
+    """The screen without files; the tests of this file share a server."""
+    opened(page, f"{workbench.address}components")
+    remove = page.locator("button[aria-label^='Remove']")
+    for left in range(remove.count(), 0, -1):
+        remove.first.click()
+        page.wait_for_function(f"document.querySelectorAll('.file-list li').length < {left}")
+    return page
+
+
 def drop(page: Any, name: str, content: bytes) -> None:
     page.set_input_files(
         ".file-drop-input", {"name": name, "mimeType": "text/plain", "buffer": content}
     )
 
 
-def test_a_file_becomes_a_result_in_every_tab(page: Any, workbench: RunningWorkbench) -> None:
-    opened(page, f"{workbench.address}components")
-    other = page.context.new_page()
+def test_two_tabs_and_a_reload_show_the_same(screen: Any, workbench: RunningWorkbench) -> None:
+    other = screen.context.new_page()
     opened(other, f"{workbench.address}components")
-    drop(page, "a.txt", b"1\n2\n3\n")
-    for tab in (page, other):
+    drop(screen, "a.txt", b"1\n2\n3\n")
+    for tab in (screen, other):
         tab.wait_for_selector("text=3 lines, times 2 are 6")
-    page.get_by_label("Factor [mm]").fill("4")
-    for tab in (page, other):
+    screen.get_by_label("Factor [mm]").fill("4")
+    for tab in (screen, other):
         tab.wait_for_selector("text=3 lines, times 4 are 12")
     assert other.get_by_label("Factor [mm]").input_value() == "4"
     other.reload()
     other.wait_for_selector("text=3 lines, times 4 are 12")
-    assert serious_problems(page) == []
+    other.get_by_role("button", name="Remove a.txt").click()
+    screen.wait_for_selector("text=Drop texts on the left.")
 
 
-def test_a_fault_is_said_as_the_library_says_it(page: Any, workbench: RunningWorkbench) -> None:
-    opened(page, f"{workbench.address}components")
-    drop(page, "a.txt", b"1\nbad\n")
-    page.wait_for_selector("text=a.txt, line 2: 'bad' is no number")
-    assert "/tmp" not in page.inner_text("main")
-    drop(page, "a.txt", b"flaw\n")
-    page.wait_for_selector("text=this is a flaw of pretravel")
-    assert "Traceback" not in page.inner_text("main")
+def test_the_page_with_a_result_is_accessible(screen: Any) -> None:
+    drop(screen, "a.txt", b"1\n2\n3\n")
+    screen.wait_for_selector("text=3 lines, times")
+    screen.get_by_text("The same on the command line").click()
+    for dark in ("false", "true"):
+        screen.evaluate(f"Quasar.Dark.set({dark})")
+        screen.wait_for_timeout(500)  # colours change gradually
+        assert serious_problems(screen) == []
 
 
-def test_long_work_shows_its_stage_and_is_cancelled(page: Any, workbench: RunningWorkbench) -> None:
-    opened(page, f"{workbench.address}components")
-    page.get_by_role("button", name="Wait").click()
-    page.wait_for_selector("text=stage 5")
-    page.get_by_role("button", name="Cancel").click()
-    page.wait_for_selector("text=cancelled after")
+def test_faults_are_said_as_the_library_says_them(screen: Any) -> None:
+    drop(screen, "a.txt", b"1\nbad\n")
+    screen.wait_for_selector("text=a.txt, line 2: 'bad' is no number")
+    assert "/tmp" not in screen.inner_text("main")
+    drop(screen, "a.txt", b"flaw\n")
+    screen.wait_for_selector("text=this is a flaw of pretravel")
+    assert "Traceback" not in screen.inner_text("main")
+
+
+def test_warnings_of_the_library_are_shown_each_time(screen: Any) -> None:
+    drop(screen, "a.txt", b"1\n")
+    for _ in range(2):
+        screen.get_by_label("Factor [mm]").fill("13")
+        screen.wait_for_selector("text=13 is an unusual factor")
+        screen.get_by_label("Factor [mm]").fill("2")
+        screen.wait_for_selector("text=1 lines, times 2 are 2")
+        assert "unusual" not in screen.inner_text("main")
+    screen.wait_for_selector("text=from another process")
+
+
+def test_long_work_shows_its_stage_and_is_cancelled(screen: Any) -> None:
+    screen.get_by_role("button", name="Wait").click()
+    screen.wait_for_selector("text=stage 5")
+    screen.get_by_role("button", name="Cancel").click()
+    screen.wait_for_selector("text=cancelled after")
+
+
+def test_what_is_no_number_is_said_and_not_stored(screen: Any) -> None:
+    field = screen.get_by_label("Factor [mm]")
+    for given, answer in (
+        ("2,5", "2,5 has a comma: write 2.5"),
+        ("many", "'many' is no number"),
+        ("101", "101 mm is not between 0 and 100"),
+    ):
+        field.fill(given)
+        screen.wait_for_selector(f"text={answer}")
+    screen.reload()
+    screen.wait_for_selector("main h1")
+    assert field.input_value() == "2"
+
+
+def test_texts_of_files_stay_texts(screen: Any) -> None:
+    screen.get_by_label("Label").fill(HOSTILE)
+    drop(screen, "a.txt", f"{HOSTILE}\nbad\n".encode())
+    screen.wait_for_selector("text=is no number")
+    screen.reload()
+    screen.wait_for_selector("text=is no number")
+    assert screen.get_by_label("Label").input_value() == HOSTILE
+    assert screen.evaluate("window.hacked") is None
+    assert screen.locator("img[src=x]").count() == 0
+
+
+def test_a_script_that_comes_into_the_page_does_not_run(screen: Any) -> None:
+    """The policy of the page (CSP), should a text ever be read as HTML."""
+    screen.evaluate(f"document.querySelector('main').insertAdjacentHTML('beforeend', {HOSTILE!r})")
+    screen.wait_for_timeout(300)
+    assert screen.evaluate("window.hacked") is None
+
+
+def test_uploads_are_limited_by_the_server(screen: Any) -> None:
+    send = """async ([name, size, headers]) => {
+      const answer = await fetch(`/upload/components/texts?name=${encodeURIComponent(name)}`,
+        {method: "POST", body: "1".repeat(size), headers});
+      return [answer.status, (await answer.text())];
+    }"""
+    ours = {"X-Pretravel": "upload"}
+    status, said = screen.evaluate(send, ["large.txt", 100_001, ours])
+    assert status == 422
+    assert "large.txt is larger than 0.1 MB" in said
+    status, said = screen.evaluate(send, ["../../a.txt", 10, ours])
+    assert status == 422
+    assert "without folders" in said
+    status, said = screen.evaluate(send, ["a.exe", 10, ours])
+    assert status == 422
+    assert "the ending must be .txt" in said
+    status, said = screen.evaluate(send, ["a.txt", 10, {}])
+    assert status == 403
+    assert "large.txt" not in screen.inner_text("main")
+
+
+def test_files_are_chosen_and_tables_sorted_with_the_keyboard(screen: Any) -> None:
+    drop(screen, "b.txt", b"1\n2\n")
+    drop(screen, "c.txt", b"1\n" * 10)
+    screen.wait_for_selector("td >> text=c.txt")
+    given = {"name": "d.txt", "mimeType": "text/plain", "buffer": b"1\n1\n1\n"}
+    screen.on("filechooser", lambda chooser: chooser.set_files(given))
+    screen.locator(".skip").focus()
+    for _ in range(30):
+        screen.keyboard.press("Tab")
+        if screen.evaluate("document.activeElement.className") == "file-drop-input":
+            break
+    screen.keyboard.press("Enter")
+    screen.wait_for_selector("td >> text=d.txt")
+    heading = screen.get_by_role("button", name="lines")
+    for order in ("ascending", "descending"):
+        heading.press("Enter")
+        numbers = [float(t) for t in screen.locator("td:nth-child(2)").all_inner_texts()]
+        assert screen.locator("th[aria-sort]").get_attribute("aria-sort") == order
+        assert numbers == sorted(numbers, reverse=order == "descending")
+
+
+def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:
+    drop(screen, "a.txt", b"1\n")
+    screen.wait_for_selector("text=lines, times")
+    with screen.expect_download() as download:
+        screen.get_by_role("button", name="Report").click()
+    assert download.value.suggested_filename == "lines.txt"
+    assert "lines, times" in Path(download.value.path()).read_text()
+    screen.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    screen.get_by_text("The same on the command line").click()
+    screen.get_by_role("button", name="Copy: Command line").click()
+    screen.wait_for_selector("text=Copied")
+    assert screen.evaluate("navigator.clipboard.readText()") == "pretravel example 'a b'"
+
+
+def test_a_page_loads_nothing_from_elsewhere(page: Any, workbench: RunningWorkbench) -> None:
+    asked: set[str] = set()
+    page.on("request", lambda request: asked.add(request.url))
+    page.on("websocket", lambda socket: asked.add(socket.url))
+    for name in ("", "components"):
+        opened(page, workbench.address + name)
+        page.wait_for_timeout(300)
+    hosts = {
+        re.sub(r"^\w+://([^/]*)/.*", r"\1", a) for a in asked if a[:5] not in ("data:", "blob:")
+    }
+    assert len(asked) > 10
+    assert hosts == {workbench.address.removeprefix("http://").rstrip("/")}
+
+
+def test_what_was_typed_is_in_the_file_of_the_project(
+    screen: Any, workbench: RunningWorkbench
+) -> None:
+    screen.get_by_label("Label").fill("kept")
+    drop(screen, "kept.txt", b"1\n")
+    screen.wait_for_selector("td >> text=kept.txt")
+    folder = workbench.data / "pretravel" / "projects"
+    for _ in range(100):
+        (path,) = folder.glob("*.pretravel")
+        state = read_project(path).screen("components")
+        names = [file.name for file in state.files["texts"]]
+        if state.settings.get("label") == "kept" and "kept.txt" in names:
+            break
+        time.sleep(0.1)
+    else:
+        raise AssertionError("not saved within 10 s")

@@ -47,7 +47,7 @@ second: finite elements, meshes, STEP): its ``compute`` is then a function of a 
 result can be pickled. ``automatic=False`` gives a button instead of a start at each change. The
 function gets `tasks.Inputs`: ``settings`` and ``files`` (paths of copies with the user's names).
 A `PretravelError` is shown as it is; its message names the user's file. Log messages of the logger
-``pretravel`` (INFO) are shown as stages of progress.
+``pretravel`` (INFO) are shown as stages of progress, and warnings above the result.
 
 **Components** (``workbench/components``): ``layout`` (`inputs_and_results`, `panel`, `folded`,
 `text`, `note`, `warning`, `live`, `here`), ``fields`` (`number_field`, `slider_field`,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -22,7 +21,7 @@ from pretravel.workbench.project_page import project_page, reload_all_tabs
 from pretravel.workbench.screens import SCREENS, Screen
 from pretravel.workbench.session import SESSION
 from pretravel.workbench.shell import STATIC, help_page, home_page, screen_page
-from pretravel.workbench.tasks import WORKS, StageHandler
+from pretravel.workbench.tasks import WORKS, listen_to_library
 from pretravel.workbench.uploads import UPLOADS, limited_content
 
 
@@ -40,9 +39,9 @@ def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[]
     """
     _add_pages()
     app.add_middleware(Guard, access=access)
-    logger = logging.getLogger("pretravel")
-    logger.addHandler(StageHandler(logging.INFO))
-    logger.setLevel(logging.INFO)
+    # Its bar has no name for readers of a screen; uploads and work show their own progress.
+    app.config.quasar_config["loadingBar"]["skipHijack"] = True
+    listen_to_library()
 
     async def announce() -> None:
         while not Server.instance.started:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -25,7 +26,7 @@ _START = (
     "from pretravel.workbench.task_process import main; main()"
 )
 """The program of the process; isolated (-I), it takes the folders of modules as its argument."""
-_STAGE, _RESULT, _FAULT, _FLAW = "stage", "result", "fault", "flaw"
+_STAGE, _WARNING, _RESULT, _FAULT, _FLAW = "stage", "warning", "result", "fault", "flaw"
 NO_MEMORY = "there is not enough memory for this; use fewer directions or touches"
 
 
@@ -66,8 +67,8 @@ class TaskProcess:
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
-    def result(self, report: Callable[[str], None]) -> Any:
-        """Wait for the result; `report` is called with each stage.
+    def result(self, stage: Callable[[str], None], warning: Callable[[str], None]) -> Any:
+        """Wait for the result; `stage` and `warning` are called with what the library says.
 
         Raises
         ------
@@ -92,7 +93,7 @@ class TaskProcess:
                         raise PretravelError(content)
                     if kind == _FLAW:
                         raise FlawError(content)
-                    report(content)
+                    (stage if kind == _STAGE else warning)(content)
             except (EOFError, OSError, pickle.UnpicklingError) as error:
                 raise PretravelError(
                     "the computation ended without a result: it was cancelled, or the memory of "
@@ -114,6 +115,8 @@ def main() -> None:
     logger = logging.getLogger("pretravel")
     logger.addHandler(_Stages(answers))
     logger.setLevel(logging.INFO)
+    warnings.simplefilter("always", UserWarning)
+    warnings.showwarning = lambda message, *_, **__: _answer(answers, _WARNING, str(message))
     _answer(answers, *_computed(module, name, settings, files))
     os._exit(0)  # the thread waits for the server
 

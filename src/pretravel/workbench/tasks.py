@@ -6,8 +6,10 @@ import asyncio
 import contextvars
 import logging
 import sys
+import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -95,6 +97,8 @@ class Work:
         Of the newest run; empty without one.
     stale : bool
         Whether the inputs have changed since the result.
+    warnings : tuple of str
+        What the library said while it computed the result.
     progress : str
         The stage of the run.
     """
@@ -104,6 +108,7 @@ class Work:
     running: bool = False
     result: Any = None
     error: str = ""
+    warnings: tuple[str, ...] = ()
     stale: bool = False
     progress: str = ""
     started: float = 0.0
@@ -137,6 +142,7 @@ class Work:
         if not self.ready():
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
+            self.warnings = ()
         elif self.task.automatic:
             if self._timer is not None:
                 self._timer.cancel()
@@ -201,18 +207,31 @@ class Work:
             if self._run is not this:
                 kill()
 
-        result, error = await asyncio.to_thread(_run_task, self.task, inputs, report, started)
+        said: list[str] = []
+        told = _Told(report, said.append, lambda: self._run is this)
+        result, error = await asyncio.to_thread(_run_task, self.task, inputs, told, started)
         if self._run is not this:
             return
         self.running, self._run, self._done = False, None, inputs
-        self.result, self.error = (self.result if error else result), error
+        if not error:
+            self.result, self.warnings = result, tuple(dict.fromkeys(said))
+        self.error = error
         self.stale = bool(error) and self.result is not None
         self._tell()
 
 
-_report: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
-    "report", default=None
-)
+@dataclass(frozen=True)
+class _Told:
+    """Where the stages and the warnings of a run go to, and whether it is still wanted."""
+
+    stage: Callable[[str], None]
+    warning: Callable[[str], None]
+    wanted: Callable[[], bool]
+
+
+_lane = threading.Lock()
+"""Threads compute one after the other: what one catches of the library's warnings is of all."""
+_told: contextvars.ContextVar[_Told | None] = contextvars.ContextVar("told", default=None)
 
 
 class StageHandler(logging.Handler):
@@ -220,15 +239,33 @@ class StageHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Report the stage."""
-        report = _report.get()
-        if report is not None:
-            report(record.getMessage())
+        told = _told.get()
+        if told is not None:
+            told.stage(record.getMessage())
+
+
+def listen_to_library() -> None:
+    """Pass stages and warnings of the library to the work in whose context they come."""
+    logger = logging.getLogger("pretravel")
+    logger.addHandler(StageHandler(logging.INFO))
+    logger.setLevel(logging.INFO)
+    warnings.simplefilter("always", UserWarning)  # in the second run as in the first
+    elsewhere = warnings.showwarning
+
+    def show(message: Warning | str, *details: Any, **more: Any) -> None:
+        told = _told.get()
+        if told is None:
+            elsewhere(message, *details, **more)
+        else:
+            told.warning(str(message))
+
+    warnings.showwarning = show
 
 
 def _run_task(
     task: Task,
     inputs: Any,
-    report: Callable[[str], None],
+    told: _Told,
     started: Callable[[Callable[[], None]], None],
 ) -> tuple[Any, str]:
     """Result and error of a task; in a thread. `started` gets the function that kills it."""
@@ -239,9 +276,12 @@ def _run_task(
             if task.own_process:
                 process = TaskProcess(task.compute, settings, paths)
                 started(process.kill)
-                return process.result(report), ""
-            _report.set(report)
-            return task.compute(Inputs(settings, paths)), ""
+                return process.result(told.stage, told.warning), ""
+            _told.set(told)
+            with _lane:
+                if not told.wanted():
+                    return None, ""
+                return task.compute(Inputs(settings, paths)), ""
         except PretravelError as error:
             return None, without_folder(str(error), folder)
         except MemoryError:

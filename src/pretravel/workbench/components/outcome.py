@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.workbench.components.layout import here, note, text
+from pretravel.workbench.components.layout import here, note, text, warning
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.tasks import WORKS, Task, Work
 
@@ -57,6 +57,8 @@ def outcome(
             place.clear()
             if work.result is not None:
                 with place:
+                    for said_by_library in work.warnings:
+                        warning(said_by_library)
                     show(work.result)
 
     refresh()
