@@ -21,7 +21,7 @@ $(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
 	@touch $(STAMP)
 
 demo: $(STAMP)  ## run the main job on the example data and say where to look
-	$(BIN)/pretravel demo --output demo-output
+	$(BIN)/pretravel demo --output demo-output --force
 
 check: lint types contracts test  ## everything that must pass before a commit
 

@@ -9,13 +9,15 @@ since has another digest, so that it counts as one that no command made.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
-from pretravel.cache_folder import cache_folder, make_private, mistrust
+from pretravel.cache_folder import cache_folder, make_private
 
 _LIST = "made-files.txt"
 _LARGEST = 2_000_000
@@ -61,11 +63,12 @@ def enter_in_list(path: Path) -> None:
     with suppress(OSError):
         folder = cache_folder()
         make_private(folder)
-        if mistrust(folder):
-            return
         entries = folder / _LIST
+        if entries.exists() and not _is_private(entries):
+            return
         _shorten(entries)
-        with entries.open("a", encoding="utf-8") as stream:
+        handle = os.open(entries, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
+        with os.fdopen(handle, "a", encoding="utf-8") as stream:
             # an entry that a killed run did not complete ends at the first line break
             stream.write(f"\n{_digest(path)} {command}\n")
 
@@ -84,12 +87,23 @@ def makers(path: Path) -> frozenset[str]:
     """
     entries = cache_folder() / _LIST
     try:
-        if not entries.is_file() or mistrust(entries):
+        if not entries.is_file() or not _is_private(entries):
             return frozenset()
         text = entries.read_text(encoding="utf-8", errors="replace")
         return frozenset(re.findall(rf"^{_digest(path)} (.+)$", text, re.MULTILINE))
     except OSError:
         return frozenset()
+
+
+def _is_private(entries: Path) -> bool:
+    """Whether the list is of this user, and no other can write to it.
+
+    Folders above it may be open to a group, as they often are; the list alone decides.
+    """
+    if sys.platform == "win32":
+        return True
+    found = entries.lstat()
+    return found.st_uid == os.geteuid() and not found.st_mode & 0o022
 
 
 def _digest(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Annotated, Any
 
@@ -80,6 +81,7 @@ class Command(TyperCommand):
         return ""
 
 
+@functools.cache
 def _parameters_of_writing() -> list[Any]:
     """The options that every command has that writes files."""
 

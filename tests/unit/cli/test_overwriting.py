@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -99,8 +101,20 @@ def test_subroutines_of_a_folder() -> None:
 
 def test_nothing_is_read_from_a_list_that_others_can_write() -> None:
     run(*PATTERN, "-o", "targets.csv")
-    Path("kept").chmod(0o777)
+    Path("kept/made-files.txt").chmod(0o666)
     run(*PATTERN, "-o", "targets.csv", code=2)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of Unix")
+def test_a_group_that_may_write_to_the_folders_of_a_user_is_usual(tmp_path: Path) -> None:
+    """With the umask 002 of several distributions, a cache folder is open to the user's group."""
+    before = os.umask(0o002)
+    try:
+        tmp_path.chmod(0o775)
+        run(*PATTERN, "-o", "targets.csv")
+        run(*PATTERN, "-o", "targets.csv")
+    finally:
+        os.umask(before)
 
 
 def test_a_long_list_forgets_its_older_half(monkeypatch: pytest.MonkeyPatch) -> None:
