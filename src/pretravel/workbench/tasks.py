@@ -70,6 +70,9 @@ class Task:
         Whether it starts by itself when its inputs change; else with a button.
     own_process : bool
         Whether it runs in a process that Cancel kills: for work above a second.
+    live : bool
+        Whether it follows a slider: it starts without a pause, and changes while it runs are
+        taken together after it. For work below 0.1 s.
     """
 
     name: str
@@ -80,6 +83,7 @@ class Task:
     needs: tuple[str, ...] = ()
     automatic: bool = True
     own_process: bool = False
+    live: bool = False
 
 
 @dataclass
@@ -95,6 +99,8 @@ class Work:
         The newest one; None before the first.
     error : str
         Of the newest run; empty without one.
+    error_inputs : tuple of str
+        Names of the inputs that can correct the error; see `PretravelError`.
     stale : bool
         Whether the inputs have changed since the result.
     warnings : tuple of str
@@ -108,6 +114,7 @@ class Work:
     running: bool = False
     result: Any = None
     error: str = ""
+    error_inputs: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     stale: bool = False
     progress: str = ""
@@ -143,6 +150,9 @@ class Work:
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
             self.warnings = ()
+        elif self.task.live:
+            if self._run is None:
+                self.start()
         elif self.task.automatic:
             if self._timer is not None:
                 self._timer.cancel()
@@ -155,7 +165,9 @@ class Work:
             return
         self._stop()
         self._wanted = self._snapshot()
-        self.running, self.error, self.progress = True, "", ""
+        self.running, self.progress = True, ""
+        if not self.task.live:  # the next result is there at once
+            self.error = ""
         self.started = time.monotonic()
         self._run = asyncio.get_running_loop().create_task(self._compute(self._wanted))
         self._tell()
@@ -209,15 +221,19 @@ class Work:
 
         said: list[str] = []
         told = _Told(report, said.append, lambda: self._run is this)
-        result, error = await asyncio.to_thread(_run_task, self.task, inputs, told, started)
+        result, error, error_inputs = await asyncio.to_thread(
+            _run_task, self.task, inputs, told, started
+        )
         if self._run is not this:
             return
         self.running, self._run, self._done = False, None, inputs
         if not error:
             self.result, self.warnings = result, tuple(dict.fromkeys(said))
-        self.error = error
+        self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
         self._tell()
+        if self.task.live and self._wanted != inputs:
+            self.start()
 
 
 @dataclass(frozen=True)
@@ -267,8 +283,8 @@ def _run_task(
     inputs: Any,
     told: _Told,
     started: Callable[[Callable[[], None]], None],
-) -> tuple[Any, str]:
-    """Result and error of a task; in a thread. `started` gets the function that kills it."""
+) -> tuple[Any, str, tuple[str, ...]]:
+    """Result, error and the error's inputs; in a thread. `started` gets what kills the task."""
     settings, files = inputs
     with temporary_folder() as folder:
         try:
@@ -276,20 +292,20 @@ def _run_task(
             if task.own_process:
                 process = TaskProcess(task.compute, settings, paths)
                 started(process.kill)
-                return process.result(told.stage, told.warning), ""
+                return process.result(told.stage, told.warning), "", ()
             _told.set(told)
             with _lane:
                 if not told.wanted():
-                    return None, ""
-                return task.compute(Inputs(settings, paths)), ""
+                    return None, "", ()
+                return task.compute(Inputs(settings, paths)), "", ()
         except PretravelError as error:
-            return None, without_folder(str(error), folder)
+            return None, without_folder(str(error), folder), error.inputs
         except MemoryError:
-            return None, NO_MEMORY
+            return None, NO_MEMORY, ()
         except FlawError as error:
-            return None, _flaw(str(error))
+            return None, _flaw(str(error)), ()
         except Exception:
-            return None, _flaw(traceback.format_exc())
+            return None, _flaw(traceback.format_exc()), ()
 
 
 def _flaw(details: str) -> str:

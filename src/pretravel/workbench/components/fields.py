@@ -177,9 +177,23 @@ def slider_field(
     """A number with a slider and, beside it, a field to type it."""
     with ui.element("div").classes("slider-field"):
         number_field(state, name, label, unit=unit, default=default, limits=limits)
-        slider = ui.slider(
-            min=limits[0], max=limits[1], step=step, value=state.settings.get(name, default)
-        ).props(f'aria-label="{label}"'.replace("\n", " "))
+        return bare_slider(state, name, label, limits=limits, step=step, default=default)
+
+
+def bare_slider(
+    state: ScreenState,
+    name: str,
+    label: str,
+    *,
+    limits: tuple[float, float],
+    step: float,
+    default: float,
+) -> ui.slider:
+    """A slider without a field; one beside it can take numbers beyond the ends of the slider."""
+    slider = ui.slider(
+        min=limits[0], max=limits[1], step=step, value=state.settings.get(name, default)
+    )
+    slider.props["aria-label"] = label
 
     def commit() -> None:
         if slider.value is not None:

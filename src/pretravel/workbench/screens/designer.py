@@ -1,12 +1,343 @@
-"""Designer: a description as a form → the probe's behaviour over directions."""
+"""Design a probe: its description as a form, two designs over all directions, finite elements."""
 
 from __future__ import annotations
 
-from pretravel.workbench.components.layout import note
-from pretravel.workbench.project import ScreenState
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.errors import PretravelError
+from pretravel.whole_file import temporary_folder
+from pretravel.workbench.components.document_view import plot, table_view
+from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.fields import (
+    bare_slider,
+    choice_field,
+    number_field,
+    text_field,
+)
+from pretravel.workbench.components.file_drop import file_drop
+from pretravel.workbench.components.layout import folded, here, live, note, panel, text
+from pretravel.workbench.components.outcome import error_view, outcome
+from pretravel.workbench.components.same_elsewhere import same_elsewhere
+from pretravel.workbench.project import ScreenState, StoredFile
+from pretravel.workbench.screens.designer_form import (
+    DesignField,
+    FieldGroup,
+    form_groups,
+    setting_names,
+    start_values,
+)
+from pretravel.workbench.screens.designer_work import (
+    DESIGNS,
+    FINITE_ELEMENTS,
+    FIRST_START,
+    THE_START,
+    ComparedDesigns,
+    FiniteElementDesign,
+    digest_of,
+    start_text,
+)
+from pretravel.workbench.tasks import WORKS, Work, without_folder
+
+_FIXED_WORDS = {
+    "first_contact": "first contact: one seat loses its force",
+    "arm_lift": "arm lift: both seats of a rod lose their force",
+    "hertz": "elastic (Hertz): rod and ball deform",
+    "rigid": "rigid: rod and ball do not deform",
+}
+
+
+_PICTURES = {
+    "pretravel": "Pretravel around",
+    "force": "Trigger force around",
+    "parts": "Elastic parts of the pretravel",
+}
 
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    del state
-    note("This screen is being made.")
+    work = WORKS.of(state, DESIGNS)
+    with ui.element("div").classes("two-columns designer"):
+        with ui.element("section").classes("inputs").props('aria-label="The design"'):
+            _start_panel(state)
+            live([state.listen], lambda: _form(state, work), lambda: _start_of(state))
+        with ui.element("section").classes("results").props('aria-label="What comes out"'):
+            _results(state, work)
+
+
+def _catalogue() -> dict[str, str]:
+    from pretravel.probe.catalogue import catalogue_names, load_probe
+
+    return {name: load_probe(name).name for name in catalogue_names()}
+
+
+def _start_of(state: ScreenState) -> tuple[str, tuple[StoredFile, ...]]:
+    return state.settings.get("start", FIRST_START), state.files["description"]
+
+
+@lru_cache(maxsize=8)
+def _text_of_start(name: str, files: tuple[StoredFile, ...]) -> str:
+    """The description of the start.
+
+    Raises
+    ------
+    PretravelError
+        A file that is no description.
+    """
+    if not files:
+        return start_text(name, None)
+    with temporary_folder() as folder:
+        path = Path(folder / files[0].name)
+        path.write_bytes(files[0].content)
+        try:
+            return start_text(name, path)
+        except PretravelError as error:
+            raise PretravelError(without_folder(str(error), folder)) from error
+
+
+def _start_panel(state: ScreenState) -> None:
+    with panel("1. Start from a probe"):
+        choice = choice_field(
+            state, "start", "Probe of the catalogue", _catalogue(), default=FIRST_START
+        )
+        file_drop(
+            state,
+            "description",
+            "Or your own description",
+            endings=(".toml",),
+            limit=1_000_000,
+            hint="Drop or choose a file .toml, as this page and pretravel write it",
+        )
+
+        def follow_file() -> None:
+            choice.set_enabled(not state.files["description"])
+
+        follow_file()
+        here([state.listen], follow_file)
+
+
+def _form(state: ScreenState, work: Work) -> None:
+    """The fields of the start; a new start has a new form."""
+    try:
+        start = _text_of_start(*_start_of(state))
+    except PretravelError as error:
+        error_view(str(error))
+        return
+    if state.settings.get("form_of") != digest_of(start):
+        _take_back(state)
+        state.settings["form_of"] = digest_of(start)
+    defaults = start_values(start)
+    with panel("2. Change it"):
+        for group in form_groups(start):
+            _group(state, work, group, defaults)
+        ui.button("Back to the start", icon="undo", on_click=lambda: _take_back(state)).props(
+            "no-caps flat"
+        )
+
+
+def _take_back(state: ScreenState) -> None:
+    for name in setting_names():
+        state.settings.pop(name, None)
+
+
+def _group(
+    state: ScreenState, work: Work, group: FieldGroup, defaults: dict[str, float | str]
+) -> None:
+    if group.opened:
+        text("h3", group.heading)
+        for field in group.fields:
+            _field(state, work, field, defaults[field.name])
+        return
+    with folded(group.heading):
+        for field in group.fields:
+            _field(state, work, field, defaults[field.name])
+
+
+def _field(state: ScreenState, work: Work, field: DesignField, default: float | str) -> None:
+    if isinstance(default, str):
+        choice_field(state, field.name, field.label, _words(field), default=default)
+    else:
+        with ui.element("div").classes("slider-field"):
+            # The library says what a probe can be; the slider has the usual values.
+            number_field(state, field.name, field.label, unit=field.unit, default=default)
+            bare_slider(
+                state, field.name, field.label, limits=field.ends, step=field.step, default=default
+            )
+
+    def problem() -> str:
+        return work.error if field.name in work.error_inputs else ""
+
+    def show_problem() -> None:
+        if problem():
+            text("p", problem(), "field-problem").props('role="alert"')
+
+    live([work.listen], show_problem, problem)
+
+
+def _words(field: DesignField) -> dict[str, str]:
+    from pretravel.probe.materials import known_materials
+
+    known = known_materials()
+    return {
+        choice: f"{choice} (E = {known[choice].youngs_modulus / 1e3:g} GPa)"
+        if choice in known
+        else _FIXED_WORDS.get(choice, choice)
+        for choice in field.choices
+    }
+
+
+def _results(state: ScreenState, work: Work) -> None:
+    live([work.listen], lambda: _show_error(work), lambda: work.error)
+    with ui.element("div").classes("live") as place, panel("3. Compare"):
+        _comparison(state, work)
+    with panel("4. Take it with you"):
+        _downloads(state, work)
+    with panel("Finite elements"):
+        note(
+            "The pictures above are from the model analytic: the stylus as a beam, the seats as "
+            "elastic contacts. Finite elements also bend the hub and the rods. They take about "
+            "half a minute for a new design."
+        )
+        outcome(state, FINITE_ELEMENTS, _show_elements, button="Compute with finite elements")
+
+    def grey() -> None:
+        place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")
+
+    grey()
+    here([work.listen], grey)
+
+
+def _show_error(work: Work) -> None:
+    if work.error:
+        error_view(work.error)
+        if work.result is not None:
+            note("The pictures show the last design that was possible.")
+
+
+def _comparison(state: ScreenState, work: Work) -> None:
+    with ui.element("div").classes("field-row"):
+        choice_field(
+            state,
+            "against",
+            "Compare with (A)",
+            {THE_START: "the start, unchanged", **_catalogue()},
+            default=THE_START,
+        )
+        choice_field(
+            state,
+            "polar",
+            "Polar angle of the surface",
+            {float(angle): _polar_words(angle) for angle in range(0, 91, 5)},
+            default=90.0,
+        )
+    with ui.element("div").classes("charts"):
+        plots = {
+            name: plot({"data": [], "layout": {}}, f"{words}, both designs")
+            for name, words in _PICTURES.items()
+        }
+    live([work.listen, state.listen], lambda: _table(state, work), lambda: _shown(state, work))
+    last: list[Any] = []
+
+    def redraw() -> None:
+        now = _shown(state, work)
+        if work.result is None or now == last:
+            return
+        last[:] = now
+        for name, figure in _figures(state, work).items():
+            plots[name].update_figure(figure)
+
+    redraw()
+    here([work.listen, WORKS.of(state, FINITE_ELEMENTS).listen, state.listen], redraw)
+
+
+def _polar_words(angle: int) -> str:
+    return {90: "90° (vertical wall)", 0: "0° (floor)"}.get(angle, f"{angle}°")
+
+
+def _shown(state: ScreenState, work: Work) -> list[Any]:
+    """What the pictures depend on."""
+    elements = WORKS.of(state, FINITE_ELEMENTS)
+    return [
+        id(work.result),
+        state.settings.get("polar", 90.0),
+        id(elements.result),
+        elements.stale,
+    ]
+
+
+def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
+    from pretravel.workbench.screens.designer_pictures import design_figures
+
+    result: ComparedDesigns = work.result
+    elements = WORKS.of(state, FINITE_ELEMENTS)
+    model: FiniteElementDesign | None = None if elements.stale else elements.result
+    polar = float(state.settings.get("polar", 90.0))
+    against = state.settings.get("against", THE_START)
+    other = "A: the start" if against == THE_START else "A: compared with"
+    predicted = model.predicted if model else None
+    return dict(design_figures((other, result.other), result.design, predicted, polar))
+
+
+def _table(state: ScreenState, work: Work) -> None:
+    from pretravel.workbench.screens.designer_pictures import figures_table
+
+    result: ComparedDesigns | None = work.result
+    if result is None:
+        return
+    with ui.element("dl").classes("two-designs"):
+        text("dt", "A")
+        text("dd", result.other.probe.name)
+        text("dt", "B")
+        text("dd", result.design.probe.name)
+    if not result.changed:
+        note("B is still the start: move a slider on the left, and B follows.")
+    table_view(figures_table(result.other, result.design, float(state.settings.get("polar", 90.0))))
+
+
+def _show_elements(result: FiniteElementDesign) -> None:
+    from pretravel.workbench.components.document_view import document_view
+
+    document_view(result.predicted.document(), pictures=False)
+
+
+def _downloads(state: ScreenState, work: Work) -> None:
+    from pretravel.jobs.predict import write_prediction
+
+    def result() -> ComparedDesigns:
+        if work.result is None or work.error:
+            raise PretravelError(work.error or "there is no design yet")
+        found: ComparedDesigns = work.result
+        return found
+
+    text_field(state, "name", "Name of the design", hint="Empty: the name of the start, changed")
+    with ui.element("div").classes("button-row"):
+        download_button(
+            "Description (.toml)",
+            "design.toml",
+            lambda path: path.write_text(result().text, encoding="utf-8"),
+        )
+        for ending in ("nc", "csv"):
+            download_button(
+                f"Map (.{ending})",
+                f"design-map.{ending}",
+                lambda path: write_prediction(path, result().design),
+            )
+        download_button("Page (.html)", "design.html", lambda path: _write_page(path, result()))
+    same_elsewhere(
+        "pretravel predict design.toml -o design-map.csv",
+        "from pretravel import load_probe, predict\n"
+        "from pretravel.jobs.predict import predict_probe\n"
+        'predicted = predict_probe(load_probe("design.toml"))\n'
+        "print(predicted.trigger.pretravel.mean())",
+    )
+
+
+def _write_page(path: Path, result: ComparedDesigns) -> None:
+    from pretravel.report.page import write_page
+    from pretravel.report.work_record import record_now
+
+    record = record_now("pretravel predict design.toml -o design.html")
+    write_page(path, result.design.document(), record=record)

@@ -1,0 +1,156 @@
+"""What the designer's screen computes: two designs over all directions, and finite elements."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pretravel.workbench.screens.designer_form import (
+    changes_of,
+    designed_probe,
+    designed_text,
+    parse_design,
+    setting_names,
+)
+from pretravel.workbench.tasks import Inputs, Task
+
+if TYPE_CHECKING:
+    from pretravel.jobs.predict import PredictedProbe
+    from pretravel.model.fem.condensation import ReducedModel
+
+FIRST_START = "omp40-2"
+THE_START = "start"
+"""The other design is the unchanged start."""
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedDesigns:
+    """A design and the one that it is compared with.
+
+    Attributes
+    ----------
+    other, design : PredictedProbe
+    text : str
+        The description of the design.
+    other_text : str
+    changed : bool
+        Whether the design differs from its start.
+    """
+
+    other: PredictedProbe
+    design: PredictedProbe
+    text: str
+    other_text: str
+    changed: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteElementDesign:
+    """A design by finite elements.
+
+    Attributes
+    ----------
+    predicted : PredictedProbe
+    reduced : ReducedModel
+        With its mesh.
+    """
+
+    predicted: PredictedProbe
+    reduced: ReducedModel
+
+
+def start_text(name: str, file: Path | None) -> str:
+    """The description from which a design starts: a dropped file, else a probe of the catalogue.
+
+    Parameters
+    ----------
+    name : str
+        In the catalogue.
+    file : Path or None
+
+    Raises
+    ------
+    PretravelError
+        A file that is no description of a probe.
+    """
+    from pretravel.probe.catalogue import description_text, load_probe
+    from pretravel.toml_file import read_toml
+
+    if file is None:
+        return description_text(name)
+    load_probe(file)
+    return read_toml(file, "probe description").text
+
+
+def digest_of(text: str) -> str:
+    """A short digest, by which a form knows the description that it was made for."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def start_and_changes(
+    settings: Mapping[str, Any], file: Path | None
+) -> tuple[str, dict[str, float | str]]:
+    """The text of the start, and the changes to it; those to an earlier start do not count."""
+    start = start_text(settings.get("start", FIRST_START), file)
+    if settings.get("form_of") != digest_of(start):
+        return start, {}
+    return start, changes_of(start, settings)
+
+
+@lru_cache(maxsize=8)
+def predicted_text(text: str) -> PredictedProbe:
+    """The prediction of a description, by the model analytic."""
+    from pretravel.jobs.predict import predict_probe
+
+    return predict_probe(parse_design(text))
+
+
+def compare_designs(inputs: Inputs) -> ComparedDesigns:
+    """Predict a design and the one that it is compared with."""
+    settings = inputs.settings
+    start, changes = start_and_changes(settings, inputs.optional_file("description"))
+    against, file = settings.get("against", THE_START), inputs.optional_file("other")
+    other = start if against == THE_START and file is None else start_text(against, file)
+    name = settings.get("name", "")
+    return ComparedDesigns(
+        other=predicted_text(other),
+        design=designed_probe(start, changes, predicted_text, name),
+        text=designed_text(start, changes, name),
+        other_text=other,
+        changed=bool(changes),
+    )
+
+
+def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
+    """Build the finite-element model of a design, and predict with it; in a process of its own."""
+    from pretravel.jobs.fem import build_model
+    from pretravel.jobs.predict import PredictionWish, predict_probe
+
+    start, changes = start_and_changes(inputs.settings, inputs.optional_file("description"))
+    probe = designed_probe(start, changes)
+    reduced = build_model(probe)
+    return FiniteElementDesign(predict_probe(probe, PredictionWish("fem")), reduced)
+
+
+_SETTINGS = ("start", "form_of", *setting_names())
+DESIGNS = Task(
+    "designs",
+    compare_designs,
+    "Predicting",
+    settings=(*_SETTINGS, "against", "name"),
+    files=("description", "other"),
+    live=True,
+)
+FINITE_ELEMENTS = Task(
+    "finite elements",
+    compute_finite_elements,
+    "Finite elements",
+    settings=_SETTINGS,
+    files=("description",),
+    automatic=False,
+    own_process=True,
+)
