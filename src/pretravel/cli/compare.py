@@ -35,20 +35,20 @@ def compare(
 
     Example: pretravel compare map.nc --part part.csv --plot compare.png
     """
-    from pretravel.compensation.comparison import compare_corrections
     from pretravel.formats.readings import read_directions
     from pretravel.formats.tables import write_table
+    from pretravel.jobs.compare import compare_map
     from pretravel.jobs.map_argument import map_or_prediction
-    from pretravel.report.comparison_report import comparison_columns, comparison_document
+    from pretravel.report.comparison_report import comparison_columns
 
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [map_file, part])
     with working("comparing"):
         pretravel_map = map_or_prediction(map_file)
         normals = None if part is None else read_directions(part)
-        result = compare_corrections(pretravel_map, normals)
-    report = comparison_document(result, map_name=Path(map_file).name)
+        result = compare_map(pretravel_map, normals)
+    report = result.document(Path(map_file).name)
     if output is not None and not is_page(output):
-        write_table(output, comparison_columns(result))
+        write_table(output, comparison_columns(result.comparison))
     save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

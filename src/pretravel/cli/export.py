@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -14,19 +14,12 @@ from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
-    from pretravel.controls.exports import ExportedFiles
-    from pretravel.maps.pretravel_map import PretravelMap
-
-_RADII = "csv"
-"""A table of effective radii, which no control reads directly."""
-_TOLERANCE = 0.02
-"""Of interpolated tables. [µm]"""
-
+    from pretravel.jobs.export import ExportWish
 
 def _controls() -> list[str]:
-    from pretravel.controls.exports import CONTROLS
+    from pretravel.jobs.export import control_names
 
-    return [*CONTROLS, _RADII]
+    return control_names()
 
 
 def export(
@@ -133,9 +126,9 @@ def export(
 
     Example: pretravel export map.nc --to linuxcnc -o subroutines
     """
-    from pretravel.controls.exports import CONTROLS, ExportSettings, table_travel
     from pretravel.controls.heidenhain import heidenhain_template
     from pretravel.formats.map_file import read_map
+    from pretravel.jobs.export import ExportWish, export_map, makes_folder, write_export
     from pretravel.units import MICROMETRE
 
     if show_template:
@@ -143,52 +136,44 @@ def export(
         return
     if output is None:
         raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
-    control = CONTROLS.get(to)
-    given: dict[str, object] = {"base": base, "program": program, "units": units, "angles": angles}
-    given |= {"template": template, "azimuth": azimuth, "form": form, "criterion": criterion}
-    given["tolerance"] = tolerance
-    _check_options(to, given)
-    _check_output(output, [map_file, template], folder=control is not None and control.folder)
-    pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
-    if control is None:
-        _write_radii(output, pretravel_map, table_travel(pretravel_map, feed))
-        return
-    if control.uses_feed and feed is not None:
-        raise PretravelError(f"the files for {to} use the feed of each touch: leave --feed out")
-    settings = ExportSettings(
+    wish = ExportWish(
         base=base,
-        tolerance=(_TOLERANCE if tolerance is None else tolerance) * MICROMETRE,
-        form=form or "auto",
-        criterion=criterion or "max",
+        program=program,
+        units=units,
+        angles=angles,
         template=None if template is None else _read_template(template),
         azimuth=None if azimuth is None else azimuth * DEGREE,
-        written=date.today().isoformat(),
-        travel=0.0 if control.uses_feed else table_travel(pretravel_map, feed),
+        form=form,
+        criterion=criterion,
+        tolerance=None if tolerance is None else tolerance * MICROMETRE,
         feed=feed,
-        units=units or "mm",
-        angles=angles or "normals",
-        program=program,
     )
-    files = control.files(pretravel_map, settings)
-    _write_files(output, files)
+    _check_options(to, wish)
+    _check_output(output, [map_file, template], to)
+    pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
+    files = export_map(pretravel_map, to, wish, written=date.today().isoformat())
+    write_export(output, files)
+    names = ", ".join(sorted(files.texts)) if makes_folder(to) else ""
+    typer.echo(f"{output}: {names}".rstrip())
     typer.echo("\n".join(files.remarks))
     for warning in files.warnings:
         typer.echo(f"Warning: {warning}", err=True)
 
 
-def _check_options(to: str, given: Mapping[str, object]) -> None:
+def _check_options(to: str, wish: ExportWish) -> None:
     """Refuse options that the files of a control do not use."""
-    from pretravel.controls.exports import CONTROLS
+    from pretravel.jobs.export import settings_of, users_of
 
-    used = CONTROLS[to].options if to in CONTROLS else frozenset()
-    for name in [name for name, value in given.items() if value is not None and name not in used]:
-        users = ", ".join(other for other, control in CONTROLS.items() if name in control.options)
-        raise PretravelError(f"--{name} does not apply to {to}; it is for {users}")
+    for name in wish.stated():
+        if name not in settings_of(to):
+            raise PretravelError(f"--{name} does not apply to {to}; it is for {users_of(name)}")
 
 
-def _check_output(output: Path, inputs: Sequence[Path | None], *, folder: bool) -> None:
-    if not folder:
-        check_files([(output, (output.suffix.lower(),))], inputs)
+def _check_output(output: Path, inputs: Sequence[Path | None], to: str) -> None:
+    from pretravel.jobs.export import RADII_TABLE, makes_folder
+
+    if not makes_folder(to):
+        check_files([(output, (".csv" if to == RADII_TABLE else output.suffix.lower(),))], inputs)
     elif output.suffix or output.is_file():
         raise PretravelError(f"-o {output}: a folder is needed, for several files")
     elif not output.parent.is_dir():
@@ -200,27 +185,3 @@ def _read_template(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise PretravelError(f"{path}: cannot be read as text: {error}") from None
-
-
-def _write_radii(output: Path, pretravel_map: PretravelMap, travel: float) -> None:
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.maps.grid import effective_radius_table
-
-    check_files([(output, (".csv",))])
-    write_csv_table(output, effective_radius_table(pretravel_map, travel))
-    typer.echo(f"{output}: effective radii over the supported directions")
-
-
-def _write_files(output: Path, files: ExportedFiles) -> None:
-    """Write the one text to `output`, or each text to the folder `output`."""
-    from pretravel.whole_file import write_text, write_texts
-
-    if "" in files.texts:
-        write_text(output, files.texts[""])
-        typer.echo(f"{output}:")
-        return
-    check_folder_of_texts(output, files.texts, files.obsolete)
-    write_texts(output, files.texts, "ascii")
-    for name in files.obsolete:
-        (output / name).unlink(missing_ok=True)
-    typer.echo(f"{output}: {', '.join(sorted(files.texts))}")

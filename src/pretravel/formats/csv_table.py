@@ -282,6 +282,17 @@ def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequ
     path : str or Path
     columns : mapping of str to (n,) numbers or strings
     """
+    text = csv_table_text(columns)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
+    """The text of a file as `write_csv_table` writes it.
+
+    >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
+    'name,x_mm\\na,0.5\\n'
+    """
     cells = []
     for values in columns.values():
         array = np.asarray(values)
@@ -293,5 +304,4 @@ def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequ
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([harmless_cell(name) for name in columns])
     writer.writerows(zip(*cells, strict=True))
-    with whole_file(path) as temporary:
-        temporary.write_text(text.getvalue(), encoding="utf-8")
+    return text.getvalue()

@@ -1,0 +1,58 @@
+"""A map in one sentence for a machinist: size of its lobes, and what corrections leave of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.compensation.comparison import Comparison
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import equator
+from pretravel.report.formatting import decimals, value_text
+from pretravel.units import MICROMETRE
+
+_COVERAGE = 2.0
+"""Coverage factor of the uncertainty that is stated for the full map."""
+
+
+def lobe_size(pretravel_map: PretravelMap) -> float:
+    """Largest less smallest pretravel around the equator. [mm]
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Raises
+    ------
+    ExtrapolationError
+        The map does not hold all around the equator.
+    """
+    values = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
+    return float(np.ptp(values))
+
+
+def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
+    """What the probe does on the equator, and what corrections leave there.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    comparison : Comparison
+        Of this map.
+
+    Returns
+    -------
+    str
+        The errors are the largest ones; that of the full map is its expanded uncertainty (k = 2).
+    """
+    left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
+    expanded = _COVERAGE * comparison.u_map
+    return (
+        f"The pretravel changes by {_micrometres(lobe_size(pretravel_map))} around the probe "
+        f"(lobes). One radius in the control leaves errors of up to "
+        f"{_micrometres(left['mean radius'])}, eight radii up to "
+        f"{_micrometres(left['eight sectors'])}, the full map {_micrometres(expanded)}"
+    )
+
+
+def _micrometres(length: float) -> str:
+    return value_text(length / MICROMETRE, "µm", decimals(1))
