@@ -16,6 +16,7 @@ from pretravel.units import DEGREE
 if TYPE_CHECKING:
     from pretravel.jobs.export import ExportWish
 
+
 def _controls() -> list[str]:
     from pretravel.jobs.export import control_names
 
