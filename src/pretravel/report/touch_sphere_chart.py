@@ -1,0 +1,129 @@
+"""Touches on their reference in space, coloured by residual, to turn and to point at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.report.chart import Scale, SpaceChart, SpaceLines, SpaceMark, SpaceMesh, SpacePoints
+from pretravel.report.formatting import number_text, signed_decimals
+
+_LONGEST_WHISKER = 0.3
+"""Of the largest residual, as a share of the radius."""
+_RINGS, _SECTORS = 19, 36
+_SMALLEST_SPAN = 0.5
+"""Of the scale of residuals, so that small ones do not look dramatic. [µm]"""
+_NOT_USED, _OUTLIER, _USED = "left out by you", "outlier, left out", "touch"
+
+
+@dataclass(frozen=True, eq=False)
+class TouchesInSpace:
+    """Touches on a reference, and what a fit leaves of them.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+        Tip centres. [mm]
+    center : (3,) float
+        Of the sphere through them. [mm]
+    radius : float
+        Of that sphere. [mm]
+    residuals : (n,) float
+        Along the normal. [µm]
+    outliers : (n,) bool
+        Named and left out by the fit.
+    left_out : (n,) bool
+        Left out by the user.
+    labels : tuple of str
+    """
+
+    positions: FloatArray
+    center: FloatArray
+    radius: float
+    residuals: FloatArray
+    outliers: FloatArray
+    left_out: FloatArray
+    labels: tuple[str, ...]
+
+    def rows(self) -> tuple[IntArray, ...]:
+        """Rows of the touches of each mark with points: used, outliers, left out."""
+        out = np.asarray(self.left_out, dtype=bool)
+        named = np.asarray(self.outliers, dtype=bool) & ~out
+        return tuple(np.flatnonzero(mask) for mask in (~out & ~named, named, out))
+
+
+def touches_chart(
+    touches: TouchesInSpace, title: str = "Touches, coloured by residual", *, unit: str = "mm"
+) -> SpaceChart:
+    """The reference with its touches; bars along the normal show the residuals enlarged.
+
+    Parameters
+    ----------
+    touches : TouchesInSpace
+    title : str
+    unit : str
+        Of the positions.
+
+    Returns
+    -------
+    SpaceChart
+        The last three marks are the touches that are used, outliers, and those that the user left
+        out, in the order of `TouchesInSpace.rows`.
+    """
+    out = touches.positions - touches.center
+    directions = out / np.linalg.norm(out, axis=1)[:, None]
+    used, named, dropped = touches.rows()
+    kept = touches.residuals[used]
+    largest = max(float(np.max(np.abs(kept), initial=0.0)), _SMALLEST_SPAN)
+    enlarged = _LONGEST_WHISKER * touches.radius / largest
+    ends = touches.positions + directions * (enlarged * touches.residuals)[:, None]
+    marks: tuple[SpaceMark, ...] = (
+        _sphere(touches.center, 0.985 * touches.radius),
+        SpaceLines(touches.positions[used], ends[used], colour="ink", width=1.2),
+        _points(touches, used, _USED, with_values=True),
+        _points(touches, named, _OUTLIER, with_values=False),
+        _points(touches, dropped, _NOT_USED, with_values=False),
+    )
+    factor = enlarged * 1e3 if unit == "mm" else enlarged
+    return SpaceChart(
+        title,
+        marks,
+        unit=unit,
+        scale=Scale("touch less fit", "µm", -largest, largest, signed=True),
+        note=f"Bars show the residuals {factor:.0f} times enlarged.",
+    )
+
+
+def _points(
+    touches: TouchesInSpace, rows: IntArray, name: str, *, with_values: bool
+) -> SpacePoints:
+    labels = tuple(
+        f"{touches.labels[row]}: {number_text(touches.residuals[row], signed_decimals(2))} µm"
+        for row in rows.tolist()
+    )
+    return SpacePoints(
+        touches.positions[rows],
+        name if len(rows) else "",
+        "limit" if name == _OUTLIER else "reference",
+        values=touches.residuals[rows] if with_values else None,
+        symbol={_USED: "dot", _OUTLIER: "diamond", _NOT_USED: "cross"}[name],  # type: ignore[arg-type]
+        size=8.0,
+        labels=labels,
+    )
+
+
+def _sphere(center: FloatArray, radius: float) -> SpaceMesh:
+    polar = np.linspace(0.0, np.pi, _RINGS)
+    around = np.linspace(0.0, 2.0 * np.pi, _SECTORS, endpoint=False)
+    p, a = np.meshgrid(polar, around, indexing="ij")
+    directions = np.stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)], axis=-1)
+    i, j = np.meshgrid(np.arange(_RINGS - 1), np.arange(_SECTORS), indexing="ij")
+    next_j = (j + 1) % _SECTORS
+    a0, a1 = i * _SECTORS + j, i * _SECTORS + next_j
+    b0, b1 = a0 + _SECTORS, a1 + _SECTORS
+    triangles = np.concatenate(
+        [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a0, b0, b1), (a0, b1, a1))]
+    )
+    return SpaceMesh(center + radius * directions.reshape(-1, 3), triangles, opacity=0.35)
