@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import one_of
-from pretravel.cli.files import check_files, check_folder_of_texts
+from pretravel.cli.files import check_files
 from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE

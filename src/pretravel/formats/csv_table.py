@@ -288,7 +288,7 @@ def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequ
 
 
 def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
-    """The text of a file as `write_csv_table` writes it.
+    r"""The text of a file as `write_csv_table` writes it.
 
     >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
     'name,x_mm\\na,0.5\\n'
