@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -118,5 +117,6 @@ def read_and_show(
 
 def with_reading(document: Document, readings: FileReadings) -> Document:
     """The document of a page, with how the files were understood."""
-    reading = readings.touches.reading
-    return replace(document, notes=(*document.notes, *([f"read: {reading}"] if reading else [])))
+    from pretravel.report.preview_report import with_reading_note
+
+    return with_reading_note(document, readings)

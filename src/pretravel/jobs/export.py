@@ -83,6 +83,11 @@ def settings_of(to: str) -> frozenset[str]:
     return CONTROLS[to].options if to in CONTROLS else frozenset()
 
 
+def takes_feed(to: str) -> bool:
+    """Whether the files hold for one measuring feed, where the map contains the signal delay."""
+    return to not in CONTROLS or not CONTROLS[to].uses_feed
+
+
 def users_of(setting: str) -> str:
     """The controls that use a setting, for messages."""
     return ", ".join(name for name, control in CONTROLS.items() if setting in control.options)

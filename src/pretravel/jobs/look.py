@@ -109,7 +109,7 @@ def first_lines(path: Path) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class TableColumns:
+class ColumnsOfTable:
     """The columns of a table and what they are taken for.
 
     Attributes
@@ -124,7 +124,7 @@ class TableColumns:
     roles: dict[str, str]
 
 
-def columns_of_table(path: Path, options: ReadingOptions) -> TableColumns | None:
+def columns_of_table(path: Path, options: ReadingOptions) -> ColumnsOfTable | None:
     """The columns of a text table, to choose from; None of a file that is no such table.
 
     Parameters
@@ -143,7 +143,7 @@ def columns_of_table(path: Path, options: ReadingOptions) -> TableColumns | None
         index = column_roles(table, options).index
     except InputError:
         index = {}
-    return TableColumns(titles, {role: titles[index[role]] for role in ROLES if role in index})
+    return ColumnsOfTable(titles, {role: titles[index[role]] for role in ROLES if role in index})
 
 
 def _titles(names: Sequence[str]) -> tuple[str, ...]:

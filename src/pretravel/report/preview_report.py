@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pretravel.arrays import FloatArray
@@ -55,6 +57,22 @@ def preview_document(
         tables=(_first_rows(found, positions, unit),),
         warnings=tuple(found.notes()) if isinstance(found, FileReadings) else (),
     )
+
+
+def with_reading_note(document: Document, readings: FileReadings) -> Document:
+    """A document with how the files of its touches were understood.
+
+    Parameters
+    ----------
+    document : Document
+    readings : FileReadings
+
+    Returns
+    -------
+    Document
+    """
+    reading = readings.touches.reading
+    return replace(document, notes=(*document.notes, *([f"read: {reading}"] if reading else [])))
 
 
 def _missing(unit_known: bool, without_normals: bool) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.report.chart import Scale, SpaceChart, SpaceLines, SpaceMark, SpaceMesh, SpacePoints
 from pretravel.report.formatting import number_text, signed_decimals
 
@@ -43,14 +43,13 @@ class TouchesInSpace:
     center: FloatArray
     radius: float
     residuals: FloatArray
-    outliers: FloatArray
-    left_out: FloatArray
+    outliers: BoolArray
+    left_out: BoolArray
     labels: tuple[str, ...]
 
     def rows(self) -> tuple[IntArray, ...]:
         """Rows of the touches of each mark with points: used, outliers, left out."""
-        out = np.asarray(self.left_out, dtype=bool)
-        named = np.asarray(self.outliers, dtype=bool) & ~out
+        out, named = self.left_out, self.outliers & ~self.left_out
         return tuple(np.flatnonzero(mask) for mask in (~out & ~named, named, out))
 
 

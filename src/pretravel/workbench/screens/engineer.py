@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
-from pretravel.workbench.components.layout import note
-from pretravel.workbench.project import ScreenState
+from collections.abc import Mapping
+
+from pretravel.workbench.components.examples import example_button
+from pretravel.workbench.components.file_drop import file_drop
+from pretravel.workbench.components.layout import inputs_and_results, panel
+from pretravel.workbench.project import ScreenState, SettingValue
+from pretravel.workbench.screens.engineer_control import control_panel
+from pretravel.workbench.screens.engineer_inputs import reference_panel, understood
+from pretravel.workbench.screens.engineer_next import next_step
+from pretravel.workbench.screens.engineer_results import results
+from pretravel.workbench.screens.engineer_settings import DEFAULTS
+
+EXAMPLE: Mapping[str, SettingValue] = {**DEFAULTS, "diameter": 24.9987, "tip_diameter": 6.0}
+"""Settings that belong to the example data."""
 
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    del state
-    note("This screen is being made.")
+    next_step(state)
+    with inputs_and_results() as (left, right):
+        with left:
+            with panel("1 Touches"):
+                file_drop(
+                    state,
+                    "touches",
+                    "Touches on the reference sphere",
+                    hint="Drop or choose a table (CSV, TXT …) or a log of the control",
+                )
+                example_button(state, {"touches": ["sphere_touches.csv"]}, EXAMPLE)
+                understood(state)
+            reference_panel(state)
+            control_panel(state)
+        with right:
+            results(state)

@@ -1,0 +1,366 @@
+"""What the screen of the engineer computes: a look at the file, the fit, the files of a control."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.errors import InputError, PretravelError
+from pretravel.workbench.screens.engineer_settings import (
+    DEFAULTS,
+    EXPORT_DEFAULTS,
+    MAP_NAME,
+    OF_FILE,
+    EngineerSettings,
+    command_lines,
+    file_mark,
+)
+from pretravel.workbench.tasks import Inputs, Task
+
+if TYPE_CHECKING:
+    from pretravel.arrays import BoolArray, FloatArray
+    from pretravel.controls.exports import ExportedFiles
+    from pretravel.formats.file_format import FileReadings
+    from pretravel.jobs.compare import ComparedMap
+    from pretravel.jobs.compensate import CompensatedTouches
+    from pretravel.jobs.look import ColumnsOfTable, LookedAt
+    from pretravel.jobs.qualify import QualifiedProbe
+    from pretravel.report.document import Document
+    from pretravel.report.touch_sphere_chart import TouchesInSpace
+    from pretravel.report.work_record import WorkRecord
+
+QUESTIONS = ("units", "decimal", "columns")
+"""What a file can lack that one click on the page states."""
+_ROUND = 0.01
+"""Largest share of its radius by which touches on a sphere deviate from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class LookResult:
+    """What was understood of the file.
+
+    Attributes
+    ----------
+    name : str
+    found : LookedAt or None
+        None where a question is open.
+    question : str
+        What is not clear, in the words of the library; empty where all is.
+    asked : tuple of str
+        Of `QUESTIONS`.
+    lines : tuple of str
+        First lines of the file as they are.
+    columns : ColumnsOfTable or None
+    touches : TouchesInSpace or None
+        About the sphere that fits them best; None where they lie on none.
+    """
+
+    name: str
+    found: LookedAt | None
+    question: str
+    asked: tuple[str, ...]
+    lines: tuple[str, ...]
+    columns: ColumnsOfTable | None
+    touches: TouchesInSpace | None
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """A qualification with all touches of the file, those too that were unticked.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    settings : EngineerSettings
+    qualified : QualifiedProbe
+    names : tuple of str
+        By which each touch of the file can be left out.
+    directions : (n, 3) float
+        From the centre to each touch.
+    touches : TouchesInSpace
+        All touches of the file.
+    compared : ComparedMap or None
+    problem : str
+        Why there is no comparison.
+    record : WorkRecord
+    """
+
+    name: str
+    settings: EngineerSettings
+    qualified: QualifiedProbe
+    names: tuple[str, ...]
+    directions: FloatArray
+    touches: TouchesInSpace
+    compared: ComparedMap | None
+    problem: str
+    record: WorkRecord
+
+    def document(self, *, saved: bool = False) -> Document:
+        """The report of the qualification, as the command makes it."""
+        from pretravel.report.preview_report import with_reading_note
+
+        report = self.qualified.document(self.name, excluded=self.settings.left_out, saved=saved)
+        return with_reading_note(report, self.qualified.readings)
+
+
+def _settings_of(inputs: Inputs) -> EngineerSettings:
+    return EngineerSettings.of(inputs.settings, inputs.file("touches").read_bytes())
+
+
+def look(inputs: Inputs) -> LookResult:
+    """Look at the file of touches."""
+    from pretravel.jobs.look import columns_of_table, first_lines, look_at_touches
+
+    path, options = inputs.file("touches"), _settings_of(inputs).looking()
+    found: LookedAt | None = None
+    question, asked = "", tuple[str, ...]()
+    try:
+        found = look_at_touches(path, options)
+    except InputError as error:
+        asked = tuple(name for name in QUESTIONS if name in error.inputs)
+        if not asked:
+            raise
+        question = str(error).replace(str(path), path.name)
+    if found is not None and not found.unit_known:
+        asked = ("units",)
+    return LookResult(
+        path.name,
+        found,
+        question,
+        asked,
+        first_lines(path),
+        columns_of_table(path, options),
+        None if found is None else _about_best_sphere(found),
+    )
+
+
+def _about_best_sphere(found: LookedAt) -> TouchesInSpace | None:
+    from pretravel.report.touch_sphere_chart import TouchesInSpace
+    from pretravel.uncertainty.fitting.sphere import fit_sphere
+    from pretravel.units import MICROMETRE
+
+    positions = found.positions
+    try:
+        fit = fit_sphere(positions)
+    except PretravelError:
+        return None
+    off = fit.radius - np.linalg.norm(positions - fit.center, axis=1)
+    if np.max(np.abs(off)) > _ROUND * fit.radius:
+        return None
+    none = np.zeros(len(positions), dtype=bool)
+    labels = tuple(str(row + 1) for row in range(len(positions)))
+    return TouchesInSpace(positions, fit.center, fit.radius, off / MICROMETRE, none, none, labels)
+
+
+class _LastFits:
+    """The last fits of this server, so that several tasks compute one only once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._fits: OrderedDict[str, FitResult | PretravelError] = OrderedDict()
+
+    def get(self, path: Path, settings: EngineerSettings) -> FitResult:
+        """The fit of a file; computed where it is new."""
+        content = file_mark(path.read_bytes())
+        used = sorted((name, repr(settings[name])) for name in (*DEFAULTS, *OF_FILE))
+        key = f"{path.name} {content} {used}"
+        with self._lock:
+            if key not in self._fits:
+                self._fits[key] = _fitted(path, settings)
+                while len(self._fits) > 2:
+                    self._fits.popitem(last=False)
+            found = self._fits[key]
+        if isinstance(found, PretravelError):
+            raise found
+        return replace(found, settings=settings)
+
+
+_LAST_FITS = _LastFits()
+
+
+def fit(inputs: Inputs) -> FitResult | None:
+    """Qualify the probe; None while the reference is not stated or the file has a question."""
+    settings = _settings_of(inputs)
+    if settings["diameter"] is None or look(inputs).question:
+        return None
+    return _LAST_FITS.get(inputs.file("touches"), settings)
+
+
+def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelError:
+    from pretravel.formats.several_files import read_series
+    from pretravel.jobs.compare import compare_map
+    from pretravel.jobs.qualify import qualify_probe
+    from pretravel.report.work_record import input_file, record_now
+
+    try:
+        whole = read_series([path], settings.reading()).in_machine_axes()
+        left_out = settings.left_out
+        kept = read_series([path], settings.reading(left_out)).in_machine_axes()
+        qualified = qualify_probe(kept, settings.setup(), settings.kind())
+    except PretravelError as error:
+        return error
+    names = touch_names(path, whole)
+    compared, problem = None, ""
+    try:
+        compared = compare_map(qualified.pretravel_map)
+    except PretravelError as error:  # a map that does not hold all around
+        problem = str(error)
+    touches = _touches_of(qualified, whole, np.isin(names, left_out), names)
+    return FitResult(
+        path.name,
+        settings,
+        qualified,
+        names,
+        whole.touches.normals,
+        touches,
+        compared,
+        problem,
+        record_now(
+            command_lines(path.name, settings).splitlines()[0],
+            [replace(input_file(path, "TOUCHES"), name=path.name)],
+        ),
+    )
+
+
+def touch_names(path: Path, readings: FileReadings) -> tuple[str, ...]:
+    """By which each touch can be left out: file and line, or its label or number.
+
+    Parameters
+    ----------
+    path : Path
+    readings : FileReadings
+    """
+    touches = readings.touches
+    if touches.lines is not None:
+        return tuple(f"{path.name}:{line}" for line in touches.lines)
+    if touches.labels is not None and len(set(touches.labels)) == len(touches.labels):
+        return touches.labels
+    return tuple(str(row + 1) for row in range(len(touches)))
+
+
+def _touches_of(
+    qualified: QualifiedProbe, whole: FileReadings, out: BoolArray, names: tuple[str, ...]
+) -> TouchesInSpace:
+    """All touches of the file, with what the map leaves of them."""
+    from pretravel.identification.kind_choice import distances_from_reference
+    from pretravel.report.touch_sphere_chart import TouchesInSpace
+    from pretravel.units import MICROMETRE
+
+    made, touches = qualified.qualification, whole.touches
+    kept = ~out
+    if int(kept.sum()) != len(made.residuals):
+        raise PretravelError("a touch that was unticked is not in this file: use all touches again")
+    distance, _ = distances_from_reference(made, touches)
+    residuals = distance if made.setup.ring else -distance
+    residuals[kept] = made.residuals
+    named = np.zeros(len(kept), dtype=bool)
+    rows = [row for outlier in made.outliers for row in outlier.rows]
+    named[np.flatnonzero(kept)[rows]] = True
+    radius = float(np.mean(np.linalg.norm(touches.positions - made.center, axis=1)))
+    labels = touches.labels or tuple(name.rpartition(":")[2] for name in names)
+    return TouchesInSpace(
+        touches.positions, made.center, radius, residuals / MICROMETRE, named, ~kept, labels
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ExportResult:
+    """The files of a control.
+
+    Attributes
+    ----------
+    settings : EngineerSettings
+        Its map was made with them.
+    files : ExportedFiles
+    """
+
+    settings: EngineerSettings
+    files: ExportedFiles
+
+    @property
+    def to(self) -> str:
+        """The control."""
+        return str(self.settings["control"])
+
+
+def export(inputs: Inputs) -> ExportResult | None:
+    """Files for the control that is chosen; None without one, or without a map."""
+    from pretravel.jobs.export import export_map
+
+    settings = _settings_of(inputs)
+    if settings["control"] is None:
+        return None
+    try:
+        made = fit(inputs)
+    except PretravelError:
+        return None  # shown at the fit
+    if made is None:
+        return None
+    files = export_map(
+        made.qualified.pretravel_map,
+        settings["control"],
+        settings.export(),
+        written=date.today().isoformat(),
+    )
+    return ExportResult(settings, files)
+
+
+@dataclass(frozen=True, eq=False)
+class PartResult:
+    """Touches of a part, compensated with the map.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    compensated : CompensatedTouches
+    """
+
+    name: str
+    compensated: CompensatedTouches
+
+    def write(self, path: Path) -> None:
+        """Write the points."""
+        self.compensated.write(path, self.name, MAP_NAME)
+
+
+def compensate(inputs: Inputs) -> PartResult | None:
+    """Compensate the touches of a part with the map; None without a map."""
+    from pretravel.formats.file_format import ReadingOptions
+    from pretravel.formats.several_files import read_series
+    from pretravel.jobs.compensate import compensate_readings
+
+    made = fit(inputs)
+    if made is None:
+        return None
+    pretravel_map, part = made.qualified.pretravel_map, inputs.file("part")
+    options = ReadingOptions(units=made.settings["units"], tip_radius=pretravel_map.tip_radius)
+    return PartResult(part.name, compensate_readings(read_series([part], options), pretravel_map))
+
+
+_OF_FIT = (*DEFAULTS, "answers", "left_out")
+LOOK = Task("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
+FIT = Task("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
+EXPORT = Task(
+    "export",
+    export,
+    "Making the files of the control",
+    settings=(*_OF_FIT, *EXPORT_DEFAULTS),
+    files=("touches",),
+    needs=("touches",),
+)
+PART = Task(
+    "part",
+    compensate,
+    "Compensating",
+    settings=_OF_FIT,
+    files=("touches", "part"),
+    needs=("touches", "part"),
+)
