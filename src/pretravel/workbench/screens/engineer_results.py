@@ -24,7 +24,7 @@ from pretravel.workbench.screens.engineer_work import (
     ExportResult,
     FitResult,
     LookResult,
-    PartResult,
+    TriedMap,
 )
 from pretravel.workbench.tasks import WORKS
 
@@ -164,7 +164,7 @@ def _part(state: ScreenState) -> None:
         outcome(state, PART, _show_part)
 
 
-def _show_part(result: PartResult | None) -> None:
+def _show_part(result: TriedMap | None) -> None:
     if result is None:
         return
     document_view(result.compensated.document(result.name))

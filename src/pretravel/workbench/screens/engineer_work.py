@@ -313,7 +313,7 @@ def export(inputs: Inputs) -> ExportResult | None:
 
 
 @dataclass(frozen=True, eq=False)
-class PartResult:
+class TriedMap:
     """Touches of a part, compensated with the map.
 
     Attributes
@@ -331,7 +331,7 @@ class PartResult:
         self.compensated.write(path, self.name, MAP_NAME)
 
 
-def compensate(inputs: Inputs) -> PartResult | None:
+def compensate(inputs: Inputs) -> TriedMap | None:
     """Compensate the touches of a part with the map; None without a map."""
     from pretravel.formats.file_format import ReadingOptions
     from pretravel.formats.several_files import read_series
@@ -342,7 +342,7 @@ def compensate(inputs: Inputs) -> PartResult | None:
         return None
     pretravel_map, part = made.qualified.pretravel_map, inputs.file("part")
     options = ReadingOptions(units=made.settings["units"], tip_radius=pretravel_map.tip_radius)
-    return PartResult(part.name, compensate_readings(read_series([part], options), pretravel_map))
+    return TriedMap(part.name, compensate_readings(read_series([part], options), pretravel_map))
 
 
 _OF_FIT = (*DEFAULTS, "answers", "left_out")
