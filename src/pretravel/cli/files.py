@@ -49,7 +49,8 @@ def check_files(
         if path is None:
             continue
         stream = is_stream(path)
-        if stream and not path.suffix and len(endings) > 1:
+        formats = [ending for ending in endings if ending not in PAGES]
+        if stream and not path.suffix and len(formats) != 1:
             raise PretravelError(
                 f"cannot write {path}: its name has no ending, which tells the format; write a "
                 f"file with the ending {' or '.join(endings)}"

@@ -9,6 +9,7 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.frames import Placement
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_section
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import value_text
@@ -81,6 +82,7 @@ def points_document(
                     points, title, nominal=nominal, placement=placement, tolerance=tolerance
                 ),
             ),
+            *(budget_picture(budget, budget.result) for budget in budgets),
         ),
         warnings=tuple(warnings),
         budgets=tuple(budgets),

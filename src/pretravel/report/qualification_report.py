@@ -14,6 +14,7 @@ from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.map_warnings import some_directions
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_section
 from pretravel.report.chart import Axis, Dots, Mark, PlaneChart, Rule, Scale, View
 from pretravel.report.direction_charts import (
@@ -89,6 +90,7 @@ def qualification_document(
         sections=(*_sections(result, scores), *budget_section(budgets)),
         pictures=(
             Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
+            *(budget_picture(budget, budget.result) for budget in budgets),
         ),
         notes=(*(f"left out as requested: {name}" for name in excluded),),
         warnings=(*warnings, *result.warnings),
