@@ -14,7 +14,8 @@ from published import PICTURES
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.laboratory.multi_step_readings import RepeatedPair
 from pretravel.laboratory.separation import Separation, separate
-from pretravel.report.separation_report import plot_separation
+from pretravel.report.chart_files import drawn_figure
+from pretravel.report.separation_report import separation_view
 from pretravel.report.style import save
 
 READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"
@@ -27,9 +28,8 @@ def compute() -> Separation:
 
 def draw(result: Separation) -> Figure:
     """The plot of errors and variances over the directions."""
-    return plot_separation(
-        result, "Separation of machine and probe (bars: two standard uncertainties)"
-    )
+    title = "Separation of machine and probe (bars: two standard uncertainties)"
+    return drawn_figure(separation_view(result, title))
 
 
 if __name__ == "__main__":

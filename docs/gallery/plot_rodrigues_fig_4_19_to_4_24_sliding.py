@@ -18,7 +18,9 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import slide
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.tip import predicted_tip
-from pretravel.report.slide_report import draw_slide
+from pretravel.report.chart import Axis, Dots, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.chart_files import drawn_figure
+from pretravel.report.slide_report import slide_chart
 from pretravel.report.style import save
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface
@@ -46,22 +48,20 @@ def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
 
 def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figure:
     """The plot: path of the contact in space (top), deflection over feed (bottom)."""
-    figure = Figure(figsize=(16, 8), layout="constrained", dpi=100)
-    for column, (name, (history, surface, printed)) in enumerate(computed.items()):
-        axes = figure.add_subplot(2, 4, column + 1, projection="3d")
-        draw_slide(axes, history, surface)
-        axes.set_title(name, fontsize=10)
-        below = figure.add_subplot(2, 4, column + 5)
+    above, below = [], []
+    for name, (history, surface, printed) in computed.items():
+        above.append(slide_chart(history, surface, name))
         feed = 1e3 * history.feed
-        below.plot(feed, 1e3 * history.deflection, "-", label="computed")
-        below.plot(feed, printed, "o", ms=3, color="k", label="printed")
+        marks: list[Mark] = [
+            LineMark(feed, 1e3 * history.deflection, "computed"),
+            Dots(feed, printed, "printed", "reference", size=3.0),
+        ]
         if np.isfinite(history.trigger_feed):
-            below.axvline(1e3 * history.trigger_feed, color="tab:red", lw=1, label="trigger")
-        below.set_xlabel("feed / µm")
-        below.set_ylabel("deflection across the axis / µm")
-        below.legend(fontsize=8)
-    figure.suptitle("Rodrigues 2021, Figures 4.19, 4.23, 4.24 and Tables 4.10, 4.11")
-    return figure
+            marks.append(Rule(1e3 * history.trigger_feed, "trigger", "limit", upright=True))
+        axes = Axis("feed", "µm"), Axis("deflection across the axis", "µm")
+        below.append(PlaneChart(name, *axes, tuple(marks)))
+    title = "Rodrigues 2021, Figures 4.19, 4.23, 4.24 and Tables 4.10, 4.11"
+    return drawn_figure(View(title, (*above, *below), columns=4))
 
 
 if __name__ == "__main__":

@@ -112,7 +112,8 @@ def check_iso10360_5(
             f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm (recalled); "
             f"this one has {sphere.diameter:g} mm"
         )
-    return StandardCheck("ISO 10360-5, single stylus", tuple(figures), fits, tuple(notes))
+    places = tuple(points[rows] for rows in runs)
+    return StandardCheck("ISO 10360-5, single stylus", tuple(figures), fits, tuple(notes), places)
 
 
 def _size_figure(

@@ -48,6 +48,7 @@ class _ProbingTest:
     figure: StandardFigure | None = None
     fit: SphereFit | None = None
     note: str = ""
+    places: FloatArray | None = None
 
 
 def check_iso230_10(
@@ -108,7 +109,8 @@ def check_iso230_10(
         raise PretravelError("these touches allow none of the tests: " + "; ".join(notes))
     if tip_diameter is not None and fits:
         _check_diameter(2.0 * fits[-1].radius, sphere.diameter)
-    return StandardCheck("ISO 230-10, probing", figures, fits, notes)
+    places = tuple(test.places for test in tests if test.places is not None)
+    return StandardCheck("ISO 230-10, probing", figures, fits, notes, places)
 
 
 def _plane_form(
@@ -130,7 +132,7 @@ def _plane_form(
         FORM_OF_REFERENCE,
     )
     few = f"P_FTU,2D has {_TOUCHES_2D} touches as recalled; these are {count}"
-    return _ProbingTest(figure, fit, few if count < _TOUCHES_2D else "")
+    return _ProbingTest(figure, fit, few if count < _TOUCHES_2D else "", points[equator, :2])
 
 
 def _space_form(
@@ -151,7 +153,7 @@ def _space_form(
         FORM_OF_REFERENCE,
     )
     other = f"P_FTU,3D has {_TOUCHES_3D} touches as recalled; these are {count}"
-    return _ProbingTest(figure, fit, other if count != _TOUCHES_3D else "")
+    return _ProbingTest(figure, fit, other if count != _TOUCHES_3D else "", points)
 
 
 def _single_point_repeatability(touches: Touches, limit: float | None) -> _ProbingTest:

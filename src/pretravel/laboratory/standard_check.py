@@ -136,12 +136,15 @@ class StandardCheck:
     sets : tuple of SphereFit
         One for each run of the pattern; the figures state the worst of them.
     notes : tuple of str
+    places : tuple of (n, d) float
+        Points of each set, as they were fitted. [mm]
     """
 
     standard: str
     figures: tuple[StandardFigure, ...]
     sets: tuple[SphereFit, ...]
     notes: tuple[str, ...]
+    places: tuple[FloatArray, ...] = ()
 
     @property
     def why_no_conformity(self) -> tuple[str, ...]:

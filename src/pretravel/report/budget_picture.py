@@ -12,6 +12,8 @@ from pretravel.units import MICROMETRE
 
 _MOST_BARS = 12
 """More sources than these share one bar."""
+_NEGLIGIBLE = 1e-3
+"""Of the combined uncertainty: sources below it share one bar."""
 
 
 def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) -> View:
@@ -44,14 +46,14 @@ def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) ->
     rows = np.arange(len(names) + 2.0)
     top = 1.25 * max(float(totals[1]), 1e-9)
     marks = (
-        Bars(rows[:-2], lengths, "contributions", horizontal=True, texts=_texts(lengths)),
-        Bars(rows[-2:], totals, "all together", colour="series2", horizontal=True,
+        Bars(rows[:-2], lengths, horizontal=True, texts=_texts(lengths)),
+        Bars(rows[-2:], totals, colour="series2", horizontal=True,
              texts=_texts(totals)),
     )  # fmt: skip
     total_names = ("combined u", f"expanded U (k = {number_text(factor)})")
     chart = PlaneChart(
         "Contributions to the uncertainty",
-        Axis("standard uncertainty, and U", "µm" if unit == MICROMETRE else "", 0.0, top),
+        Axis("u and U", "µm" if unit == MICROMETRE else "", 0.0, top),
         Axis("", categories=(*names, *total_names)),
         marks,
         note="squares of the contributions add up to the square of u",
@@ -82,16 +84,19 @@ def budget_picture(budget: Budget, what: str, *, unit: float = MICROMETRE) -> Pi
 
 
 def _sources(budget: Budget) -> tuple[list[str], list[float]]:
-    """Names and contributions of the sources; the smallest of many are added up."""
+    """Names and contributions of the sources; negligible ones, and the last of many, as one."""
     rows = budget.rows()
     names = [str(row["source"]) for row in rows]
     values = [float(row["contribution"]) for row in rows]
-    if len(rows) <= _MOST_BARS:
+    shown = min(sum(value >= _NEGLIGIBLE * budget.combined for value in values), _MOST_BARS)
+    if len(rows) - shown < 2:
         return names, values
-    rest = float(np.linalg.norm(values[_MOST_BARS - 1 :]))
-    others = f"{len(rows) - _MOST_BARS + 1} smaller sources"
-    return [*names[: _MOST_BARS - 1], others], [*values[: _MOST_BARS - 1], rest]
+    rest = float(np.linalg.norm(values[shown:]))
+    return [*names[:shown], f"{len(rows) - shown} smaller sources"], [*values[:shown], rest]
 
 
 def _texts(values: np.ndarray) -> tuple[str, ...]:
-    return tuple(number_text(value, significant(3)) for value in values.tolist())
+    return tuple(
+        number_text(value, significant(3)) if value >= 1e-4 else "below 0.0001"
+        for value in values.tolist()
+    )

@@ -11,6 +11,7 @@ from pretravel import __version__
 from pretravel.laboratory.certificate import CalibrationCertificate
 from pretravel.laboratory.rig import RigTrace
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table
 from pretravel.report.document import Column, Document, KeyFigure, Section, Span, Table
 from pretravel.report.formatting import decimals, number_text, significant, value_text
@@ -58,7 +59,10 @@ def certificate_document(
             _uncertainty_section(certificate),
             Section("Touches", tables=(_touches_table(calibration),)),
         ),
-        pictures=rig_pictures(calibration, traces),
+        pictures=(
+            *rig_pictures(calibration, traces),
+            budget_picture(certificate.budget, "a direction's mean pretravel"),
+        ),
         notes=certificate.notes,
     )
 

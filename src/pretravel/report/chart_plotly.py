@@ -58,6 +58,8 @@ _COLOUR_SCALES = {
     False: "Viridis",
     True: [[place / 10.0, colour] for place, colour in enumerate(_SIGNED)],
 }
+_LEGEND_SIGNS, _LEGEND_ROW = 60, 20
+"""Signs of the names in a row of a legend, about; height of a row in pixels."""
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 
 
@@ -106,6 +108,10 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
         "autosize": True,
     }
     figure["layout"] = layout | figure["layout"]
+    names = [str(trace["name"]) for trace in figure["data"] if trace.get("showlegend")]
+    rows = math.ceil(sum(len(name) + 8 for name in names) / _LEGEND_SIGNS)
+    bottom = figure["layout"]["margin"]["b"] + _LEGEND_ROW * max(rows - 1, 0)
+    figure["layout"]["margin"] = figure["layout"]["margin"] | {"b": bottom}
     return figure
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from pretravel.errors import PretravelError
 from pretravel.formats.map_file import write_map
 from pretravel.formats.point_files import write_points
 from pretravel.identification.kind_registry import KINDS
+from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, PolarChart, Rule, View
+from pretravel.report.colours import series
 from pretravel.report.comparison_report import comparison_document, plot_comparison
 from pretravel.report.demonstration import (
     BEST,
@@ -30,12 +31,8 @@ from pretravel.report.page import write_page
 from pretravel.report.points_picture import points_view
 from pretravel.report.points_report import points_document
 from pretravel.report.qualification_report import qualification_document, qualification_view
-from pretravel.report.style import COLOURS, legend_below, new_figure, polar_axes, save_picture_file
+from pretravel.report.style import save_picture_file
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 DEMONSTRATION_FILES = (
     "index.html",
@@ -109,7 +106,7 @@ def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
         "kp3_ring.png": Picture(
             "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
             "kind of map leaves when it is fitted to all directions.",
-            lambda: _ring_picture(kinds),
+            lambda: _ring_view(kinds),
         ),
     }
 
@@ -226,9 +223,9 @@ def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
     return Table(tuple(columns))
 
 
-def _ring_picture(compared: KindsCompared) -> Figure:
+def _ring_view(compared: KindsCompared) -> View:
     first = compared.ring_maps["mean"]
-    return plot_ring_kinds(
+    return ring_kinds_view(
         azimuth_angle(-first.contact_normals),
         first.observed,
         {
@@ -240,9 +237,9 @@ def _ring_picture(compared: KindsCompared) -> Figure:
     )
 
 
-def plot_ring_kinds(
+def ring_kinds_view(
     azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
-) -> Figure:
+) -> View:
     """Pretravel on a ring, and several kinds of map fitted to it.
 
     Parameters
@@ -257,31 +254,24 @@ def plot_ring_kinds(
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(11.0, 4.8, title)
-    diagram = polar_axes(figure, 1, 2, 1, "pretravel / µm")
-    order = np.append(np.argsort(azimuth), np.argsort(azimuth)[0])
-    diagram.plot(azimuth, observed / MICROMETRE, "k.", ms=4, label="measured")
-    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
-        diagram.plot(azimuth[order], values[order] / MICROMETRE, color=colour, lw=1.4, label=name)
-    diagram.set_ylim(bottom=0.0)
-    legend_below(diagram, 4)
-    _draw_errors(figure.add_subplot(1, 2, 2), azimuth, observed, kinds)
-    return figure
-
-
-def _draw_errors(
-    axes: Axes, azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray]
-) -> None:
-    """Observed less each kind of map, over the azimuth."""
     order = np.argsort(azimuth)
-    for colour, (name, values) in zip(COLOURS, kinds.items(), strict=False):
+    closed = np.append(order, order[0])
+    around: list[LineMark | Dots] = []
+    errors: list[LineMark | Rule] = [Rule(0.0, colour="ink")]
+    for index, (name, values) in enumerate(kinds.items()):
+        around.append(LineMark(azimuth[closed], values[closed] / MICROMETRE, name, series(index)))
         error = (observed - values) / MICROMETRE
         label = f"{name}: {value_text(float(error.std()), 'µm')}"
-        axes.plot(azimuth[order] / DEGREE, error[order], color=colour, lw=1.2, label=label)
-    axes.axhline(0.0, color="k", lw=0.6)
-    axes.set_xlabel("azimuth / °")
-    axes.set_ylabel("measured less map / µm")
-    axes.set_title("errors left (standard deviation)", fontsize=11)
-    axes.legend(fontsize=8)
+        errors.append(LineMark(azimuth[order] / DEGREE, error[order], label, series(index), 1.2))
+    around.append(Dots(azimuth, observed / MICROMETRE, "measured", "ink", size=3.0))
+    return View(
+        title,
+        (
+            PolarChart("pretravel", Axis("pretravel", "µm", 0.0), tuple(around)),
+            PlaneChart("errors left (standard deviation)", Axis("azimuth", "°", 0.0, 360.0),
+                       Axis("measured less map", "µm"), tuple(errors)),
+        ),
+        columns=2,
+    )  # fmt: skip

@@ -1,32 +1,38 @@
-"""Pictures of measured features: residuals, magnified, before and after compensation."""
+"""Pictures of measured features: residuals before and after compensation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.features.measured_feature import MeasuredFeature
 from pretravel.features.tolerances import InspectedFeature
-from pretravel.report.style import COLOURS, new_figure
+from pretravel.report.chart import (
+    Area,
+    Axis,
+    Chart,
+    Dots,
+    LineMark,
+    Mark,
+    PlaneChart,
+    PolarChart,
+    Rule,
+    View,
+)
+from pretravel.report.colours import Colour
 from pretravel.uncertainty.fitting.feature import across
 from pretravel.units import MICROMETRE
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
-
-_MOST_PANELS = 12
+_MOST_CHARTS = 12
+_NEARLY = np.cos(np.radians(1.0))  # nearer to an axis than this: it has the name of the axis
 _GAP = 0.5 * np.pi  # a larger one between the first and the last point is not closed by a line
-_AFTER, _BEFORE, _ZONE = COLOURS[0], COLOURS[1], COLOURS[2]
 
 
-def plot_features(features: Sequence[InspectedFeature], title: str = "") -> Figure:
-    """Distances of the points from the compensated feature, magnified, with the tolerance.
+def features_view(features: Sequence[InspectedFeature], title: str = "") -> View:
+    """Distances of the points from the compensated feature, with the tolerance.
 
     Parameters
     ----------
@@ -35,27 +41,16 @@ def plot_features(features: Sequence[InspectedFeature], title: str = "") -> Figu
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A panel for each of the first twelve features. Features of revolution are seen along their
+    View
+        A chart for each of the first twelve features. Features of revolution are seen along their
         axis; planes and lines along their longest extent.
     """
-    shown = features[:_MOST_PANELS]
-    columns = min(len(shown), 3)
-    rows = math.ceil(len(shown) / columns)
+    shown = features[:_MOST_CHARTS]
     more = f" (the first {len(shown)} of {len(features)})" if len(features) > len(shown) else ""
-    figure = new_figure(4.6 * columns + 0.8, 4.6 * rows + 0.5, f"{title}{more}")
-    for index, inspected in enumerate(shown, start=1):
-        feature = inspected.feature
-        if feature.kind in ("plane", "line"):
-            axes = figure.add_subplot(rows, columns, index)
-            _draw_straight(axes, inspected)
-        else:
-            axes = figure.add_subplot(rows, columns, index, projection="polar")
-            _draw_round(axes, inspected)  # type: ignore[arg-type]
-        name = feature.label or feature.kind
-        axes.set_title(f"{name}: deviation / µm", fontsize=10, pad=14)
-        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
-    return figure
+    charts: list[Chart] = [
+        _straight(one) if one.feature.kind in ("plane", "line") else _round(one) for one in shown
+    ]
+    return View(f"{title}{more}", tuple(charts))
 
 
 def _deviations(feature: MeasuredFeature) -> tuple[FloatArray, FloatArray | None]:
@@ -93,7 +88,7 @@ def _zone(inspected: InspectedFeature) -> tuple[float, float, str] | None:
     return None
 
 
-def _draw_round(axes: PolarAxes, inspected: InspectedFeature) -> None:
+def _round(inspected: InspectedFeature) -> PolarChart:
     feature = inspected.feature
     found = feature.association
     direction = np.array([0.0, 0.0, 1.0]) if found.direction is None else found.direction
@@ -108,21 +103,58 @@ def _draw_round(axes: PolarAxes, inspected: InspectedFeature) -> None:
     high = max(float(part.max()) for part in everything)
     span = max(high - low, 1e-3)
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
+    marks: list[LineMark | Dots | Area | Rule] = []
     if zone:
-        axes.fill_between(circle, zone[0], zone[1], color=_ZONE, alpha=0.18, lw=0.0, label=zone[2])
-    axes.plot(circle, np.zeros_like(circle), color="0.35", lw=0.9, label="least squares")
+        low_edge, high_edge = (np.full(len(circle), end) for end in zone[:2])
+        marks.append(Area(circle, low_edge, high_edge, zone[2], "zone"))
+    marks.append(Rule(0.0, "least squares"))
     order = np.argsort(angle)
+    labels = _labels(feature)
     one_ring = feature.kind in ("circle", "bore", "boss")
-    if one_ring and 2.0 * np.pi - np.ptp(angle) < _GAP:
-        order = np.append(order, order[0])
-    style = "o-" if one_ring else "o"
-    if before is not None:
-        axes.plot(angle[order], before[order], style, ms=3.5, lw=0.7, color=_BEFORE,
-                  label="uncompensated")  # fmt: skip
-    axes.plot(angle[order], after[order], style, ms=3.5, lw=0.7, color=_AFTER, label="compensated")
-    axes.set_rlim(low - 0.9 * span, high + 0.1 * span)
-    axes.tick_params(labelsize=7)
-    axes.grid(alpha=0.3)
+    closed = np.append(order, order[0]) if 2.0 * np.pi - np.ptp(angle) < _GAP else order
+    for name, values, colour in _before_after(before, after):
+        if one_ring:
+            marks.append(_ring_line(angle[closed], values[closed], colour))
+        marks.append(Dots(angle, values, name, colour, size=3.5, labels=labels))
+    return PolarChart(
+        f"{feature.label or feature.kind}: deviation, seen along its axis",
+        Axis("deviation", "µm", low - 0.9 * span, high + 0.1 * span),
+        tuple(marks),
+        "",
+        directions=(_axis_name(first), _axis_name(second)),
+    )
+
+
+def _before_after(
+    before: FloatArray | None, after: FloatArray
+) -> list[tuple[str, FloatArray, Colour]]:
+    shown: list[tuple[str, FloatArray, Colour]] = [("compensated", after, "after")]
+    return shown if before is None else [("uncompensated", before, "before"), *shown]
+
+
+def _labels(feature: MeasuredFeature) -> tuple[str, ...]:
+    count = len(feature.association.points)
+    given = feature.points.labels if len(feature.points.labels) == count else ("",) * count
+    return tuple(name or f"point {row + 1}" for row, name in enumerate(given))
+
+
+def _ring_line(angle: FloatArray, values: FloatArray, colour: Colour) -> LineMark:
+    """A thin line from point to point, as an arc where a chord would cut across."""
+    turn = np.unwrap(angle)
+    fine = np.arange(turn[0], turn[-1], np.radians(2.0))
+    return LineMark(fine, np.interp(fine, turn, values), "", colour, 0.8)
+
+
+def _axis_name(direction: FloatArray) -> str:
+    """The axis that a direction points along; words where it is oblique.
+
+    >>> _axis_name(np.array([0.0, 0.0, -1.0]))
+    '-Z'
+    """
+    index = int(np.argmax(np.abs(direction)))
+    sign = "+" if direction[index] > 0.0 else "-"
+    near = "" if abs(float(direction[index])) > _NEARLY else "about "
+    return f"{near}{sign}{'XYZ'[index]}"
 
 
 def _upright(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -136,22 +168,30 @@ def _upright(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, second * (1.0 if second[int(np.argmax(np.abs(second)))] > 0.0 else -1.0)
 
 
-def _draw_straight(axes: Axes, inspected: InspectedFeature) -> None:
+def _straight(inspected: InspectedFeature) -> PlaneChart:
     feature = inspected.feature
     points = feature.association.points
     centred = points - points.mean(axis=0)
-    along = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
-    along = along * (1.0 if along[-1] >= along[0] else -1.0)
+    direction = np.linalg.svd(centred, full_matrices=False)[2][0]
+    direction = direction * (1.0 if direction[int(np.argmax(np.abs(direction)))] > 0.0 else -1.0)
+    along = centred @ direction
     order = np.argsort(along)
     after, before = _deviations(feature)
     zone = _zone(inspected)
-    style = "o-" if feature.kind == "line" else "o"
+    marks: list[Mark] = []
     if zone:
-        axes.axhspan(zone[0], zone[1], color=_ZONE, alpha=0.18, lw=0.0, label=zone[2])
-    axes.axhline(0.0, color="0.35", lw=0.9, label="least squares")
-    if before is not None:
-        axes.plot(along[order], before[order], style, ms=3.5, lw=0.7, color=_BEFORE,
-                  label="uncompensated")  # fmt: skip
-    axes.plot(along[order], after[order], style, ms=3.5, lw=0.7, color=_AFTER, label="compensated")
-    axes.set_xlabel("along the longest extent / mm", fontsize=8)
-    axes.grid(alpha=0.3)
+        ends = along[order][[0, -1]]
+        low_edge, high_edge = (np.full(2, end) for end in zone[:2])
+        marks.append(Area(ends, low_edge, high_edge, zone[2], "zone"))
+    marks.append(Rule(0.0, "least squares"))
+    labels = _labels(feature)
+    for name, values, colour in _before_after(before, after):
+        if feature.kind == "line":
+            marks.append(LineMark(along[order], values[order], "", colour, 0.8))
+        marks.append(Dots(along, values, name, colour, size=4.0, labels=labels))
+    return PlaneChart(
+        f"{feature.label or feature.kind}: deviation",
+        Axis(f"along its longest extent, towards {_axis_name(direction)}", "mm"),
+        Axis("deviation", "µm"),
+        tuple(marks),
+    )

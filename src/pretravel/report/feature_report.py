@@ -11,7 +11,7 @@ from pretravel.features.feature_uncertainty import FORM_OF_PART
 from pretravel.features.measured_feature import COVERAGE_FACTOR, MeasuredFeature, Quantity
 from pretravel.features.tolerances import InspectedFeature, side_of_failure
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
-from pretravel.report.feature_picture import plot_features
+from pretravel.report.feature_picture import features_view
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -56,8 +56,8 @@ def features_document(
         sections=tuple(_budget_section(feature) for feature in measured),
         pictures=(
             Picture(
-                "Residuals, magnified, before and after compensation",
-                lambda: plot_features(features, title),
+                "Residuals before and after compensation",
+                lambda: features_view(features, title),
             ),
         ),
         notes=tuple(_notes(measured, [conformity for _, conformity in decided])),

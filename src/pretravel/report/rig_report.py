@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +12,23 @@ from pretravel.arrays import FloatArray
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration, Spread
 from pretravel.laboratory.rig_left_out import left_out_sentences
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, expanded_figure
+from pretravel.report.chart import (
+    Axis,
+    Bars,
+    Chart,
+    Dots,
+    LineMark,
+    Mark,
+    Note,
+    PlaneChart,
+    PolarChart,
+    Rule,
+    Symbol,
+    View,
+)
+from pretravel.report.colours import Colour, series
 from pretravel.report.document import (
     Column,
     Document,
@@ -24,16 +39,14 @@ from pretravel.report.document import (
     Table,
 )
 from pretravel.report.formatting import decimals, number_text, significant
-from pretravel.report.style import COLOURS, new_figure, polar_axes
+from pretravel.report.style import some_rows
+from pretravel.report.whiskers import interval_lines
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import DEGREE, MICROMETRE
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
-_WIDEST_GAP = 65.0 * DEGREE
+_MOST_SAMPLES = 1500
+"""Of a trace in a picture."""
 
 
 def rig_document(
@@ -75,7 +88,10 @@ def rig_document(
         ),
         tables=(direction_table(calibration),),
         sections=(Section(tables=(budget_table(budget, title=BUDGET_TITLE),), detail=True),),
-        pictures=rig_pictures(calibration, traces, title),
+        pictures=(
+            *rig_pictures(calibration, traces, title),
+            budget_picture(budget, "a direction's mean pretravel"),
+        ),
         notes=(
             (
                 "touches of one direction start at different places, so the repeatability is that"
@@ -173,21 +189,21 @@ def rig_pictures(
     touches = calibration.touches
     middle = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
     one = Picture(
-        f"One touch: {touches[middle].trace}", lambda: plot_trace(traces[middle], touches[middle])
+        f"One touch: {touches[middle].trace}", lambda: trace_view(traces[middle], touches[middle])
     )
     if len(touches) == 1:
         return (one,)
     return (
         Picture(
             "Pretravel, its repeatability and hysteresis over the directions",
-            lambda: plot_rig(calibration, title),
+            lambda: rig_view(calibration, title),
         ),
         one,
     )
 
 
-def plot_rig(calibration: RigCalibration, title: str = "") -> Figure:
-    """Pretravel and hysteresis over the directions of a calibration.
+def rig_view(calibration: RigCalibration, title: str = "") -> View:
+    """Pretravel, repeatability and hysteresis over the directions of a calibration.
 
     Parameters
     ----------
@@ -196,75 +212,91 @@ def plot_rig(calibration: RigCalibration, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(11.0, 5.2, title or "Calibration on the rig")
     directions = calibration.directions
-    if all(math.isfinite(d.azimuth) for d in directions):
-        _draw_around(figure, calibration)
-        place = np.array([d.azimuth for d in directions]) / DEGREE
-        label = "azimuth (°)"
+    around = all(math.isfinite(d.azimuth) for d in directions)
+    if around:
+        places = np.array([d.azimuth for d in directions]) / DEGREE
+        axis = Axis("azimuth", "°", -10.0, 360.0)
+        first: Chart = _around(calibration)
     else:
-        flat = figure.add_subplot(1, 2, 1)
-        means = [d.pretravel / MICROMETRE for d in directions]
-        flat.bar([d.name for d in directions], means, color=COLOURS[0])
-        flat.set_ylabel("pretravel r1 - r0 (µm)")
-        place, label = np.arange(len(directions), dtype=np.float64), "direction"
-    right = figure.add_subplot(1, 2, 2)
-    _draw_spreads(right, directions, place)
-    right.set_xlabel(label)
-    return figure
+        places = np.arange(len(directions), dtype=np.float64)
+        axis = Axis("direction", categories=tuple(d.name for d in directions))
+        means = np.array([d.pretravel for d in directions]) / MICROMETRE
+        first = PlaneChart("pretravel r1 - r0", axis, Axis("pretravel", "µm", 0.0),
+                           (Bars(places, means, "mean of the direction"),))  # fmt: skip
+    charts = (first, *_spreads(directions, places, axis))
+    return View(title or "Calibration on the rig", charts)
 
 
-def _draw_around(figure: Figure, calibration: RigCalibration) -> None:
-    """Pretravel around the circle: every touch, and the means of directions that are close."""
+def _around(calibration: RigCalibration) -> PolarChart:
+    """Pretravel around the circle: every touch, and the mean of each direction.
+
+    No line connects the directions: nothing was touched between them.
+    """
     directions = calibration.directions
-    axes = polar_axes(figure, 1, 2, 1, "pretravel r1 - r0 (µm)")
-    azimuths = np.array([d.azimuth for d in directions])
     means = np.array([d.pretravel for d in directions]) / MICROMETRE
-    for k, gap in enumerate(np.mod(np.roll(azimuths, -1) - azimuths, 2.0 * np.pi)):
-        if 0.0 < gap <= _WIDEST_GAP:  # a chord over more would look like data
-            ends = [k, (k + 1) % len(means)]
-            axes.plot(azimuths[ends], means[ends], "-", color=COLOURS[0], lw=1.2)
-    for d in directions:
-        own = [t for t in calibration.touches if t.trace.startswith(f"{d.name}_")]
-        for used, mark in ((True, "o"), (False, "x")):
-            shown = [
-                t.pretravel / MICROMETRE
-                for t in own
-                if (t.trace not in calibration.not_used) == used
-            ]
-            axes.plot([d.azimuth] * len(shown), shown, mark, ms=3 if used else 6,
-                      color=COLOURS[1] if used else COLOURS[3])  # fmt: skip
-    axes.set_ylim(0.0, 1.1 * float(means.max()))
+    marks: list[Dots | Rule] = [
+        Rule(calibration.pretravel / MICROMETRE, "mean of all directions", "reference")
+    ]
+    for used, name, role, symbol in _USED_OR_NOT:
+        azimuth, pretravel, labels = [], [], []
+        for d in directions:
+            for touch in calibration.touches:
+                if touch.trace.startswith(f"{d.name}_") and used == (
+                    touch.trace not in calibration.not_used
+                ):
+                    azimuth.append(d.azimuth)
+                    pretravel.append(touch.pretravel / MICROMETRE)
+                    labels.append(touch.trace)
+        if labels:
+            marks.append(Dots(np.array(azimuth), np.array(pretravel), name, role,
+                              symbol=symbol, size=4.0, labels=tuple(labels)))  # fmt: skip
+    names = tuple(f"mean of {d.count} touches" for d in directions)
+    marks.append(Dots(np.array([d.azimuth for d in directions]), means, "mean of a direction",
+                      "ink", symbol="ring", size=8.0, labels=names))  # fmt: skip
+    return PolarChart("pretravel r1 - r0", Axis("pretravel", "µm", 0.0), tuple(marks))
 
 
-def _draw_spreads(
-    axes: Axes, directions: Sequence[DirectionPerformance], place: FloatArray
-) -> None:
-    """Repeatability and hysteresis of each direction, with their intervals."""
-    spread = np.array([d.repeatability.value for d in directions]) / MICROMETRE
-    low = np.array([d.repeatability.low for d in directions]) / MICROMETRE
-    high = np.array([d.repeatability.high for d in directions]) / MICROMETRE
+_USED_OR_NOT: tuple[tuple[bool, str, Colour, Symbol], ...] = (
+    (True, "single touches", "series1", "dot"),
+    (False, "not in the results", "limit", "cross"),
+)
+
+
+def _spreads(
+    directions: Sequence[DirectionPerformance], places: FloatArray, axis: Axis
+) -> tuple[PlaneChart, PlaneChart]:
+    """Repeatability and hysteresis of each direction, with all of their intervals."""
+    value, low, high = (
+        np.array([getattr(d.repeatability, name) for d in directions]) / MICROMETRE
+        for name in ("value", "low", "high")
+    )
+    # Intervals from two repeats reach up thirty times: they need steps of equal ratios.
+    ratios = bool(np.all(low[np.isfinite(low)] > 0.0)) and bool(np.isfinite(low).any())
+    repeatability = PlaneChart(
+        "repeatability",
+        axis,
+        Axis("standard deviation of pretravel", "µm", logarithmic=ratios),
+        (interval_lines(places, low, high, "interval of 95 %"),
+         Dots(places, value, "standard deviation")),
+    )  # fmt: skip
     hysteresis = np.array([d.hysteresis for d in directions]) / MICROMETRE
     u = np.array([d.u_hysteresis for d in directions]) / MICROMETRE
-    for name, values, errors, colour in (
-        ("standard deviation of pretravel", spread, [spread - low, high - spread], COLOURS[0]),
-        ("hysteresis r3 - r0", hysteresis, [2.0 * u, 2.0 * u], COLOURS[1]),
-    ):
-        axes.errorbar(place, values, np.array(errors), fmt="o-", ms=4, lw=1.0, capsize=2,
-                      color=colour, label=name)  # fmt: skip
-    # Intervals from two or three repeats reach far up; they may leave the picture.
-    shown = np.concatenate([np.abs(hysteresis) + 2.0 * u, 1.5 * spread])
-    highest = np.nanmax([*shown, 1e-3]) if np.any(np.isfinite(shown)) else 1.0
-    axes.set_ylim(min(0.0, 1.3 * float(np.nanmin([*hysteresis, 0.0]))), 1.3 * highest)
-    axes.set_ylabel("µm, 95 % intervals")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    back = PlaneChart(
+        "hysteresis r3 - r0",
+        axis,
+        Axis("hysteresis", "µm"),
+        (Rule(0.0, colour="ink"),
+         interval_lines(places, hysteresis - 2.0 * u, hysteresis + 2.0 * u, "2 u", "series2"),
+         Dots(places, hysteresis, "mean of a direction", "series2")),
+    )  # fmt: skip
+    return repeatability, back
 
 
-def plot_trace(trace: RigTrace, touch: RigTouch) -> Figure:
-    """One trace with its events: as a whole, and near the contact.
+def trace_view(trace: RigTrace, touch: RigTouch) -> View:
+    """One trace with its events: as a whole, its signals, and near the contact.
 
     Parameters
     ----------
@@ -274,41 +306,48 @@ def plot_trace(trace: RigTrace, touch: RigTouch) -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(11.0, 4.6, trace.name)
-    _draw_whole_trace(figure.add_subplot(1, 2, 1), trace)
-    _draw_contact(figure.add_subplot(1, 2, 2), trace, touch)
-    return figure
+    return View(trace.name, (_whole_trace(trace), _signals(trace), _contact(trace, touch)))
 
 
-def _draw_whole_trace(axes: Axes, trace: RigTrace) -> None:
-    """Push rod and tip over time, the signals below them."""
-    axes.plot(trace.time, trace.ruler / MICROMETRE, label="push rod", color=COLOURS[0])
-    axes.plot(trace.time, trace.laser / MICROMETRE, label="tip (laser)", color=COLOURS[1])
-    top = float(np.max(trace.ruler)) / MICROMETRE
-    for level, name, colour in (
-        (trace.contact, "contact", COLOURS[2]),
-        (trace.trigger, "trigger", COLOURS[3]),
-    ):
-        axes.plot(trace.time, 0.1 * top * level - 0.15 * top, lw=0.9, label=name, color=colour)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("µm; signals below")
-    axes.legend(fontsize=8)
+def _whole_trace(trace: RigTrace) -> PlaneChart:
+    """Push rod and tip over time."""
+    rows = some_rows(np.arange(len(trace.time)), _MOST_SAMPLES)
+    return PlaneChart(
+        "push rod and tip",
+        Axis("time", "s"),
+        Axis("displacement", "µm"),
+        (LineMark(trace.time[rows], trace.ruler[rows] / MICROMETRE, "push rod"),
+         LineMark(trace.time[rows], trace.laser[rows] / MICROMETRE, "tip (laser)", "series2")),
+    )  # fmt: skip
 
 
-def _draw_contact(axes: Axes, trace: RigTrace, touch: RigTouch) -> None:
+def _signals(trace: RigTrace) -> PlaneChart:
+    """The levels of contact and trigger over time; a level is high at rest."""
+    marks = []
+    for place, (level, name) in enumerate(((trace.contact, "contact"), (trace.trigger, "trigger"))):
+        edges = np.flatnonzero(np.diff(level.astype(np.int64)))
+        rows = np.unique(np.concatenate([[0], edges, edges + 1, [len(level) - 1]]))
+        marks.append(LineMark(trace.time[rows], place + 0.6 * level[rows], name, series(2 + place)))
+    return PlaneChart("signals, high at rest", Axis("time", "s"),
+                      Axis("", "", -0.2, 1.9, ("contact", "trigger")), tuple(marks))  # fmt: skip
+
+
+def _contact(trace: RigTrace, touch: RigTouch) -> PlaneChart:
     """The tip over the push rod near the contact, with the four events."""
-    axes.plot(trace.ruler / MICROMETRE, trace.laser / MICROMETRE, lw=0.8, color=COLOURS[1])
-    for name in ("r0", "r1", "r2", "r3"):
-        place = getattr(touch, name)
+    events = {name: getattr(touch, name) / MICROMETRE for name in ("r0", "r1", "r2", "r3")}
+    ruler, laser = trace.ruler / MICROMETRE, trace.laser / MICROMETRE
+    around = [events[name] for name in ("r0", "r2") if np.isfinite(events[name])]
+    low, high = (min(around) - 3.0, max(around) + 1.0) if around else (ruler.min(), ruler.max())
+    near = np.flatnonzero((ruler >= low) & (ruler <= high))
+    rows = some_rows(near, 2 * _MOST_SAMPLES)
+    marks: list[Mark] = [LineMark(ruler[rows], laser[rows], "tip", "series2", 1.0)]
+    top = float(laser[rows].max()) if len(rows) else 0.0
+    for name, place in events.items():
         if np.isfinite(place):
-            axes.axvline(place / MICROMETRE, lw=0.8, ls=":", color="0.4")
-            axes.annotate(name, (place / MICROMETRE, 0.97), xycoords=("data", "axes fraction"),
-                          ha="center", va="top", fontsize=8)  # fmt: skip
-    around = [value for value in (touch.r0, touch.r2) if np.isfinite(value)]
-    if around:
-        axes.set_xlim(min(around) / MICROMETRE - 3.0, max(around) / MICROMETRE + 1.0)
-    axes.set_xlabel("push rod (µm)")
-    axes.set_ylabel("tip (µm)")
-    axes.grid(alpha=0.3)
+            height = 0.9 * top if name == "r3" else top  # r3 is close to r0
+            marks += [Rule(place, upright=True), Note(place, height, name)]
+    return PlaneChart("near the contact, with the events r0 to r3",
+                      Axis("push rod", "µm", float(low), float(high)), Axis("tip", "µm"),
+                      tuple(marks))  # fmt: skip

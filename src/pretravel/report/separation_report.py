@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
+from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, View
+from pretravel.report.colours import Colour
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
-from pretravel.report.style import COLOURS, new_figure
+from pretravel.report.whiskers import interval_lines
 from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SQUARE = MICROMETRE**2
 
@@ -58,7 +55,7 @@ def separation_document(
             *_excluded_figure(result),
         ),
         tables=(_direction_table(result),),
-        pictures=(Picture("Errors and variances", lambda: plot_separation(result, title)),),
+        pictures=(Picture("Errors and variances", lambda: separation_view(result, title)),),
         notes=result.notes,
         warnings=tuple(warnings),
     )
@@ -149,8 +146,8 @@ def separation_plan_document(plan: SeparationPlan) -> Document:
     )  # fmt: skip
 
 
-def plot_separation(result: Separation, title: str = "") -> Figure:
-    """Errors and variances of machine and probe around the circle.
+def separation_view(result: Separation, title: str = "") -> View:
+    """Errors and variances of machine and probe over the directions.
 
     Parameters
     ----------
@@ -159,30 +156,31 @@ def plot_separation(result: Separation, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(11.0, 7.5, title or "Machine and probe")
-    rows = (
+    charts = []
+    sides: tuple[tuple[str, IntArray, FloatArray, FloatArray, FloatArray, FloatArray, Colour], ...]
+    sides = (
         ("machine", result.machines, result.machine_error, result.u_machine_error,
-         result.machine_variance, result.u_machine_variance, COLOURS[0]),
+         result.machine_variance, result.u_machine_variance, "series1"),
         ("probe", result.probes, result.probe_error, result.u_probe_error,
-         result.probe_variance, result.u_probe_variance, COLOURS[1]),
+         result.probe_variance, result.u_probe_variance, "series2"),
     )  # fmt: skip
-    for row, (name, indices, error, u_error, variance, u_variance, colour) in enumerate(rows):
-        left, right = (figure.add_subplot(2, 2, 2 * row + column) for column in (1, 2))
-        _draw_bars(left, indices, error / MICROMETRE, 2.0 * u_error / MICROMETRE, colour)
-        left.set_ylabel(f"{name}: systematic (µm)")
-        left.set_xlabel(f"{name} direction; bars: 2 u")
+    for name, indices, error, u_error, variance, u_variance, colour in sides:
+        axis = Axis(f"direction of the {name}, its number")
+        places = indices.astype(np.float64)
+        dots = Dots(places, error / MICROMETRE, "error, bars: 2 u", colour,
+                    u=2.0 * u_error / MICROMETRE)  # fmt: skip
+        charts.append(
+            PlaneChart(f"{name}: systematic errors", axis, Axis("error", "µm"),
+                       (Rule(0.0, colour="ink"), dots))
+        )  # fmt: skip
         # No variance is negative, so neither is the lower end of its bar.
-        bars = [np.minimum(2.0 * u_variance, np.maximum(variance, 0.0)), 2.0 * u_variance]
-        _draw_bars(right, indices, variance / _SQUARE, np.array(bars) / _SQUARE, colour)
-        right.set_ylabel(f"{name}: variance (µm²)")
-        right.set_xlabel(f"{name} direction; bars: 2 u, cut at zero")
-    return figure
-
-
-def _draw_bars(
-    axes: Axes, indices: IntArray, values: FloatArray, bars: FloatArray, colour: str
-) -> None:
-    axes.errorbar(indices, values, bars, fmt="o-", ms=4, lw=1.0, capsize=2, color=colour)
-    axes.grid(alpha=0.3)
+        low = np.maximum(variance - 2.0 * u_variance, np.minimum(variance, 0.0))
+        bars = interval_lines(places, low / _SQUARE, (variance + 2.0 * u_variance) / _SQUARE,
+                              "2 u, cut at zero", colour)  # fmt: skip
+        charts.append(
+            PlaneChart(f"{name}: variances", axis, Axis("variance", "µm²"),
+                       (bars, Dots(places, variance / _SQUARE, "variance", colour)))
+        )  # fmt: skip
+    return View(title or "Machine and probe", tuple(charts), columns=2)

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.arrays import BoolArray, FloatArray
 from pretravel.probing.slide_history import SlideHistory
+from pretravel.report.chart import (
+    Axis,
+    Chart,
+    LineMark,
+    PlaneChart,
+    Rule,
+    SpaceArrow,
+    SpaceChart,
+    SpaceLines,
+    SpaceMark,
+    SpaceMesh,
+    SpacePoints,
+    View,
+)
+from pretravel.report.colours import Colour
 from pretravel.report.document import Document, KeyFigure, Picture
 from pretravel.report.formatting import decimals, value_text
-from pretravel.report.style import COLOURS, new_figure, proportions
 from pretravel.surface.local_geometry import Surface, tangent_basis
 from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def slide_document(
@@ -71,7 +80,7 @@ def slide_document(
         title=title,
         verdict=f"{title}: {_outcome(history)}",
         figures=tuple(figures),
-        pictures=(Picture("The contact slides", lambda: plot_slide(history, surface, title)),),
+        pictures=(Picture("The contact slides", lambda: slide_view(history, surface, title)),),
         notes=_notes(history),
     )
 
@@ -94,7 +103,7 @@ def _notes(history: SlideHistory) -> tuple[str, ...]:
     return ()
 
 
-def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figure:
+def slide_view(history: SlideHistory, surface: Surface, title: str = "") -> View:
     """A tip that slides: its contact on the surface in space, deflection and force over feed.
 
     Parameters
@@ -106,79 +115,82 @@ def plot_slide(history: SlideHistory, surface: Surface, title: str = "") -> Figu
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(11.0, 4.8, title or "A tip slides")
-    draw_slide(figure.add_subplot(1, 2, 1, projection="3d"), history, surface)
-    _draw_curve(figure.add_subplot(1, 2, 2), history)
-    return figure
+    charts: tuple[Chart, ...] = (slide_chart(history, surface), *_curves(history))
+    return View(title or "A tip slides", charts)
 
 
-def _draw_curve(axes: Axes, history: SlideHistory) -> None:
+def _curves(history: SlideHistory) -> list[PlaneChart]:
     """Deflection and force over the feed."""
     order = np.argsort(history.feed)  # a golden section search goes to and fro
     feed = _from_zero(history.feed[order] / MICROMETRE)
-    deflection = _from_zero(history.deflection[order] / MICROMETRE)
-    axes.plot(feed, deflection, "o-", ms=3.5, color=COLOURS[0], label="deflection")
-    axes.plot(feed, feed, ":", color=COLOURS[5], label="feed itself")
-    axes.set_xlabel("feed since first contact / µm")
-    axes.set_ylabel("deflection / µm")
-    axes.grid(alpha=0.3)
+    axis = Axis("feed since first contact", "µm", 0.0)
+    trigger: tuple[Rule, ...] = ()
     if np.isfinite(history.trigger_feed):
         at = history.trigger_feed / MICROMETRE
-        axes.axvline(at, color=COLOURS[3], lw=1.0)
-        side = "right" if at > 0.6 * feed.max() else "left"
-        text = f" trigger \n {value_text(at, 'µm')} "
-        axes.annotate(text, (at, deflection.max()), va="top", ha=side, color=COLOURS[3])
+        trigger = (Rule(at, f"trigger, {value_text(at, 'µm')}", "limit", upright=True),)
+    deflection = LineMark(feed, _from_zero(history.deflection[order] / MICROMETRE), "deflection",
+                          marked=True)  # fmt: skip
+    itself = LineMark(feed, feed, "feed itself", "reference", dashed=True)
+    charts = [
+        PlaneChart("deflection of the stylus", axis, Axis("deflection", "µm", 0.0),
+                   (itself, deflection, *trigger))
+    ]  # fmt: skip
     known = order[np.isfinite(history.force[order])]
     if len(known):
-        force = axes.twinx()
-        force.plot(_from_zero(history.feed[known] / MICROMETRE), _from_zero(history.force[known]),
-                   "s-", ms=3.0, color=COLOURS[1], label="force")  # fmt: skip
-        force.set_ylabel("force / N", color=COLOURS[1])
-        force.set_ylim(bottom=0.0)
-    axes.legend(fontsize=8, loc="lower right")
+        fed = _from_zero(history.feed[known] / MICROMETRE)
+        force = LineMark(fed, _from_zero(history.force[known]), "force", "series2", marked=True)
+        charts.append(PlaneChart("contact force", axis, Axis("force", "N", 0.0), (force, *trigger)))
+    return charts
 
 
 def _from_zero(values: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], values])
 
 
-def draw_slide(axes: Any, history: SlideHistory, surface: Surface) -> None:
+def slide_chart(history: SlideHistory, surface: Surface, title: str = "") -> SpaceChart:
     """The path of the contact on a patch of the surface, in µm from its first point.
 
     Parameters
     ----------
-    axes : matplotlib axes in three dimensions
     history : SlideHistory
     surface : Surface
-    """
-    from matplotlib.ticker import MaxNLocator
+    title : str
 
-    start = history.start
-    way = (history.contact - start) / MICROMETRE
+    Returns
+    -------
+    SpaceChart
+    """
+    way = (history.contact - history.start) / MICROMETRE
     reach = 0.8 * max(float(np.linalg.norm(way, axis=1).max()), 2.0)
     patch = _patch(history, surface, way, reach)
-    x, y, z = np.moveaxis(patch, -1, 0)
-    axes.plot_surface(x, y, z, alpha=0.35, color=COLOURS[2], lw=0.2, edgecolor="#00000033")
-    axes.plot(*way.T, "-", color=COLOURS[5], lw=0.8)
+    rows = np.arange(patch.shape[0] * patch.shape[1]).reshape(patch.shape[:2])
+    first, second = rows[:-1, :-1].ravel(), rows[:-1, 1:].ravel()
+    third, fourth = rows[1:, 1:].ravel(), rows[1:, :-1].ravel()
+    triangles = np.concatenate(
+        [np.stack([first, second, third], axis=1), np.stack([first, third, fourth], axis=1)]
+    )
+    path = np.concatenate([np.zeros((1, 3)), way])
     late = history.triggered
-    for which, colour, name in (
-        (~late, COLOURS[0], "before the trigger"),
-        (late, COLOURS[3], "after it"),
-    ):
+    labels = tuple(
+        f"step {step}: feed {feed / MICROMETRE:.2f} µm"
+        for step, feed in zip(history.step.tolist(), history.feed.tolist(), strict=True)
+    )
+    marks: list[SpaceMark] = [
+        SpaceMesh(patch.reshape(-1, 3), triangles, "surface", opacity=0.6),
+        SpaceLines(path[:-1], path[1:], "path of the contact", "reference", 1.2),
+        SpacePoints(np.zeros((1, 3)), "first contact", "ink", None, "cross", 7.0),
+    ]
+    stages: tuple[tuple[BoolArray, Colour, str], ...]
+    stages = ((~late, "series1", "until the trigger"), (late, "limit", "after the trigger"))
+    for which, colour, name in stages:
         if which.any():
-            axes.scatter(*way[which].T, s=14, color=colour, depthshade=False, label=name)
-    axes.scatter(0.0, 0.0, 0.0, s=30, marker="x", color="k", label="first contact")
-    arrow = 0.5 * reach * history.normal[[0, -1]]
-    axes.quiver(*way[[0, -1]].T, *arrow.T, color=COLOURS[1], lw=1.2)
-    axes.set_xlabel("x / µm")
-    axes.set_ylabel("y / µm")
-    axes.set_zlabel("z / µm")
-    axes.zaxis.set_major_locator(MaxNLocator(4))
-    axes.set_title("contact on the surface, from its first point", fontsize=9)
-    axes.set_box_aspect(proportions(np.concatenate([patch.reshape(-1, 3), way])))
-    axes.legend(fontsize=7, loc="upper left")
+            own = tuple(label for label, shown in zip(labels, which, strict=True) if shown)
+            marks.append(SpacePoints(way[which], name, colour, None, "dot", 4.0, own))
+    marks.append(SpaceArrow(way[0], 0.5 * reach * history.normal[0], "normal", "series2"))
+    heading = title or "contact on the surface, from its first point"
+    return SpaceChart(heading, tuple(marks), "part", "µm")
 
 
 def _patch(history: SlideHistory, surface: Surface, way: FloatArray, reach: float) -> FloatArray:

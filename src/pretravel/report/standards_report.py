@@ -4,20 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.compensation.measured_sphere import MeasuredSphere
+from pretravel.directions import from_angles
 from pretravel.laboratory.standard_check import LimitOutcome, StandardCheck, StandardFigure
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, sphere_section
+from pretravel.report.chart import (
+    Axis,
+    Chart,
+    Dots,
+    Mark,
+    PlaneChart,
+    Rule,
+    Scale,
+    SpaceChart,
+    SpaceLines,
+    SpacePoints,
+    View,
+)
+from pretravel.report.colours import series
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.report.formatting import decimals
-from pretravel.report.style import COLOURS, new_figure
-from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from pretravel.report.whiskers import magnification, whiskers
+from pretravel.uncertainty.fitting.sphere import SphereFit
+from pretravel.units import DEGREE, MICROMETRE
 
 
 def standards_document(
@@ -56,7 +70,10 @@ def standards_document(
                 detail=True,
             ),
         ),
-        pictures=(Picture("Residuals", lambda: plot_check(check, title)),),
+        pictures=(
+            Picture("Residuals at the places of the touches", lambda: check_view(check, title)),
+            *(budget_picture(b, b.result or "the test value") for b in check.budgets),
+        ),
         notes=check.notes,
         warnings=tuple(warnings),
         budgets=(*check.budgets, *(() if sphere is None else (sphere.budget,))),
@@ -123,8 +140,8 @@ def _figures_table(check: StandardCheck) -> Table:
     )
 
 
-def plot_check(check: StandardCheck, title: str = "") -> Figure:
-    """Residuals of the fitted spheres or circles, touch by touch.
+def check_view(check: StandardCheck, title: str = "") -> View:
+    """Residuals of the fitted spheres or circles, at the places of their touches.
 
     Parameters
     ----------
@@ -133,18 +150,81 @@ def plot_check(check: StandardCheck, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
+        The run with the largest form in space, and the residuals of all runs over the azimuth.
     """
-    figure = new_figure(9.0, 4.2)
-    axes = figure.add_subplot(1, 1, 1)
-    for k, fit in enumerate(check.sets):
-        axes.plot(np.arange(1, len(fit.residuals) + 1), fit.residuals / MICROMETRE, "o-", ms=4,
-                  lw=0.8, color=COLOURS[k % len(COLOURS)], label=f"run {k + 1}: range "
-                  f"{fit.form / MICROMETRE:.2f} µm")  # fmt: skip
-    axes.axhline(0.0, lw=0.6, color="0.4")
-    axes.set_xlabel("touch, in the pattern's order")
-    axes.set_ylabel("distance less radius (µm)")
-    axes.set_title(title or check.standard, fontsize=11)
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
-    return figure
+    worst = int(np.argmax([fit.form for fit in check.sets]))
+    charts: list[Chart] = []
+    marks: list[Mark] = []
+    for index, (fit, places) in enumerate(zip(check.sets, check.places, strict=True)):
+        offset = places - fit.center
+        azimuth = np.arctan2(offset[:, 1], offset[:, 0]) / DEGREE % 360.0
+        residuals = fit.residuals / MICROMETRE
+        name = f"set {index + 1}, {len(residuals)} touches: range {fit.form / MICROMETRE:.2f} µm"
+        labels = tuple(f"touch {row + 1}" for row in range(len(residuals)))
+        marks.append(Dots(azimuth, residuals, name, series(index), labels=labels))
+        if index == worst:
+            charts.append(_sphere_chart(fit, offset, index))
+    marks += [Rule(0.0, colour="ink"), *_limits(check, worst)]
+    charts.append(
+        PlaneChart(
+            "residuals over the azimuth",
+            Axis("azimuth", "°", 0.0, 360.0),
+            Axis("distance less radius", "µm"),
+            tuple(marks),
+            note="several polar angles may lie at one azimuth",
+        )
+    )
+    return View(title or check.standard, tuple(charts), columns=2)
+
+
+def _limits(check: StandardCheck, worst: int) -> list[Mark]:
+    """The limit of the form, laid about the middle of the set that has the largest form."""
+    limit = next((f.limit for f in check.figures if (f.limit is not None and "Form" in f.name)
+                  or (f.limit is not None and f.name.startswith("P_FTU"))), None)  # fmt: skip
+    if limit is None:
+        return []
+    residuals = check.sets[worst].residuals
+    middle = 0.5 * float(residuals.max() + residuals.min())
+    text = f"limit of the range, {limit / MICROMETRE:g} µm"
+    return [
+        Rule((middle + side * 0.5 * limit) / MICROMETRE, text if side > 0 else "", "limit")
+        for side in (-1.0, 1.0)
+    ]
+
+
+def _sphere_chart(fit: SphereFit, offset: FloatArray, index: int) -> SpaceChart:
+    """Residuals as whiskers on the fitted sphere or circle."""
+    if offset.shape[1] == 2:
+        offset = np.column_stack([offset, np.zeros(len(offset))])
+    normals = offset / np.linalg.norm(offset, axis=1)[:, None]
+    feet = fit.radius * normals
+    factor = magnification(feet, fit.residuals)
+    starts, ends = whiskers(feet, normals, factor * fit.residuals)
+    residuals = fit.residuals / MICROMETRE
+    labels = tuple(f"touch {row + 1}" for row in range(len(residuals)))
+    return SpaceChart(
+        f"set {index + 1}: residuals on the sphere",
+        (
+            _circles(fit.radius),
+            SpaceLines(starts, ends, f"residual, magnified {factor:g} times", "ink", 1.4),
+            SpacePoints(ends, values=residuals, size=6.0, labels=labels),
+        ),
+        scale=Scale.of("distance less radius", "µm", residuals, signed=True),
+        note="about the centre of the fitted sphere",
+    )
+
+
+def _circles(radius: float) -> SpaceLines:
+    """Circles of a sphere at polar angles of 30, 60 and 90 degrees, and four meridians."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 61)
+    lines = [from_angles(np.full(61, polar * DEGREE), turn) for polar in (30.0, 60.0, 90.0)] + [
+        from_angles(turn[:16], np.full(16, azimuth * DEGREE)) for azimuth in range(0, 360, 45)
+    ]
+    return SpaceLines(
+        radius * np.concatenate([line[:-1] for line in lines]),
+        radius * np.concatenate([line[1:] for line in lines]),
+        "fitted sphere",
+        "reference",
+        0.7,
+    )
