@@ -33,6 +33,7 @@ from pretravel.cli import (
     probes,
     program,
     qualify,
+    report,
     rig,
     separate,
     simulate,
@@ -102,7 +103,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
         check.check,
         check.pattern,
     ),
-    "Files": (convert.convert, convert.formats),
+    "Files": (convert.convert, convert.formats, report.report),
 }
 """The commands in the groups of the help; each group begins with what is needed first."""
 

@@ -26,6 +26,7 @@ from pretravel.report.work_record import InputFile, Setting, WorkRecord
 from pretravel.uncertainty.gum import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
+_MOST_DIGITS = 30
 _TYPES = (
     Document,
     Section,
@@ -128,7 +129,7 @@ def _converter() -> Converter:
     converter.register_unstructure_hook(Picture, lambda picture: picture.caption)
     converter.register_structure_hook(str, _text)
     converter.register_structure_hook(bool, lambda value, _: _of_type(value, bool))
-    converter.register_structure_hook(int, _whole)
+    converter.register_structure_hook(int, lambda value, _: _of_type(value, int))
     converter.register_structure_hook(float, _number)
     converter.register_structure_hook(FigureValue, _figure_value)
     converter.register_structure_hook(float | str, _figure_value)
@@ -143,6 +144,15 @@ def _converter() -> Converter:
             kind,
             make_dict_unstructure_fn(kind, converter, _cattrs_omit_if_default=True),
         )
+    read_digits = make_dict_structure_fn(Digits, converter)
+
+    def digits(value: Any, kind: Any) -> Digits:
+        found: Digits = read_digits(value, kind)
+        if not 0 <= found.count <= _MOST_DIGITS:
+            raise ValueError("no number of digits")
+        return found
+
+    converter.register_structure_hook(Digits, digits)
     converter.register_structure_hook(
         Span, make_dict_structure_fn(Span, converter, low=override(), high=override())
     )
@@ -174,13 +184,6 @@ def _of_type(value: Any, kind: type[Any]) -> Any:
 def _text(value: Any, _: Any) -> str:
     text: str = _of_type(value, str)
     return text
-
-
-def _whole(value: Any, _: Any) -> int:
-    number: int = _of_type(value, int)
-    if not 0 <= number <= 30:  # the digits of a number
-        raise ValueError("no number of digits")
-    return number
 
 
 def _number(value: Any, _: Any = None) -> float:

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files as package_files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pretravel import __version__
 from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.report.chart_plotly import colour_names, plotly_script, plotly_script_gzip
-from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
+from pretravel.report.document import Column, Document, KeyFigure, Table
 from pretravel.report.formatting import (
     addition_text,
     cell_texts,
@@ -35,6 +35,8 @@ from pretravel.report.glossary import words_used
 from pretravel.report.page_content import (
     PageContent,
     content_values,
+    image_address,
+    packed_values,
     picture_figures,
     picture_name,
 )
@@ -72,15 +74,14 @@ def write_page(
     record : WorkRecord or None
         What was done with what.
     template : str
-        Name of a file in the folder templates.
+        The form: page.html or certificate.html.
 
     Raises
     ------
     PretravelError
         No program for a PDF was found.
     """
-    content = PageContent(document, record, tuple(files))
-    write_contents(path, [content], template=template)
+    write_contents(path, [PageContent(document, record, tuple(files), template)])
 
 
 def page_text(
@@ -95,41 +96,27 @@ def page_text(
     >>> "<h1>Touches &amp; points</h1>" in page_text(Document("Touches & points"))
     True
     """
-    return contents_text([PageContent(document, record, tuple(files))], template=template)
+    return contents_text([PageContent(document, record, tuple(files), template)])
 
 
-def write_contents(
-    path: str | Path,
-    contents: Sequence[PageContent],
-    *,
-    title: str = "",
-    template: str = "page.html",
-) -> None:
+def write_contents(path: str | Path, contents: Sequence[PageContent], *, title: str = "") -> None:
     """Write a page of one or several reports, whole or not at all; as `contents_text`."""
     if Path(path).suffix.lower() == ".pdf":
-        write_pdf(path, contents_text(contents, title=title, template=template, scripts=False))
+        write_pdf(path, contents_text(contents, title=title, scripts=False))
         return
-    text = contents_text(contents, title=title, template=template)
+    text = contents_text(contents, title=title)
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
-def contents_text(
-    contents: Sequence[PageContent],
-    *,
-    title: str = "",
-    template: str = "page.html",
-    scripts: bool = True,
-) -> str:
+def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: bool = True) -> str:
     """A page of one or several reports as HTML.
 
     Parameters
     ----------
     contents : sequence of PageContent
-        Several need the template bound.html.
     title : str
-        Empty: that of the first report.
-    template : str
+        Above all of them, with a table of contents; empty: there is one report.
     scripts : bool
         False: a page to print.
 
@@ -137,7 +124,7 @@ def contents_text(
     -------
     str
     """
-    charts = _charts(contents) if scripts else {}
+    charts = _charts(contents) if scripts else ""
     values = {
         "reports": [_shown(index, content) for index, content in enumerate(contents)],
         "words": words_used(content.document for content in contents),
@@ -147,7 +134,7 @@ def contents_text(
         "version": __version__,
         "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
     }
-    page = _environment().get_template(template)
+    page = _environment().get_template("bound.html" if title else "page.html")
     if charts:
         text = page.render(values, assets=_assets(scripts=True, plotly=True))
         if len(text.encode()) <= LARGEST:
@@ -162,6 +149,7 @@ class _ShownReport:
     index: int
     document: Document
     files: tuple[str, ...]
+    template: str
     done: tuple[KeyFigure, ...] = ()
     inputs: Table | None = None
     settings: Table | None = None
@@ -171,11 +159,12 @@ class _ShownReport:
 def _shown(index: int, content: PageContent) -> _ShownReport:
     record = content.record
     if record is None:
-        return _ShownReport(index, content.document, content.files)
+        return _ShownReport(index, content.document, content.files, content.template)
     return _ShownReport(
         index,
         content.document,
         content.files,
+        content.template,
         record_figures(record),
         inputs_table(record.inputs) if record.inputs else None,
         settings_table(record.settings) if record.settings else None,
@@ -183,7 +172,7 @@ def _shown(index: int, content: PageContent) -> _ShownReport:
     )
 
 
-def _charts(contents: Sequence[PageContent]) -> dict[str, Any]:
+def _charts(contents: Sequence[PageContent]) -> str:
     """The figures of all pictures for Plotly, and the colours that they name; empty: none."""
     figures = {
         picture_name(report, index): made
@@ -192,13 +181,13 @@ def _charts(contents: Sequence[PageContent]) -> dict[str, Any]:
         if (made := picture_figures(picture))
     }
     if not figures:
-        return {}
+        return ""
     named = set(re.findall(r'"(@[\w~]+)"', json.dumps(figures)))
     light, dark = (
         {name: colour for name, colour in colour_names(dark=dark).items() if name in named}
         for dark in (False, True)
     )
-    return {"figures": figures, "light": light, "dark": dark}
+    return packed_values({"figures": figures, "light": light, "dark": dark})
 
 
 @dataclass(frozen=True)
@@ -259,7 +248,7 @@ def _environment() -> Environment:
         "name_of": _name,
         "number": lambda figure: value_text(figure.value, "", figure.digits),
         "numeric": _is_numeric,
-        "png": _png,
+        "image": image_address,
         "printed_parts": _printed_parts,
         "remark_of": remark_text,
         "rows": _rows,
@@ -293,8 +282,3 @@ def _printed_parts(table: Table) -> list[tuple[Column, ...]]:
         return [columns]
     step = _MOST_COLUMNS - 1
     return [(columns[0], *columns[k : k + step]) for k in range(1, len(columns), step)]
-
-
-def _png(picture: Picture) -> str:
-    """A picture as an address that contains it."""
-    return f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"

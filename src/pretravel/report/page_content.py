@@ -7,8 +7,10 @@ shown, and nothing of its HTML or its scripts is taken over.
 from __future__ import annotations
 
 import base64
-import binascii
+import gzip
+import io
 import json
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html.parser import HTMLParser
@@ -27,9 +29,14 @@ from pretravel.report.document import Document, Picture, Table
 from pretravel.report.work_record import WorkRecord, inputs_table, settings_table
 
 FORMAT, VERSION = "pretravel page", 1
+TEMPLATES = ("page.html", "certificate.html")
+"""The forms of a report on a page."""
 _MOST_BYTES = 50_000_000
-_PNG = b"\x89PNG\r\n\x1a\n"
-_BEGINNING = "data:image/png;base64,"
+_IMAGES = {
+    "data:image/png;base64,": b"\x89PNG\r\n\x1a\n",
+    "data:image/webp;base64,": b"WEBP",
+}
+"""Beginnings of addresses that contain an image, and the marks of its kind."""
 _TRACES = frozenset(
     {"bar", "barpolar", "cone", "contour", "heatmap", "mesh3d", "scatter", "scatter3d",
      "scatterpolar", "surface"}
@@ -51,11 +58,14 @@ class PageContent:
         What was done with what.
     files : tuple of str
         Names of files beside the page.
+    template : str
+        One of `TEMPLATES`.
     """
 
     document: Document
     record: WorkRecord | None = None
     files: tuple[str, ...] = ()
+    template: str = "page.html"
 
 
 @dataclass(frozen=True)
@@ -64,19 +74,14 @@ class StoredPicture(Picture):
 
     Attributes
     ----------
-    content : bytes
-        Of a PNG file.
+    address : str
+        Of the image, which it contains.
     figures : tuple of dict
         For Plotly; empty where the picture cannot be turned.
     """
 
-    content: bytes = b""
+    address: str = ""
     figures: tuple[PlotlyFigure, ...] = ()
-
-    @property
-    def png(self) -> bytes:
-        """The picture as the content of a PNG file."""
-        return self.content
 
 
 def picture_figures(picture: Picture) -> list[PlotlyFigure]:
@@ -84,6 +89,52 @@ def picture_figures(picture: Picture) -> list[PlotlyFigure]:
     if isinstance(picture, StoredPicture):
         return list(picture.figures)
     return [plotly_figure(chart) for chart in picture.charts]
+
+
+def image_address(picture: Picture) -> str:
+    """The image of a picture as an address that contains it.
+
+    WebP without losses has half the size of PNG; Pillow, which matplotlib needs, can lack it.
+    """
+    from PIL import Image, features
+
+    if isinstance(picture, StoredPicture):
+        return picture.address
+    kind, content = "png", picture.png
+    if features.check("webp"):
+        smaller = io.BytesIO()
+        with Image.open(io.BytesIO(content)) as image:
+            image.convert("RGB").save(smaller, "webp", lossless=True, method=2, quality=0)
+        kind, content = "webp", smaller.getvalue()
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def packed_values(values: Any) -> str:
+    """Values as compressed JSON in letters.
+
+    >>> unpacked_values(packed_values({"a": [1.5]}))
+    {'a': [1.5]}
+    """
+    text = json.dumps(values, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
+
+
+def unpacked_values(packed: str) -> Any:
+    """The values of `packed_values`.
+
+    Raises
+    ------
+    ValueError
+        Text that is not of this form, or of more than 50 MB.
+    """
+    unpacking = zlib.decompressobj(wbits=zlib.MAX_WBITS | 16)
+    try:
+        text = unpacking.decompress(base64.b64decode(packed, validate=True), _MOST_BYTES)
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    if not unpacking.eof:
+        raise ValueError("not complete, or too large")
+    return json.loads(text)
 
 
 def picture_name(report: int, picture: int) -> str:
@@ -110,6 +161,7 @@ def content_values(contents: Sequence[PageContent]) -> dict[str, Any]:
 
 def _report_values(content: PageContent) -> dict[str, Any]:
     values: dict[str, Any] = {"document": document_values(content.document)}
+    values["template"] = content.template
     if content.record is not None:
         values["record"] = record_values(content.record)
         tables = {
@@ -150,8 +202,9 @@ def read_page(path: str | Path) -> tuple[PageContent, ...]:
     parts.close()
     try:
         content = json.loads(parts.texts.get("content", "null"))
-        figures = json.loads(parts.texts.get("charts", "{}")).get("figures", {})
-    except (ValueError, RecursionError, AttributeError):
+        packed = parts.texts.get("charts")
+        figures = {} if packed is None else unpacked_values(packed.strip())["figures"]
+    except (ValueError, RecursionError, KeyError, TypeError):
         raise InputError("its content is not complete: write the page again", path=path) from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(
@@ -200,8 +253,8 @@ class _PageParts(HTMLParser):
         self._script = ""
         if tag == "img":
             self.images[values.get("id", "")] = values.get("src", "")
-        elif tag == "script" and values.get("type") == "application/json":
-            self._script = values.get("id", "")
+        elif tag == "script" and values.get("id") in ("content", "charts"):
+            self._script = values["id"]
 
     def handle_data(self, data: str) -> None:
         if self._script:
@@ -220,26 +273,31 @@ def _report(
         StoredPicture(
             picture.caption,
             picture.compute,
-            _png_content(images.get(name, "")),
+            _checked_address(images.get(name, "")),
             _checked_figures(figures.get(name, [])),
         )
         for name, picture in zip(names, document.pictures, strict=True)
     )
     record = values.get("record")
+    if values["template"] not in TEMPLATES:
+        raise PretravelError("it has another form")
     return PageContent(
         replace(document, pictures=pictures),
         None if record is None else record_from_values(record),
+        template=values["template"],
     )
 
 
-def _png_content(address: str) -> bytes:
-    try:
-        content = base64.b64decode(address.removeprefix(_BEGINNING), validate=True)
-    except (binascii.Error, ValueError):
-        content = b""
-    if not address.startswith(_BEGINNING) or not content.startswith(_PNG):
-        raise PretravelError("a picture of it is missing or is no PNG")
-    return content
+def _checked_address(address: str) -> str:
+    """An address that contains an image; for a browser alone, nothing here decodes the image."""
+    for beginning, mark in _IMAGES.items():
+        try:
+            content = base64.b64decode(address.removeprefix(beginning), validate=True)
+        except ValueError:
+            continue
+        if address.startswith(beginning) and mark in content[:12]:
+            return address
+    raise PretravelError("a picture of it is missing, or is neither PNG nor WebP")
 
 
 def _checked_figures(figures: Any) -> tuple[PlotlyFigure, ...]:

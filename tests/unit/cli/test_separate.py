@@ -32,7 +32,7 @@ class TestSeparate:
 
     def test_page_json_and_picture(self, tmp_path: Path) -> None:
         run("separate", READINGS, "-o", tmp_path / "s.html", "--plot", tmp_path / "s.png")
-        assert "data:image/png" in (tmp_path / "s.html").read_text()
+        assert "data:image/" in (tmp_path / "s.html").read_text()
         run("separate", READINGS, "--method", "least-squares", "-o", tmp_path / "s.json")
         document = json.loads((tmp_path / "s.json").read_text())
         assert np.array(document["pair_variance_um2"]).shape == (24, 24)

