@@ -104,7 +104,7 @@ def test_pages(tmp_path: Path) -> None:
         run(*arguments, "-o", tmp_path / name)
         page = (tmp_path / name).read_text()
         assert words in page
-        assert "data:image/png;base64," in page
+        assert "data:image/" in page
 
 
 class TestFilesAreSafe:
