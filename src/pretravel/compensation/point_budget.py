@@ -79,5 +79,5 @@ def point_budget(errors: PointErrors, row: int | None = None) -> Budget:
         for name, variance in variances_along_normals(errors).items()
         if variance[rows].any()
     )
-    which = f"root mean square of {count} points" if row is None else f"point {row + 1}"
+    which = f"rms of {count} points" if row is None else f"point {row + 1}"
     return Budget(components, f"a point along its normal, {which}")

@@ -33,7 +33,7 @@ def part_point_budget(result: Qualification) -> Budget:
             Component("map", "B", u_map),
             *_of_reference(result),
         ),
-        "a point on a part, root mean square over the directions of the map",
+        "a point on a part, rms over the map",
     )
 
 
