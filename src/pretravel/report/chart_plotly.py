@@ -241,7 +241,7 @@ def _figure(chart: Chart) -> PlotlyFigure:
 def _axis(axis: Axis) -> dict[str, Any]:
     result: dict[str, Any] = {
         "title": {"text": _text(axis.text)}, "gridcolor": "@grid", "zerolinecolor": "@grid",
-        "linecolor": "@ink", "ticks": "outside", "automargin": True,
+        "linecolor": "@ink", "ticks": "outside", "automargin": True, "exponentformat": "power",
     }  # fmt: skip
     if axis.logarithmic:
         result["type"] = "log"

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.compensation.comparison import Comparison
+from pretravel.compensation.comparison import UNCORRECTED, Comparison
+from pretravel.report.chart import Area, Axis, Bars, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.colours import Colour
+from pretravel.report.direction_charts import azimuth_axis
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import value_text
-from pretravel.report.style import COLOURS, new_figure
 from pretravel.units import MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _WHERE = {"equator": "on the equator", "all": "all directions", "part": "on the part"}
 _FULL = "full map"
-_CURVES = ("mean radius", "eight sectors", "eight sectors, resampled", "Woźniak", _FULL)
+_CURVES = ("mean radius", "eight sectors", "eight sectors, resampled", "Woźniak")
+_COLOURS: dict[str, Colour] = {
+    UNCORRECTED: "before",
+    "mean radius": "series6",
+    "two axis radii": "series8",
+    "four directions": "series7",
+    "eight sectors": "series4",
+    "eight sectors, resampled": "series5",
+    "Woźniak": "series3",
+    _FULL: "after",
+}
 
 
 def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
@@ -37,7 +43,9 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     """
     title = f"{map_name}: errors that corrections leave" if map_name else "Errors left"
     place = _places(result)[-1]
-    simpler = [row for row in result.rows if row.where == place and row.method != _FULL]
+    simpler = [
+        row for row in result.rows if row.where == place and row.method not in (_FULL, UNCORRECTED)
+    ]
     best = min(simpler, key=lambda row: row.largest)
     u_map = KeyFigure("u of the full map", result.u_map / MICROMETRE, "µm",
                       remark="rms; the others are taken without any error of touching")  # fmt: skip
@@ -48,7 +56,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         f"{value_text(best.largest / MICROMETRE, 'µm')}",
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
-        pictures=(Picture("Errors left by corrections", lambda: plot_comparison(result, title)),),
+        pictures=(Picture("Errors left by corrections", lambda: comparison_view(result, title)),),
     )
 
 
@@ -88,8 +96,8 @@ def comparison_columns(result: Comparison) -> dict[str, npt.ArrayLike]:
     }
 
 
-def plot_comparison(result: Comparison, title: str = "") -> Figure:
-    """Errors that corrections leave: over the azimuth, and as bars.
+def comparison_view(result: Comparison, title: str = "") -> View:
+    """Errors that corrections leave: over the azimuth, and the largest in each place.
 
     Parameters
     ----------
@@ -98,37 +106,45 @@ def plot_comparison(result: Comparison, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
+        A correction has the same colour in all charts.
     """
-    figure = new_figure(12.0, 5.4, title or "Errors that corrections leave")
-    _draw_curves(figure.add_subplot(1, 2, 1), result)
-    _draw_bars(figure.add_subplot(1, 2, 2), result)
-    return figure
+    bars = tuple(_largest_chart(result, where) for where in _places(result))
+    return View(title or "Errors that corrections leave", (_curves_chart(result), *bars), 2)
 
 
-def _draw_curves(axes: Axes, result: Comparison) -> None:
-    """Errors on the equator over the azimuth."""
-    for i, name in enumerate(_CURVES):
-        axes.plot(result.azimuth_deg, result.curves[name] / MICROMETRE, lw=1.3,
-                  color=COLOURS[i % len(COLOURS)], label=name)  # fmt: skip
-    axes.set_xlabel("azimuth (°)")
-    axes.set_ylabel("correction less map, on the equator (µm)")
-    axes.set_xticks(range(0, 361, 60))
-    axes.axhline(0.0, color="0.6", lw=0.6)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8, frameon=False)
+def _curves_chart(result: Comparison) -> PlaneChart:
+    """Errors on the equator over the azimuth, and twice the uncertainty of the map."""
+    azimuth = result.azimuth_deg
+    marks: list[Mark] = [Rule(0.0)]
+    if result.u_map > 0.0:
+        band = np.full(len(azimuth), 2.0 * result.u_map / MICROMETRE)
+        marks.append(Area(azimuth, -band, band, "full map, ± 2 u", _COLOURS[_FULL], 0.3))
+    marks += [
+        LineMark(azimuth, result.curves[name] / MICROMETRE, name, _COLOURS[name])
+        for name in _CURVES
+    ]
+    return PlaneChart("errors left on the equator", azimuth_axis("machine"),
+                      Axis("correction less map", "µm"), tuple(marks))  # fmt: skip
 
 
-def _draw_bars(axes: Axes, result: Comparison) -> None:
-    """The largest error of each correction in each place."""
-    places = _places(result)
-    methods = list(dict.fromkeys(row.method for row in result.rows))
-    height = 0.8 / len(places)
-    for k, where in enumerate(places):
-        own = {row.method: row for row in result.rows if row.where == where}
-        at = np.arange(len(methods)) + (k - 0.5 * (len(places) - 1)) * height
-        values = [own[method].largest / MICROMETRE for method in methods]
-        axes.barh(at, values, height, color=COLOURS[k], label=_WHERE[where])
-    axes.set_yticks(range(len(methods)), methods)
-    axes.invert_yaxis()
-    axes.set_xlabel("largest error left (µm)")
-    axes.legend(loc="lower right", fontsize=8)
+def _largest_chart(result: Comparison, where: str) -> PlaneChart:
+    """The largest error of each correction in one place; of the map itself twice its u."""
+    rows = [row for row in result.rows if row.where == where]
+    known = result.u_map > 0.0
+    bars: list[Mark] = []
+    names: list[str] = []
+    for place, row in enumerate(rows):
+        length = row.largest / MICROMETRE
+        text = value_text(length, "µm")
+        name = row.method
+        if row.method == _FULL:
+            length = 2.0 * result.u_map / MICROMETRE
+            text = f"2 u = {value_text(length, 'µm')}" if known else "the reference, u not stated"
+        names.append(name)
+        bars.append(Bars(np.array([float(place)]), np.array([length]), "", _COLOURS[name],
+                         horizontal=True, texts=(text,)))  # fmt: skip
+    longest = max(row.largest for row in rows) / MICROMETRE
+    return PlaneChart(f"largest error {_WHERE[where] if where != 'all' else 'in all directions'}",
+                      Axis("largest error left", "µm", 0.0, 1.3 * longest or 1.0),
+                      Axis("", categories=tuple(names)), tuple(bars))  # fmt: skip

@@ -15,7 +15,7 @@ from pretravel.formats.point_files import write_points
 from pretravel.identification.kind_registry import KINDS
 from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, PolarChart, Rule, View
 from pretravel.report.colours import series
-from pretravel.report.comparison_report import comparison_document, plot_comparison
+from pretravel.report.comparison_report import comparison_document, comparison_view
 from pretravel.report.demonstration import (
     BEST,
     KindErrors,
@@ -93,7 +93,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
         "compare.png": Picture(
             "Errors that today's corrections would leave of this probe: over the azimuth on the "
             "equator, and the largest error over directions and on the part.",
-            lambda: plot_comparison(
+            lambda: comparison_view(
                 job.comparison, "Errors that corrections of today's controls leave"
             ),
         ),

@@ -83,10 +83,14 @@ def angles_deg(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(polar_angle(directions) / DEGREE), azimuth
 
 
-def azimuth_axis() -> Axis:
-    """The azimuth in the frame of the probe, all around."""
+def azimuth_axis(frame: str = "probe") -> Axis:
+    """The azimuth in the frame of the probe or the machine, all around.
+
+    >>> azimuth_axis("machine").text
+    'azimuth (0° = +X, 90° = +Y of the machine) / °'
+    """
     ticks = tuple(float(tick) for tick in range(0, 361, 45))
-    return Axis("azimuth (0° = +X, 90° = +Y of the probe)", "°", -5.0, 365.0, ticks=ticks)
+    return Axis(f"azimuth (0° = +X, 90° = +Y of the {frame})", "°", -5.0, 365.0, ticks=ticks)
 
 
 def labels_of(

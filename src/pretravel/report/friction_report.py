@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.report.chart import Axis, Bars, Dots, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.colours import Colour, series
+from pretravel.report.direction_charts import angles_deg, azimuth_axis, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, significant
-from pretravel.report.style import COLOURS, new_figure
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
@@ -44,7 +40,7 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
         ),
         tables=(_direction_table(cycle, quantities),),
         pictures=(
-            Picture("Touch and return, hysteresis and drift", lambda: plot_friction(cycle, title)),
+            Picture("Touch and return, hysteresis and drift", lambda: friction_view(cycle, title)),
         ),
     )
 
@@ -83,7 +79,7 @@ def _direction_table(
     )
 
 
-def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
+def friction_view(cycle: FrictionCycle, title: str = "") -> View:
     """Force over deflection, and hysteresis and drift in each direction.
 
     Parameters
@@ -93,54 +89,63 @@ def plot_friction(cycle: FrictionCycle, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(12.0, 5.2, title)
-    loops, bars = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
-    _draw_loops(loops, cycle)
-    _draw_bars(bars, cycle)
-    return figure
+    return View(title, (_loops_chart(cycle), _directions_chart(cycle)), 2)
 
 
-def _draw_loops(axes: Axes, cycle: FrictionCycle) -> None:
+def _loops_chart(cycle: FrictionCycle) -> PlaneChart:
     """Force over deflection in up to four directions that symmetry does not make alike."""
-    azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
-    polar = polar_angle(cycle.directions) / DEGREE
+    polar, azimuth = angles_deg(cycle.directions)
     _, different = np.unique(np.round(cycle.trigger_force[:, -1], 4), return_index=True)
     shown = different[np.unique(np.linspace(0, len(different) - 1, 4).astype(int))]
-    for colour, row in zip(COLOURS, shown, strict=False):
-        axes.plot(
-            cycle.deflection[row] / MICROMETRE,
-            cycle.force[row],
-            lw=1.2,
-            color=colour,
-            label=f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°",
-        )
-        opens = cycle.trigger_deflection[row] / MICROMETRE
-        axes.plot(opens, cycle.trigger_force[row], "o", ms=4, color=colour)
-    axes.set_xlabel("deflection along the normal / µm")
-    axes.set_ylabel("force on the tip / N")
-    axes.set_title("touch and return; dots: a seat opens", fontsize=10)
-    axes.legend(fontsize=8)
+    marks: list[Mark] = []
+    for index, row in enumerate(shown):
+        name = f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°"
+        marks.append(LineMark(cycle.deflection[row] / MICROMETRE, cycle.force[row], name,
+                              series(index), 1.2))  # fmt: skip
+        labels = tuple(f"{name}: touch {touch}, a seat opens"
+                       for touch in range(1, cycle.trigger_force.shape[1] + 1))  # fmt: skip
+        marks.append(Dots(cycle.trigger_deflection[row] / MICROMETRE, cycle.trigger_force[row], "",
+                          series(index), labels=labels))  # fmt: skip
+    return PlaneChart("touch and return", Axis("deflection along the normal", "µm"),
+                      Axis("force on the tip", "N", low=0.0), tuple(marks),
+                      note="Dots: a seat opens.")  # fmt: skip
 
 
-def _draw_bars(axes: Axes, cycle: FrictionCycle) -> None:
+def _directions_chart(cycle: FrictionCycle) -> PlaneChart:
     """Hysteresis and drift in each direction."""
-    azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
-    polar = polar_angle(cycle.directions) / DEGREE
-    rows, last = np.arange(len(azimuth)), cycle.trigger_force.shape[1] - 1
-    groups = (
-        (f"trigger hysteresis, touch {last + 1}", cycle.hysteresis[:, last]),
-        ("zero drift after touch 1", cycle.zero_drift[:, 0]),
-        (f"zero drift after touch {last + 1}", cycle.zero_drift[:, last]),
+    words = direction_words(cycle.directions)
+    rows, last = np.arange(len(words), dtype=np.float64), cycle.trigger_force.shape[1] - 1
+    groups: tuple[tuple[str, FloatArray, Colour], ...] = (
+        (f"trigger hysteresis, touch {last + 1}", cycle.hysteresis[:, last], "series1"),
+        ("zero drift after touch 1", cycle.zero_drift[:, 0], "series5"),
+        (f"zero drift after touch {last + 1}", cycle.zero_drift[:, last], "series4"),
     )
-    for place, (label, values) in enumerate(groups):
-        at = rows + 0.27 * (place - 1)
-        axes.bar(at, values / MICROMETRE, 0.27, color=COLOURS[place], label=label)
-    labels = [f"{p:.0f}/{a:.0f}" for p, a in zip(polar, azimuth, strict=True)]
-    axes.set_xticks(rows, labels, rotation=90, fontsize=7)
-    axes.set_xlabel("polar / azimuth in degrees")
-    axes.set_ylabel("µm")
-    axes.axhline(0.0, color="k", lw=0.6)
-    axes.margins(y=0.25)
-    axes.legend(fontsize=8)
+    if len(words) <= _MOST_BARS:
+        bars = tuple(
+            Bars(rows + 0.27 * (place - 1), values / MICROMETRE, name, colour, 0.25,
+                 horizontal=True)
+            for place, (name, values, colour) in enumerate(groups)
+        )  # fmt: skip
+        names = Axis("", categories=tuple(_short(word) for word in words))
+        return PlaneChart("hysteresis and drift", Axis("length", "µm"), names, bars)
+    azimuth = angles_deg(cycle.directions)[1]
+    dots = tuple(
+        Dots(azimuth, values / MICROMETRE, name, colour, labels=tuple(words))
+        for name, values, colour in groups
+    )
+    return PlaneChart("hysteresis and drift", azimuth_axis(), Axis("length", "µm"),
+                      (Rule(0.0), *dots))  # fmt: skip
+
+
+def _short(words: str) -> str:
+    """A direction with whole degrees where it has them.
+
+    >>> _short("polar 90.0°, azimuth 22.5°")
+    'polar 90°, azimuth 22.5°'
+    """
+    return words.replace(".0°", "°")
+
+
+_MOST_BARS = 16

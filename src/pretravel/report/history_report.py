@@ -5,20 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from datetime import datetime
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.formats.probe_history import Entry
+from pretravel.report.chart import (
+    Axis,
+    Bars,
+    Dots,
+    LineMark,
+    Mark,
+    PlaneChart,
+    Rule,
+    Symbol,
+    View,
+)
+from pretravel.report.colours import Colour, series
 from pretravel.report.document import Column, Document, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals
-from pretravel.report.style import COLOURS, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Document:
@@ -40,7 +46,7 @@ def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Doc
         title=title,
         verdict=f"{title}: {len(entries)} verifications, {changed} of them found a change",
         tables=(_verifications_table(entries),),
-        pictures=(Picture("Control chart", lambda: plot_history(entries, title)),),
+        pictures=(Picture("Control chart", lambda: history_view(entries, title)),),
     )
 
 
@@ -76,7 +82,7 @@ def history_columns(entries: Sequence[Entry]) -> dict[str, npt.ArrayLike]:
     return columns
 
 
-def plot_history(entries: Sequence[Entry], title: str = "") -> Figure:
+def history_view(entries: Sequence[Entry], title: str = "") -> View:
     """The control chart of a probe.
 
     Parameters
@@ -86,77 +92,102 @@ def plot_history(entries: Sequence[Entry], title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(9.0, 6.0, title or "History of a probe")
-    draw_chart(figure.add_subplot(2, 1, 1), figure.add_subplot(2, 1, 2), entries)
-    return figure
+    return View(title or "History of a probe", control_charts(entries), 1)
 
 
-def draw_chart(size_axes: Axes, test_axes: Axes, entries: Sequence[Entry]) -> None:
-    """Size over the verifications, with limits, and below it the tests, with theirs.
+def control_charts(entries: Sequence[Entry]) -> tuple[PlaneChart, ...]:
+    """Size over the verifications, with its limits, and the tests, with theirs.
 
     Parameters
     ----------
-    size_axes, test_axes : matplotlib Axes
     entries : sequence of Entry
         Those without a size are left out.
     """
     known = [entry for entry in entries if entry["size_um"] is not None]
     if not known:
-        size_axes.set_title("no verification has determined the size", fontsize=10)
-        return
-    number = np.arange(1, len(known) + 1)
-    _draw_sizes(size_axes, known, number)
-    _draw_tests(test_axes, known, number)
-    step = max(-(-len(known) // 6), 1)
-    dates = [f"{datetime.fromisoformat(str(entry['time'])):%Y-%m-%d\n%H:%M}" for entry in known]
-    for axes in (size_axes, test_axes):
-        axes.set_xticks(number[::step], dates[::step], fontsize=7)
-        axes.set_xlim(0.4, len(known) + 0.6)
-    size_axes.tick_params(labelbottom=False)
+        nothing = "no verification has determined the size"
+        return (PlaneChart(nothing, Axis("verification"), Axis("size less the map's", "µm"), ()),)
+    number = np.arange(len(known), dtype=np.float64)
+    return _sizes_chart(known, number), _tests_chart(known, number)
 
 
-def _draw_sizes(axes: Axes, entries: Sequence[Entry], number: npt.NDArray[np.int_]) -> None:
+def _time_axis(entries: Sequence[Entry]) -> Axis:
+    """Times of the verifications; of many only some are written."""
+    times = [datetime.fromisoformat(str(entry["time"])) for entry in entries]
+    form = "%Y-%m-%d" if len({time.date() for time in times}) > 1 else "%H:%M"
+    step = max(-(-len(entries) // 4), 1)
+    names = tuple(f"{time:{form}}" if i % step == 0 else "" for i, time in enumerate(times))
+    what = "verification (UTC)" if form != "%H:%M" else f"verification, {times[0]:%Y-%m-%d} (UTC)"
+    return Axis(what, "", -0.6, len(entries) - 0.4, names)
+
+
+def _labels(entries: Sequence[Entry]) -> tuple[str, ...]:
+    return tuple(
+        f"{str(entry['time'])[:16].replace('T', ' ')} UTC, map {entry['map']}, {entry['decision']}"
+        for entry in entries
+    )
+
+
+def _sizes_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
     """Size against that of the map, with three standard uncertainties."""
-    size = _values(entries, "size_um")
-    axes.errorbar(number, np.zeros(len(entries)), 3.0 * _values(entries, "u_size_um"), fmt="none",
-                  ecolor="0.8", elinewidth=6, label="± 3 u")  # fmt: skip
+    size, u = _values(entries, "size_um"), _values(entries, "u_size_um")
+    marks: list[Mark] = [Rule(0.0, "size of the map"),
+                         Bars(number, 6.0 * u, "± 3 u: no change is seen inside", "grid", 0.5,
+                              -3.0 * u)]  # fmt: skip
     maps = np.array([str(entry["map_id"]) for entry in entries])
     for own in dict.fromkeys(maps.tolist()):  # values of different maps are not joined
         rows = maps == own
-        axes.plot(number[rows], size[rows], "-", color=COLOURS[0], lw=1.0)
+        marks.append(LineMark(number[rows], size[rows], "", "reference", 1.0))
     changed = np.array([bool(entry["changed"]) for entry in entries])
-    for rows, mark, colour, name in (
-        (~changed, "o", COLOURS[0], "no change"),
-        (changed, "s", COLOURS[1], "changed"),
-    ):
-        if rows.any():
-            axes.plot(number[rows], size[rows], mark, ms=5, color=colour, label=name)
-    for i, entry in zip(number, entries, strict=True):
-        if str(entry["decision"]) != "kept":
-            axes.axvline(i + 0.5, color="0.4", lw=0.8, ls="--")
-    axes.axhline(0.0, color="0.5", lw=0.6)
-    axes.set_ylabel("size less the map's (µm)")
-    axes.set_title("control chart (dashed: a new map accepted)", fontsize=10)
-    axes.legend(fontsize=8)
+    labels = _labels(entries)
+    for rows, symbol, colour, name in _verdicts(changed):
+        at = np.flatnonzero(rows)
+        if len(at):
+            marks.append(Dots(number[at], size[at], name, colour, symbol=symbol, size=6.0,
+                              labels=tuple(labels[row] for row in at)))  # fmt: skip
+    accepted = [i for i, entry in enumerate(entries) if str(entry["decision"]) != "kept"]
+    marks += [
+        Rule(i + 0.5, "" if k else "a new map was accepted", "ink", upright=True)
+        for k, i in enumerate(accepted)
+    ]
+    return PlaneChart("size of the pretravel at each verification", _time_axis(entries),
+                      Axis("size less that of the map", "µm"), tuple(marks))  # fmt: skip
 
 
-def _draw_tests(axes: Axes, entries: Sequence[Entry], number: npt.NDArray[np.int_]) -> None:
-    """Each test against the limit of its own false-alarm rate: below one is a change."""
-    for column, name, mark in (
-        ("p_form", "size, amplitude, turn", "o"),
-        ("p_map", "all directions", "^"),
-        ("p_repeatability", "scatter", "v"),
-    ):
-        p = np.maximum(_values(entries, column), 1e-30)
-        share = 3.0 * p / _values(entries, "false_alarm_rate")
-        axes.plot(number, np.maximum(share, 1e-4), mark, ms=4, label=name)
-    axes.axhline(1.0, color=COLOURS[1], lw=1.0)
-    axes.set_yscale("log")
-    axes.set_ylim(5e-5, None)
-    axes.set_ylabel("p over its limit")
-    axes.legend(fontsize=7, ncols=3, loc="lower left")
+def _verdicts(
+    changed: npt.NDArray[np.bool_],
+) -> tuple[tuple[npt.NDArray[np.bool_], Symbol, Colour, str], ...]:
+    return (~changed, "dot", "after", "no change"), (changed, "diamond", "limit", "CHANGED")
+
+
+def _tests_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
+    """How probable differences as large are without a change: below the limit is a change."""
+    limit = 100.0 / 3.0 * _values(entries, "false_alarm_rate")  # three tests share the rate
+    marks: list[Mark] = [
+        LineMark(np.append(number[0] - 0.6, np.append(number, number[-1] + 0.6)),
+                 np.append(limit[0], np.append(limit, limit[-1])),
+                 "limit: below it the probe has CHANGED", "limit", dashed=True)
+    ]  # fmt: skip
+    labels = _labels(entries)
+    for index, (column, name, symbol) in enumerate(_TESTS):
+        percent = np.maximum(100.0 * _values(entries, column), _LEAST_PERCENT)
+        marks.append(Dots(number, percent, name, series((0, 4, 3)[index]), symbol=symbol,
+                          size=6.0 if index == 0 else 5.0, labels=labels))  # fmt: skip
+    return PlaneChart(
+        "how likely such differences are by chance", _time_axis(entries),
+        Axis("probability without a change", "%", 0.5 * _LEAST_PERCENT, 200.0, logarithmic=True),
+        tuple(marks), note=f"Smaller values are drawn at {_LEAST_PERCENT:g} %.",
+    )  # fmt: skip
+
+
+_LEAST_PERCENT = 1e-4
+_TESTS: tuple[tuple[str, str, Symbol], ...] = (
+    ("p_form", "size, amplitude, turn", "ring"),
+    ("p_map", "all directions", "diamond"),
+    ("p_repeatability", "scatter of repeats", "cross"),
+)
 
 
 def _values(entries: Sequence[Entry], column: str) -> FloatArray:

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.frames import probe_rotation
 from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import Identification
+from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, View
+from pretravel.report.direction_charts import angles_deg, chart_by_place, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals, significant
-from pretravel.report.style import new_figure, polar_axes
-from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from pretravel.units import MICROMETRE
 
 
 def identification_document(found: Identification, *, model: str, map_name: str = "") -> Document:
@@ -55,7 +49,7 @@ def identification_document(found: Identification, *, model: str, map_name: str 
         tables=(_numbers_table(found),),
         pictures=(
             Picture(
-                "Map less model over the directions", lambda: plot_identification(found, title)
+                "Map less model over the directions", lambda: identification_view(found, title)
             ),
         ),
         warnings=found.unknown,
@@ -75,8 +69,8 @@ def _numbers_table(found: Identification) -> Table:
     )
 
 
-def plot_identification(found: Identification, title: str = "") -> Figure:
-    """Map less model of the identified description, over the directions.
+def identification_view(found: Identification, title: str = "") -> View:
+    """Map less model of the identified description: by place, and over the polar angle.
 
     Parameters
     ----------
@@ -85,14 +79,18 @@ def plot_identification(found: Identification, title: str = "") -> Figure:
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(6.5, 5.5)
-    axes = polar_axes(figure, 1, 1, 1, title or "map less model (µm)")
-    inside = found.directions @ probe_rotation(found.probe.orientation.axis)
-    largest = max(float(np.abs(found.residuals).max()) / MICROMETRE, 1e-6)
-    dots = axes.scatter(azimuth_angle(inside), polar_angle(inside) / DEGREE, s=22,
-                        c=found.residuals / MICROMETRE, cmap="RdBu_r",
-                        vmin=-largest, vmax=largest)  # fmt: skip
-    figure.colorbar(dots, ax=axes, label="map less model (µm); radius: polar angle (°)", pad=0.1)
-    return figure
+    inside = found.directions @ found.probe.orientation.matrix
+    residuals = found.residuals / MICROMETRE
+    labels = tuple(direction_words(inside))
+    scale = Scale.of("map less model", "µm", residuals, signed=True)
+    by_place = chart_by_place(inside, residuals, scale, "map less model from above", labels=labels)
+    polar, azimuth = angles_deg(inside)
+    over = PlaneChart(
+        "map less model over the polar angle", Axis("polar angle (90° = wall)", "°"),
+        Axis("map less model", "µm"),
+        (Rule(0.0), Dots(polar, residuals, "", values=azimuth, labels=labels)),
+        Scale("azimuth", "°", 0.0, 360.0),
+    )  # fmt: skip
+    return View(title or "Map less model", (by_place, over), 2)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from pretravel.directions import azimuth_angle, describe, polar_angle
+from pretravel.directions import describe
 from pretravel.formats.probe_history import Entry
 from pretravel.qualification.change_causes import (
     CHANCE,
@@ -25,15 +25,17 @@ from pretravel.qualification.change_causes import (
 )
 from pretravel.qualification.change_tests import Change
 from pretravel.qualification.verification import Verification
+from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, View
+from pretravel.report.direction_charts import (
+    angles_deg,
+    azimuth_axis,
+    chart_by_place,
+    direction_words,
+)
 from pretravel.report.document import Document, KeyFigure, Picture
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
-from pretravel.report.history_report import draw_chart
-from pretravel.report.style import new_figure
+from pretravel.report.history_report import control_charts
 from pretravel.units import DEGREE, MICROMETRE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def verification_document(
@@ -78,7 +80,7 @@ def verification_document(
         pictures=(
             Picture(
                 "Differences, and the control chart" if entries else "Differences",
-                lambda: plot_verification(result, entries, title),
+                lambda: verification_view(result, entries, title),
             ),
         ),
         notes=_NOTES if keep else (),
@@ -230,10 +232,8 @@ def _cause_values(cause: LikelyCause) -> dict[str, Any]:
 _WITHOUT_SIZE = (STEADIER, UNKNOWN_CAUSE, CHANCE)
 
 
-def plot_verification(
-    result: Verification, entries: Sequence[Entry] = (), title: str = ""
-) -> Figure:
-    """Differences by direction, and the control chart where there is a history.
+def verification_view(result: Verification, entries: Sequence[Entry] = (), title: str = "") -> View:
+    """Differences by place and over the azimuth, and the control chart where there is a history.
 
     Parameters
     ----------
@@ -243,31 +243,24 @@ def plot_verification(
 
     Returns
     -------
-    matplotlib.figure.Figure
+    View
     """
-    figure = new_figure(12.0 if entries else 7.0, 5.0, title or "Verification")
-    if not entries:
-        _draw_differences(figure.add_subplot(1, 1, 1), result)
-        return figure
-    # One grid: axes of two different grids take no account of each other's colour bars.
-    grid = figure.add_gridspec(2, 2)
-    _draw_differences(figure.add_subplot(grid[:, 0]), result)
-    draw_chart(figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1]), entries)
-    return figure
-
-
-def _draw_differences(axes: Axes, result: Verification) -> None:
-    """Pretravel less map over the azimuth, in the colours of the polar angle."""
-    azimuth = azimuth_angle(result.directions) / DEGREE
-    polar = polar_angle(result.directions) / DEGREE
-    difference = result.differences / MICROMETRE
-    axes.errorbar(azimuth, difference, 2.0 * result.u_differences / MICROMETRE, fmt="none",
-                  ecolor="0.7", lw=0.8, zorder=1)  # fmt: skip
-    dots = axes.scatter(azimuth, difference, c=polar, cmap="viridis", s=22, zorder=2)
-    figure = axes.get_figure()
-    assert figure is not None
-    figure.colorbar(dots, ax=axes, label="polar angle (°)")
-    axes.axhline(0.0, color="0.5", lw=0.6)
-    axes.set_xlabel("azimuth (°)")
-    axes.set_ylabel("pretravel less map (µm), ± 2 u")
-    axes.set_title("changed" if result.changed else "no change", fontsize=10)
+    difference, u = result.differences / MICROMETRE, result.u_differences / MICROMETRE
+    polar, azimuth = angles_deg(result.directions)
+    labels = tuple(
+        f"{words}; {value_text(value, 'µm')}, u {value_text(own, 'µm')}"
+        for words, value, own in zip(
+            direction_words(result.directions), difference.tolist(), u.tolist(), strict=True
+        )
+    )
+    scale = Scale.of("pretravel less map", "µm", difference, signed=True)
+    words = "changed" if result.changed else "no change"
+    by_place = chart_by_place(result.directions, difference, scale, f"{words}: from above",
+                              labels=labels)  # fmt: skip
+    name = "mean of a direction, ± 2 u"
+    dots = Dots(azimuth, difference, name, "reference", polar, 2.0 * u, labels=labels)
+    over = PlaneChart(f"{words}: over the azimuth", azimuth_axis(),
+                      Axis("pretravel less map", "µm"), (Rule(0.0, "the map"), dots),
+                      Scale("polar angle", "°", 0.0, 90.0))  # fmt: skip
+    charts = control_charts(entries) if entries else ()
+    return View(title or "Verification", (by_place, over, *charts), 2)

@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.errors import InputError
 from pretravel.formats.probe_history import read_history
-from pretravel.report.history_report import history_document, plot_history
+from pretravel.report.history_report import history_document, history_view
 from tests.unit.formats.test_files_of_version_1 import FOLDER
 
 
@@ -64,4 +64,4 @@ def test_a_history_in_which_no_size_is_known(tmp_path: Path) -> None:
     path = _changed(tmp_path, "UPDATE verification SET size_um = NULL, u_size_um = NULL")
     entries = read_history(path)
     assert history_document(entries).verdict.startswith("History of a probe: 2 verifications")
-    assert plot_history(entries).axes[0].get_title().startswith("no verification has determined")
+    assert history_view(entries).charts[0].title.startswith("no verification has determined")

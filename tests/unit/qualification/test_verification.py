@@ -27,7 +27,8 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.verification import Verification, verify
-from pretravel.report.verification_report import plot_verification
+from pretravel.report.chart_files import drawn_figure
+from pretravel.report.verification_report import verification_view
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
@@ -258,16 +259,16 @@ class TestHistory:
         assert entries[1]["turn_deg"] == pytest.approx(results[1].turn.value / DEGREE)
 
     def test_the_chart_leaves_room_for_the_colour_bar(self, tmp_path: Path) -> None:
-        """No two of the four axes of the picture (with their labels) overlap."""
+        """No two of the six axes of the picture (with their labels) overlap."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         path = tmp_path / "probe.sqlite"
         result = check(touches(1))
         _write(path, result, 3)
-        figure = plot_verification(result, read_history(path))
+        figure = drawn_figure(verification_view(result, read_history(path)))
         FigureCanvasAgg(figure).draw()
         boxes = [axes.get_tightbbox() for axes in figure.axes]
-        assert len(boxes) == 4
+        assert len(boxes) == 6
         for one, two in combinations(boxes, 2):
             assert one is not None
             assert two is not None
