@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
@@ -28,7 +27,6 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
-from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
@@ -112,26 +110,22 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
-    from pretravel.compensation.compensation import apply
-    from pretravel.compensation.measured_sphere import measured_sphere
-    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.map_file import read_map
-    from pretravel.formats.standard_figures import standard_json
+    from pretravel.jobs.check import CheckSetup, check_probe
     from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome
-    from pretravel.laboratory.standards import CHECKS
-    from pretravel.qualification.own_touches import own_touches_warnings
-    from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.report.standards_report import standards_document
     from pretravel.units import MICROMETRE
 
     files, name = files_of_touches(touches)
     inputs = [*files, map_file, plan, lab]
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], inputs)
     statements = laboratory_statements(lab)
+    sphere = CalibratedSphere(
+        diameter,
+        None if u_diameter is None else u_diameter * MICROMETRE,
+        None if sphere_form is None else sphere_form * MICROMETRE,
+    )
     limits = _limits(form_limit, size_limit, repeat_limit)
-    _refuse_other_options(standard, limits, u_diameter)
-    if "size" in limits and tip_diameter is None and map_file is None:
-        raise PretravelError("--size-limit needs a size error: give --tip-diameter or --map")
+    setup = CheckSetup(standard, sphere, tip_diameter, axis, limits)
     options = reading_options(
         columns=columns,
         units=units,
@@ -142,43 +136,18 @@ def check(
         reference_diameter=diameter,
     )
     readings = read_and_show(files, options).in_machine_axes()
-    measured = readings.touches
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
-    result = CHECKS[standard](
-        measured,
-        CalibratedSphere(
-            diameter,
-            None if u_diameter is None else u_diameter * MICROMETRE,
-            None if sphere_form is None else sphere_form * MICROMETRE,
-        ),
-        tip_diameter=tip_diameter,
-        pretravel_map=pretravel_map,
-        axis=axis,
-        limits=limits,
-    )
-    warnings = [*readings.notes(), *_not_stated(result)]
-    sphere = None
-    if pretravel_map is not None:
-        sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
-        warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)
+    found = check_probe(readings, setup, pretravel_map)
+    lacking = _not_stated(found.result)
     left_out = statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
-    report = standards_document(
-        result, touches_name=name, sphere=sphere, warnings=[*warnings, *left_out]
-    )
-    report = with_laboratory(report, statements)
-    values = with_laboratory_values(standard_json(result, sphere, warnings), statements)
+    report = found.document(name, warnings=[*lacking, *left_out], statements=statements)
+    values = found.values(warnings=lacking, statements=statements)
     if output is not None:
-        _write(output, result, with_reading(report, readings), values)
+        _write(output, found.result, with_reading(report, readings), values)
     save_picture(report, plot)
     show(report, verbose=verbose)
-    if any(figure.outcome is LimitOutcome.EXCEEDS for figure in result.figures):
+    if any(figure.outcome is LimitOutcome.EXCEEDS for figure in found.result.figures):
         raise typer.Exit(ANSWER)
-
-
-_ON_ITS_OWN_TOUCHES = (
-    "on its own touches a map looks better than it is, because it follows a part of their "
-    "scatter. Check it on new touches"
-)
 
 
 def _not_stated(result: StandardCheck) -> list[str]:
@@ -208,16 +177,6 @@ def _limits(
         "repeatability": repeat_um,
     }
     return {name: limit * MICROMETRE for name, limit in limits.items() if limit is not None}
-
-
-def _refuse_other_options(
-    standard: str, limits: Mapping[str, float], u_diameter: float | None
-) -> None:
-    """Refuse limits of figures that a standard does not have."""
-    if standard == "iso10360-5" and "repeatability" in limits:
-        raise PretravelError("--repeat-limit is only for iso230-10; iso10360-5 has no repeats")
-    if standard == "iso230-10" and ("size" in limits or u_diameter is not None):
-        raise PretravelError("--size-limit and --u-diameter are only for iso10360-5")
 
 
 def _write(output: Path, result: StandardCheck, report: Document, values: dict[str, Any]) -> None:
