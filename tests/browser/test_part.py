@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +9,7 @@ import pytest
 
 from pretravel.jobs.example_data import example_folder
 from pretravel.workbench.screens.part_work import example_map
+from tests.browser.screens import data_lines, downloaded, drop, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -27,31 +24,15 @@ def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def drop(page: Any, purpose: str, path: Path) -> None:
-    page.set_input_files(f'.file-drop-input[data-url$="/part/{purpose}"]', str(path))
-
-
-def downloaded(page: Any, button: str, folder: Path) -> Path:
-    with page.expect_download() as waiting:
-        page.get_by_role("button", name=button, exact=True).click()
-    path = folder / waiting.value.suggested_filename
-    waiting.value.save_as(path)
-    return path
-
-
-def data_lines(path: Path) -> list[str]:
-    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
-
-
 def test_points_and_features_are_those_of_the_command_line(
     page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
 ) -> None:
     opened(page, f"{workbench.address}part")
     touches, part = EXAMPLES / "part_touches.csv", EXAMPLES / "part.step"
     for purpose, path in (("touches", touches), ("map", map_file), ("part", part)):
-        drop(page, purpose, path)
-    page.wait_for_selector("text=140 points")
-    page.wait_for_function("!document.querySelector('.live.stale')")
+        drop(page, "part", purpose, path)
+    page.wait_for_selector("text=from first contact to trigger")  # only with the part
+    settled(page)
     assert serious_problems(page) == []
     mine = downloaded(page, "points.csv", tmp_path)
     theirs = tmp_path / "by_command.csv"
@@ -71,18 +52,11 @@ def test_the_lines_that_it_shows_run(
     page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
 ) -> None:
     opened(page, f"{workbench.address}part")
-    drop(page, "touches", EXAMPLES / "part_touches.csv")
-    drop(page, "map", map_file)
+    drop(page, "part", "touches", EXAMPLES / "part_touches.csv")
+    drop(page, "part", "map", map_file)
     page.wait_for_selector("text=140 points")
-    command, python = (
-        block.get_attribute("data-copy") for block in page.locator(".copy-button").all()[:2]
-    )
-    for path in (EXAMPLES / "part_touches.csv", EXAMPLES / "part.step", map_file):
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    for words in ([sys.executable, "-m", *shlex.split(command)], [sys.executable, "-c", python]):
-        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
+    inputs = (EXAMPLES / "part_touches.csv", EXAMPLES / "part.step", map_file)
+    run_shown_lines(page, tmp_path, inputs)
     assert (tmp_path / "points.csv").exists()
 
 
@@ -90,9 +64,9 @@ def test_a_point_shows_its_budget_in_every_tab(
     page: Any, workbench: RunningWorkbench, map_file: Path
 ) -> None:
     opened(page, f"{workbench.address}part")
-    drop(page, "touches", EXAMPLES / "part_touches.csv")
-    drop(page, "map", map_file)
-    drop(page, "part", EXAMPLES / "part.step")
+    drop(page, "part", "touches", EXAMPLES / "part_touches.csv")
+    drop(page, "part", "map", map_file)
+    drop(page, "part", "part", EXAMPLES / "part.step")
     page.wait_for_selector("text=Budget of this point")
     page.get_by_label("Point", exact=True).click()
     page.get_by_role("option", name="3: 3", exact=True).click()

@@ -132,7 +132,10 @@ class TestStandards:
                 ["iso10360-5", SPHERE, "--diameter", 25, "--u-diameter", -1],
                 "greater than or equal to 0",
             ),
-            (["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1], "give the diameter of the tip, or a map (--tip-diameter"),
+            (
+                ["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1],
+                "or a map (--tip-diameter",
+            ),
             (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "only for iso10360-5"),
         ],
     )

@@ -1,12 +1,135 @@
-"""Metrologist: touches on a standard → figures, budget, certificate."""
+"""Metrologist: touches on a calibrated sphere → figures of a standard, budget, certificate."""
 
 from __future__ import annotations
 
-from pretravel.workbench.components.layout import note
-from pretravel.workbench.project import ScreenState
+import asyncio
+from functools import partial
+
+from nicegui import ui
+
+from pretravel.formats.csv_table import write_csv_table
+from pretravel.formats.standard_figures import standard_table
+from pretravel.whole_file import write_json
+from pretravel.workbench.components.document_view import document_view
+from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.fields import choice_field, number_field
+from pretravel.workbench.components.file_drop import file_drop
+from pretravel.workbench.components.layout import (
+    folded,
+    inputs_and_results,
+    live,
+    note,
+    panel,
+)
+from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.page_button import page_button
+from pretravel.workbench.components.same_elsewhere import same_elsewhere
+from pretravel.workbench.components.statements import statements_form
+from pretravel.workbench.project import ScreenState, StoredFile
+from pretravel.workbench.screens.metrologist_work import (
+    EXAMPLE,
+    SETTINGS,
+    CheckResult,
+    check_by_standard,
+    example_touches,
+)
+from pretravel.workbench.tasks import Task
+
+CHECK = Task(
+    "check",
+    check_by_standard,
+    "Determining the figures of the standard",
+    settings=SETTINGS,
+    files=("touches", "map"),
+    needs=("touches",),
+)
+STANDARDS = {
+    "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
+    "iso230-10": "ISO 230-10: 36 touches on the equator",
+}
 
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    del state
-    note("This screen is being made.")
+    with inputs_and_results() as (inputs, results):
+        with inputs:
+            _inputs(state)
+        with results:
+            outcome(
+                state,
+                CHECK,
+                lambda result: _show_result(state, result),
+                missing="Drop the touches on the sphere, in the pattern of the standard.",
+            )
+
+
+def _inputs(state: ScreenState) -> None:
+    choice_field(state, "standard", "Standard", STANDARDS, default="iso10360-5")
+    file_drop(state, "touches", "Touches on the calibrated sphere")
+    ui.button("Try it with example data", icon="school", on_click=partial(_fill, state)).props(
+        "no-caps flat"
+    )
+    with panel("Reference"):
+        number_field(
+            state, "diameter", "Diameter of the sphere", unit="mm", default=25.0,
+            limits=(0.1, 1000.0),
+        )  # fmt: skip
+        live([state.listen], partial(_only_sphere, state), key=partial(_standard, state))
+        number_field(
+            state, "sphere_form_um", "Form error of the sphere", unit="µm", limits=(0.0, 1e3)
+        )
+        number_field(state, "tip_diameter", "Diameter of the tip", unit="mm", limits=(0.01, 100.0))
+    with panel("Limits"):
+        number_field(state, "form_limit_um", "Form error", unit="µm", limits=(0.0, 1e6))
+        live([state.listen], partial(_other_limit, state), key=partial(_standard, state))
+    file_drop(
+        state, "map", "Map of the probe, to check the compensated touches",
+        endings=(".nc", ".csv", ".json"),
+    )  # fmt: skip
+    with folded("More settings"):
+        units = {"": "as the file states", "mm": "mm", "inch": "inch"}
+        choice_field(state, "units", "Unit of the touches", units, default="")
+    statements_form(state)
+
+
+def _standard(state: ScreenState) -> str:
+    return str(state.settings.get("standard", "iso10360-5"))
+
+
+def _only_sphere(state: ScreenState) -> None:
+    if _standard(state) == "iso10360-5":
+        number_field(state, "u_diameter_um", "u of the diameter", unit="µm", limits=(0.0, 1e3))
+
+
+def _other_limit(state: ScreenState) -> None:
+    if _standard(state) == "iso10360-5":
+        number_field(state, "size_limit_um", "Size error", unit="µm", limits=(0.0, 1e6))
+    else:
+        number_field(state, "repeat_limit_um", "Range of repeats", unit="µm", limits=(0.0, 1e6))
+
+
+async def _fill(state: ScreenState) -> None:
+    name, content = await asyncio.to_thread(example_touches, _standard(state))
+    for setting, value in EXAMPLE.items():
+        state.settings[setting] = value
+    state.files["map"] = ()
+    state.files["touches"] = (StoredFile(name, content),)
+
+
+def _show_result(state: ScreenState, result: CheckResult) -> None:
+    document_view(result.document)
+    with panel("To keep"), ui.element("div").classes("buttons"):
+        page_button(
+            state, CHECK, result.document, command=result.command, name="certificate.html",
+            label="Certificate (page)",
+        )  # fmt: skip
+        download_button(
+            "check.json", "check.json",
+            lambda path: write_json(path, result.checked.values(statements=result.statements)),
+        )  # fmt: skip
+        download_button(
+            "check.csv", "check.csv",
+            lambda path: write_csv_table(path, standard_table(result.checked.result)),
+        )  # fmt: skip
+    note("The definitions are recalled, not checked against the texts of the standards.")
+    same_elsewhere(result.command, result.python)

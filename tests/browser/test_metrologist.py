@@ -1,0 +1,73 @@
+"""The screen Metrologist: from touches to figures, equal to the command line's."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pretravel.workbench.screens.metrologist_work import example_touches
+from tests.browser.screens import downloaded, drop, run_shown_lines, settled
+from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
+from tests.support.commands import run
+
+
+@pytest.fixture
+def touches(tmp_path: Path) -> Path:
+    name, content = example_touches("iso10360-5")
+    path = tmp_path / name
+    path.write_bytes(content)
+    return path
+
+
+def test_the_figures_are_those_of_the_command_line(
+    page: Any, workbench: RunningWorkbench, touches: Path, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}metrologist")
+    drop(page, "metrologist", "touches", touches)
+    page.get_by_label("Diameter of the tip [mm]").fill("6")
+    page.get_by_label("Form error [µm]").fill("2")
+    page.get_by_label("Form error of the sphere [µm]").fill("0.13")
+    page.wait_for_selector("text=P_Size")
+    page.wait_for_selector("text=exceeds the limit")
+    page.wait_for_selector("text=0.065")  # µm: half the form error of the sphere
+    settled(page)
+    assert serious_problems(page) == []
+    mine = json.loads(downloaded(page, "check.json", tmp_path).read_text())
+    by_command = tmp_path / "by_command.json"
+    run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6, "--form-limit", 2,
+        "--sphere-form", 0.13, "-o", by_command, code=3)  # fmt: skip
+    theirs = json.loads(by_command.read_text())
+    assert mine == theirs
+    folder = tmp_path / "lines"
+    folder.mkdir()
+    run_shown_lines(page, folder, [touches])
+
+
+def test_a_certificate_states_the_laboratory(
+    page: Any, workbench: RunningWorkbench, touches: Path, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}metrologist")
+    drop(page, "metrologist", "touches", touches)
+    page.get_by_text("Laboratory, instrument, environment").first.click()
+    page.get_by_label("Name and address of the laboratory").fill("<b>North</b> laboratory")
+    settled(page)
+    page.get_by_role("button", name="Certificate (page)", exact=True).wait_for()
+    page.wait_for_timeout(600)  # the field waits for the end of the typing
+    settled(page)
+    text = downloaded(page, "Certificate (page)", tmp_path).read_text()
+    assert "&lt;b&gt;North&lt;/b&gt; laboratory" in text
+    assert "<b>North" not in text
+    assert touches.name in text
+
+
+def test_another_standard_has_other_limits(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}metrologist")
+    page.get_by_label("Standard").click()
+    page.get_by_role("option", name="ISO 230-10").click()
+    page.get_by_label("Range of repeats [µm]").wait_for()
+    page.get_by_role("button", name="Try it with example data").click()
+    page.wait_for_selector("text=ISO 230-10")
+    page.wait_for_selector(".verdict >> text=ISO 230-10")
