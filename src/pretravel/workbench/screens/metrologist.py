@@ -27,8 +27,8 @@ from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.components.statements import statements_form
 from pretravel.workbench.project import ScreenState, StoredFile
 from pretravel.workbench.screens.metrologist_work import (
-    EXAMPLE,
-    SETTINGS,
+    CHECK_SETTINGS,
+    EXAMPLE_SETTINGS,
     CheckResult,
     check_by_standard,
     example_touches,
@@ -39,7 +39,7 @@ CHECK = Task(
     "check",
     check_by_standard,
     "Determining the figures of the standard",
-    settings=SETTINGS,
+    settings=CHECK_SETTINGS,
     files=("touches", "map"),
     needs=("touches",),
 )
@@ -110,7 +110,7 @@ def _other_limit(state: ScreenState) -> None:
 
 async def _fill(state: ScreenState) -> None:
     name, content = await asyncio.to_thread(example_touches, _standard(state))
-    for setting, value in EXAMPLE.items():
+    for setting, value in EXAMPLE_SETTINGS.items():
         state.settings[setting] = value
     state.files["map"] = ()
     state.files["touches"] = (StoredFile(name, content),)

@@ -39,7 +39,7 @@ OPTIONS = {
     "sphere_form_um": "--sphere-form",
     "units": "--units",
 }
-SETTINGS = ("standard", *OPTIONS, *LIMITS, "statements")
+CHECK_SETTINGS = ("standard", *OPTIONS, *LIMITS, "statements")
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def _python(setup: CheckSetup, touches: str, map_name: str | None, options: Read
     )
 
 
-EXAMPLE = {"diameter": 25.0, "tip_diameter": 6.0, "form_limit_um": 8.0, "u_diameter_um": 0.2,
+EXAMPLE_SETTINGS = {"diameter": 25.0, "tip_diameter": 6.0, "form_limit_um": 8.0, "u_diameter_um": 0.2,
            "sphere_form_um": 0.13}  # fmt: skip
 
 

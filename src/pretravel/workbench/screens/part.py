@@ -48,7 +48,7 @@ from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState, StoredFile
 from pretravel.workbench.screens.part_work import (
     FEATURE_SETTINGS,
-    SETTINGS,
+    PART_SETTINGS,
     PartFeatures,
     PartResult,
     compensate_part,
@@ -61,7 +61,7 @@ COMPENSATION = Task(
     "compensate",
     compensate_part,
     "Compensating the touches",
-    settings=SETTINGS,
+    settings=PART_SETTINGS,
     files=("touches", "map", "part"),
     needs=("touches",),
     own_process=True,

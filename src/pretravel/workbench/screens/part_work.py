@@ -32,7 +32,7 @@ from pretravel.units import MICROMETRE
 from pretravel.whole_file import temporary_folder
 from pretravel.workbench.tasks import Inputs
 
-SETTINGS = ("probe", "units", "feed", "extrapolate")
+PART_SETTINGS = ("probe", "units", "feed", "extrapolate")
 FEATURE_SETTINGS = (
     "feature", "labels", "by_prefix", "lower", "upper", "form_tolerance", "u_machine_um",
 )  # fmt: skip
