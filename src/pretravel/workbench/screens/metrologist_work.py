@@ -169,8 +169,13 @@ def _python(setup: CheckSetup, touches: str, map_name: str | None, options: Read
     )
 
 
-EXAMPLE_SETTINGS = {"diameter": 25.0, "tip_diameter": 6.0, "form_limit_um": 8.0, "u_diameter_um": 0.2,
-           "sphere_form_um": 0.13}  # fmt: skip
+EXAMPLE_SETTINGS = {
+    "diameter": 25.0,
+    "tip_diameter": 6.0,
+    "form_limit_um": 8.0,
+    "u_diameter_um": 0.2,
+    "sphere_form_um": 0.13,
+}
 
 
 def example_touches(standard: str) -> tuple[str, bytes]:
