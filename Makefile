@@ -9,7 +9,7 @@ STAMP := .venv/.installed
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible format lint types contracts test hard benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test hard benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -23,9 +23,9 @@ $(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
 demo: $(STAMP)  ## run the main job on the example data and say where to look
 	$(BIN)/pretravel demo --output demo-output --force
 
-check: lint types contracts test  ## everything that must pass before a commit
+check: browser-if-possible lint types contracts test  ## everything that must pass before a commit
 
-check-all: linuxcnc-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
+check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
 	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 
@@ -54,6 +54,9 @@ linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linu
 
 linuxcnc-if-possible:
 	@examples/linuxcnc/install || echo "LinuxCNC cannot be installed here: tests on the real control are NOT run"
+
+browser-if-possible:
+	@tools/install_browser || echo "Chromium cannot be installed here: tests in a browser are NOT run"
 
 hard: $(STAMP)  ## 100,000 mutated files for each reader, interrupted commands: hours
 	$(SINGLE) $(BIN)/python -m tests.hard.run --processes $$(nproc)

@@ -8,6 +8,7 @@ import signal
 import sqlite3
 import tempfile
 import warnings
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
@@ -37,6 +38,8 @@ from pretravel.report.history_report import history_columns, history_document
 from pretravel.surface.cad.kernel_process import CadContent, understood
 from pretravel.surface.cad.part_file import read_part
 from pretravel.surface.cad.step_part import part_from_content
+from pretravel.workbench.project import Project, StoredFile
+from pretravel.workbench.project_file import project_bytes, project_of
 from tests.support.examples import EXAMPLES
 from tests.support.mutated_files import Reader, at_a_path
 from tests.support.stored_maps import map_of
@@ -51,6 +54,28 @@ def _maps() -> tuple[bytes, ...]:
     names = ("harmonic_with_delay", "mean", "physical_with_delay", "tabulated", "wozniak")
     earlier = [(MAPS / f"{name}.nc").read_bytes() for name in names]
     return (*earlier, *(dataset_content(map_dataset(map_of(content))) for content in earlier))
+
+
+def _project() -> bytes:
+    project = Project("Probe 7", "0123456789abcdef")
+    project.screen("engineer").settings.update({"diameter": 25.0, "excluded": [1, 2]})
+    for purpose, name in (("touches", "a.csv"), ("touches_before", "b.csv")):
+        project.screen("engineer").files[purpose] = (StoredFile(name, b"x_mm,y_mm\n1,2\n" * 20),)
+    return project_bytes(project)
+
+
+def _project_json() -> bytes:
+    with zipfile.ZipFile(io.BytesIO(_project())) as archive:
+        return archive.read("project.json")
+
+
+def _read_project_json(content: bytes) -> object:
+    """In an archive with the files of the sample."""
+    target = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(_project())) as whole, zipfile.ZipFile(target, "w") as changed:
+        for name in whole.namelist():
+            changed.writestr(name, content if name == "project.json" else whole.read(name))
+    return project_of(target.getvalue())
 
 
 def _read_map(path: Path) -> object:
@@ -220,6 +245,8 @@ BINARY_READERS: tuple[Reader, ...] = (
     Reader("parquet", _read_table, _tables(), binary=True),
     Reader("history", at_a_path(_read_history, "h.sqlite"), _history(), binary=True),
     Reader("kept_model", at_a_path(_read_kept_model, "reduced.npz"), _kept_model(), binary=True),
+    Reader("project", project_of, (_project(),), binary=True),
+    Reader("project_json", _read_project_json, (_project_json(),)),
     Reader("brep", _read_brep, (BREP.read_bytes(),)),
     Reader("step", at_a_path(read_part, "part.step"), ((EXAMPLES / "part.step").read_bytes(),)),
 )

@@ -25,6 +25,7 @@ from pretravel.workbench.project import (
     Project,
     SettingValue,
     StoredFile,
+    check_file_name,
 )
 
 PROJECT_ENDING = ".pretravel"
@@ -149,6 +150,8 @@ class _Entries:
 
     def content(self, name: str, largest: int) -> bytes:
         """An entry; what its header says of its size is not believed."""
+        if name not in self._archive.NameToInfo:
+            raise InputError(f"this project is damaged: it has no entry {name}", path=self._path)
         most = min(largest, self._left)
         with self._archive.open(name) as entry:
             content = entry.read(most + 1)
@@ -197,6 +200,8 @@ def _checked(stated: Mapping[str, Any], entries: _Entries) -> Project:
             state.settings[str(setting)] = value
         for purpose, files in content["files"].items():
             folder = f"files/{name}/{_checked_name(purpose)}"
+            for file in files:
+                check_file_name(file["name"])
             state.files[purpose] = tuple(
                 StoredFile(file["name"], entries.content(f"{folder}/{file['name']}", file["size"]))
                 for file in files

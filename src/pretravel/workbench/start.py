@@ -41,16 +41,17 @@ def start(
         The port is in use, or the project cannot be opened.
     """
     chosen = free_port(host, port)
-    # NiceGUI reads it when it is imported; nothing is stored there.
-    os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
     from pretravel.workbench.access import Access
-    from pretravel.workbench.server import serve
     from pretravel.workbench.session import SESSION
 
     access = Access.of(host)
     shown = f"[{host}]" if ":" in host else {"0.0.0.0": socket.gethostname()}.get(host, host)
     address = f"http://{shown}:{chosen}/"
     SESSION.start(project, address)
+    # NiceGUI reads it when it is imported; nothing is stored there.
+    os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
+    from pretravel.workbench.server import serve
+
     page = f"?token={access.token}" if access.token else ""
 
     def listening() -> None:

@@ -1,0 +1,129 @@
+"""Start and end of ``pretravel app``, and what strangers get; without a browser."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from pretravel.workbench.project import Project, StoredFile
+from pretravel.workbench.project_file import project_bytes, read_project, write_project
+from tests.browser.workbench_server import RunningWorkbench, running_workbench
+from tests.support.commands import run
+
+OURS = {"X-Pretravel": "upload"}
+
+
+def answer(
+    address: str, headers: dict[str, str] | None = None, data: bytes | None = None
+) -> tuple[int, str]:
+    request = urllib.request.Request(address, data=data, headers=headers or {})
+    try:
+        with urllib.request.urlopen(request, timeout=20) as found:
+            return found.status, found.read().decode()
+    except urllib.error.HTTPError as error:
+        with error:
+            return error.code, error.read().decode()
+
+
+def started_again(workbench: RunningWorkbench) -> str:
+    """End it with Ctrl-C; what it has said."""
+    assert workbench.interrupt() == 0
+    assert workbench.process.stdout is not None
+    return workbench.process.stdout.read()
+
+
+def test_it_ends_cleanly_and_shows_the_project_again(tmp_path: Path) -> None:
+    sent = Project("From a colleague", "0123456789abcdef")
+    sent.screen("engineer").settings["diameter"] = 25.0
+    sent.screen("engineer").files["touches"] = (StoredFile("a.csv", b"x_mm"),)
+    with running_workbench(tmp_path) as workbench:
+        port = urlsplit(workbench.address).port
+        assert answer(f"{workbench.address}project/open?name=a.zip", OURS, b"PK no")[0] == 422
+        to = f"{workbench.address}project/open?name=p.pretravel"
+        assert answer(to, OURS, project_bytes(sent)) == (200, '{"error":""}')
+        other = run("app", "--no-browser", "--port", str(port), code=2)
+        assert f"port {port}: Address already in use. Is another workbench running" in other
+        said = started_again(workbench)
+        assert "Traceback" not in said
+        assert "Could not" not in said
+    with running_workbench(tmp_path) as workbench:
+        assert "From a colleague" in answer(workbench.address)[1]
+        (path,) = (tmp_path / "pretravel" / "projects").glob("0123*.pretravel")
+        found = read_project(path).screen("engineer")
+        assert found.settings["diameter"] == 25.0
+        assert found.files["touches"][0].content == b"x_mm"
+        # The same file in a second workbench would lose the changes of one of them.
+        second = run("app", str(path), "--no-browser", "--port", "0", code=2)
+        assert f"is open in another workbench, at {workbench.address}" in second
+
+
+def test_a_named_project_is_opened_and_made(tmp_path: Path) -> None:
+    path = tmp_path / "Probe 7.pretravel"
+    write_project(path, Project("Probe of machine 3"))
+    with running_workbench(tmp_path, str(path)) as workbench:
+        assert "Probe of machine 3" in answer(workbench.address)[1]
+    (tmp_path / "no.pretravel").write_bytes(b"x_mm")
+    refused = run("app", str(tmp_path / "no.pretravel"), "--no-browser", code=2)
+    assert "this is no project of pretravel" in refused
+    missing = run("app", str(tmp_path / "none" / "a.pretravel"), "--no-browser", code=2)
+    assert "does not exist" in missing
+
+
+def test_other_computers_need_the_token(tmp_path: Path) -> None:
+    with running_workbench(tmp_path, "--host", "0.0.0.0") as workbench:
+        parts = urlsplit(workbench.address)
+        assert parts.query.startswith("token=")
+        base = f"http://127.0.0.1:{parts.port}/"
+        code, text = answer(base)
+        assert code == 403
+        assert "with its token" in text
+        assert answer(f"{base}static/0.1.0/workbench.js")[0] == 403
+        assert answer(f"{base}_nicegui_ws/socket.io/?EIO=4&transport=polling")[0] == 403
+        cookie = {"Cookie": f"pretravel_{parts.port}={parts.query.removeprefix('token=')}"}
+        assert answer(base, cookie)[0] == 200
+
+
+def test_strangers_on_loopback_get_nothing(tmp_path: Path) -> None:
+    with running_workbench(tmp_path) as workbench:
+        socket_io = f"{workbench.address}_nicegui_ws/socket.io/?EIO=4&transport=polling"
+        assert answer(workbench.address, {"Host": "evil.example"})[0] == 421
+        assert answer(socket_io, {"Origin": "http://evil.example"})[0] == 403
+        assert answer(socket_io)[0] == 200
+        upload = f"{workbench.address}upload/engineer/touches?name=a.csv"
+        assert answer(upload, {}, b"1")[0] == 403
+        code, text = answer(upload, OURS, b"1")  # no page has opened this place
+        assert code == 422
+        assert "load this page again" in json.loads(text)["error"]
+
+
+def test_a_port_is_chosen_when_the_usual_one_is_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    from pretravel.workbench import start
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        usual = taken.getsockname()[1]
+        monkeypatch.setattr(start, "USUAL_PORT", usual)
+        assert start.free_port("127.0.0.1", None) != usual
+
+
+def test_importing_pretravel_imports_nothing_of_the_workbench() -> None:
+    """Nor do the other commands."""
+    program = (
+        "import sys, pretravel.cli.main; "
+        "print([m for m in sys.modules if m.partition('.')[0] in "
+        "('nicegui', 'fastapi', 'starlette', 'uvicorn', 'plotly', 'platformdirs')"
+        " or m.startswith('pretravel.workbench')])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
