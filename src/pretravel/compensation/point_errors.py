@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -15,7 +14,6 @@ from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Correlation, Covariance
-from pretravel.uncertainty.gum import Budget, Component
 from pretravel.units import delay_travel
 
 REPEATABILITY = "repeatability"
@@ -75,33 +73,6 @@ class PointErrors:
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
         return np.asarray(found)
-
-    def budget(self, row: int, u_map: float) -> Budget:
-        """The sources of error of one point, along its normal.
-
-        Parameters
-        ----------
-        row : int
-            Of the point.
-        u_map : float
-            Standard uncertainty of the map along its normal. [mm]
-
-        Returns
-        -------
-        Budget
-            Its combined standard uncertainty is that of the point. [mm]
-        """
-        closing = float(abs(self.closing[row]))
-        of_map = math.sqrt(max(u_map**2 - float(self.by_delay[row]) ** 2, 0.0))
-        found = self.pretravel_map
-        sources = (
-            Component(REPEATABILITY, "A", found.repeatability, closing),
-            Component("fixed scatter", "A", found.fixed_scatter, closing),
-            Component("map", "A", of_map),
-            Component("tip radius", "B", found.u_tip_radius),
-            Component("signal delay", "B", float(abs(self.delay_along_approach[row])), closing),
-        )
-        return Budget(tuple(source for source in sources if source.standard_uncertainty > 0.0))
 
     def along_normals(self) -> dict[str, Covariance]:
         """Covariance of all points along their normals, source by source. [mm²]"""
@@ -284,40 +255,6 @@ def point_sources(
     ['map', 'repeatability', 'tip radius']
     """
     return errors_of_points(touches, points.normals, pretravel_map).along_normals()
-
-
-def point_budget(touches: Touches, points: Points, pretravel_map: PretravelMap, row: int) -> Budget:
-    """The uncertainty budget of one compensated point, along its normal.
-
-    Parameters
-    ----------
-    touches : Touches
-    points : Points
-        The same touches, compensated with the map.
-    pretravel_map : PretravelMap
-    row : int
-        Of the point.
-
-    Returns
-    -------
-    Budget
-        Its combined standard uncertainty is that of the point. [mm]
-
-    >>> from pretravel.compensation.compensation import apply
-    >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.kinds.mean import MeanBasis
-    >>> from pretravel.uncertainty.covariance import Covariance
-    >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1.6e-7]),
-    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
-    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
-    >>> budget = point_budget(touches, apply(touches, mean), mean, 0)
-    >>> [source.name for source in budget.components], round(budget.combined, 6)
-    (['repeatability', 'map'], 0.0005)
-    """
-    errors = errors_of_points(touches, points.normals, pretravel_map)
-    u_map = float(pretravel_map.standard_uncertainty(points.normals[row : row + 1])[0])
-    return errors.budget(row, u_map)
 
 
 def total_covariance(sources: Mapping[str, Covariance]) -> Covariance:

@@ -9,7 +9,6 @@ from pretravel.compensation.compensation import apply
 from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
 from pretravel.compensation.point_errors import (
     map_by_trials,
-    point_budget,
     point_sources,
     points_by_trials,
     total_covariance,
@@ -55,15 +54,6 @@ def test_points_with_their_covariance(made: PretravelMap) -> None:
         found = np.cov(trials[:, i], rowvar=False)
         scale = np.trace(points.covariance[i])
         assert found == pytest.approx(points.covariance[i], abs=0.03 * scale)
-
-
-def test_the_budget_of_a_point_has_its_uncertainty(made: PretravelMap) -> None:
-    n = sphere_pattern_25()
-    touches = Touches(n * 15.49, n, approaches=unit(-n + 0.3 * np.roll(n, 1, axis=1)))
-    points = apply(touches, made)
-    for row in (0, 7, 20):
-        budget = point_budget(touches, points, made, row)
-        assert budget.combined == pytest.approx(points.standard_uncertainty[row], rel=1e-9)
 
 
 def test_points_share_what_they_share(made: PretravelMap) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.compensation.contact_slide import contact_slide
-from pretravel.compensation.point_errors import point_budget
+from pretravel.compensation.point_budget import point_budget
+from pretravel.compensation.point_errors import errors_of_points
 from pretravel.errors import PretravelError
 from pretravel.features.tolerances import FeatureTolerances, InspectedFeature
 from pretravel.formats.file_format import ReadingOptions
@@ -66,7 +67,7 @@ class PartResult:
         """The uncertainty budget of a point. [mm]"""
         found = self.compensated
         seen = found.pretravel_map.seen_from(found.readings.placement)
-        return point_budget(found.touches, found.points, seen, row)
+        return point_budget(errors_of_points(found.touches, found.points.normals, seen), row)
 
     def command(self, output: str = "points.csv") -> str:
         """The command that writes the same points."""
