@@ -113,7 +113,7 @@ def refuse_files_of_others(paths: Iterable[Path]) -> None:
             f"pretravel {min(found)} made it"
             if found
             else "it is not known that pretravel made it as it is now: it was written or changed "
-            "by hand, by another program or on another computer"
+            "by hand, by another program or user, or on another computer"
         )
         raise PretravelError(
             f"cannot write {_as_typed(path)}: the file exists, and {reason}. Choose another name; "
