@@ -8,6 +8,7 @@ export default {
   props: { options: Object, colours: Object },
   async mounted() {
     const { Plotly } = await import("nicegui-plotly");
+    if (!this.options.data) return; // only loaded ahead
     this.Plotly = Plotly;
     await this.draw();
     for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));

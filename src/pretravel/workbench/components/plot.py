@@ -40,3 +40,8 @@ def plot(figure: dict[str, Any], description: str) -> ColouredPlot:
     with ui.element("figure").classes("plot") as frame:
         frame.props["aria-label"] = description
         return ColouredPlot(figure).classes("plot-area")
+
+
+def load_plots_ahead() -> None:
+    """Let the browser load the script of pictures before the first picture is there."""
+    ColouredPlot({}).classes("hidden-loader").props('aria-hidden="true"')

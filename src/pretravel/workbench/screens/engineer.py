@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from pretravel.workbench.components.examples import example_button
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import inputs_and_results, panel
+from pretravel.workbench.components.plot import load_plots_ahead
 from pretravel.workbench.project import ScreenState, SettingValue
 from pretravel.workbench.screens.engineer_control import control_panel
 from pretravel.workbench.screens.engineer_inputs import reference_panel, understood
 from pretravel.workbench.screens.engineer_next import next_step
 from pretravel.workbench.screens.engineer_results import results
 from pretravel.workbench.screens.engineer_settings import DEFAULTS
+from pretravel.workbench.screens.engineer_work import load_ahead
 
 EXAMPLE: Mapping[str, SettingValue] = {**DEFAULTS, "diameter": 24.9987, "tip_diameter": 6.0}
 """Settings that belong to the example data."""
@@ -20,6 +22,8 @@ EXAMPLE: Mapping[str, SettingValue] = {**DEFAULTS, "diameter": 24.9987, "tip_dia
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
+    load_ahead()
+    load_plots_ahead()
     next_step(state)
     with inputs_and_results() as (left, right):
         with left:

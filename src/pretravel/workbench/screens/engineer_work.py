@@ -6,6 +6,8 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 from datetime import date
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -108,6 +110,15 @@ class FitResult:
 
         report = self.qualified.document(self.name, excluded=self.settings.left_out, saved=saved)
         return with_reading_note(report, self.qualified.readings)
+
+
+@cache
+def load_ahead() -> None:
+    """Load what the first file needs, once and beside, while the user looks for the file."""
+    names = ("look", "qualify", "compare", "export", "compensate")
+    threading.Thread(
+        target=lambda: [import_module(f"pretravel.jobs.{name}") for name in names], daemon=True
+    ).start()
 
 
 def _settings_of(inputs: Inputs) -> EngineerSettings:

@@ -1,0 +1,160 @@
+"""The screen Engineer: from dropped touches to values for the control, as the commands give."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pretravel.formats.map_file import read_map
+from pretravel.jobs.example_data import example_folder
+from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
+from tests.support.commands import run
+
+SPHERE = example_folder() / "sphere_touches.csv"
+DIAMETERS = ("--diameter", "24.9987", "--tip-diameter", "6")
+
+
+def drop(page: Any, content: bytes, name: str = "sphere.csv") -> None:
+    page.set_input_files(
+        '.file-drop-input[data-url$="/engineer/touches"]',
+        {"name": name, "mimeType": "text/csv", "buffer": content},
+    )
+
+
+def state_diameters(page: Any) -> None:
+    page.get_by_label("Diameter of the reference [mm]").fill("24.9987")
+    page.get_by_label("Diameter of the tip [mm]").fill("6")
+
+
+def downloaded(page: Any, button: str, folder: Path) -> Path:
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name=button, exact=True).click()
+    path = folder / waiting.value.suggested_filename
+    waiting.value.save_as(path)
+    return path
+
+
+def choose_control(page: Any, name: str) -> None:
+    page.get_by_label("Your control").click()
+    page.get_by_role("option", name=name, exact=True).click()
+
+
+def step(page: Any, words: str) -> None:
+    page.wait_for_selector(f'.next-step:has-text("{words}")')
+
+
+def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    """The page names each next step; map and files of the control are those of the commands."""
+    opened(page, f"{workbench.address}engineer")
+    step(page, "Drop the file")
+    page.wait_for_timeout(1500)  # somebody looks for a file
+    begun = time.monotonic()
+    drop(page, SPHERE.read_bytes())
+    page.wait_for_selector(".plot-area canvas", timeout=30_000)
+    sys.stdout.write(f"first picture after {time.monotonic() - begun:.2f} s\n")
+    step(page, "Type the diameter of the reference")
+    page.get_by_label("Diameter of the reference [mm]").fill("24.9987")
+    step(page, "Type the diameter of the tip")
+    page.get_by_label("Diameter of the tip [mm]").fill("6")
+    step(page, "Choose your control")
+    page.wait_for_selector("text=eight radii up to 7.2 µm, the full map 0.3 µm")
+    choose_control(page, "Fanuc (macro programs)")
+    step(page, "Download the values")
+    archive = downloaded(page, "Download fanuc.zip", tmp_path)
+    page.get_by_text("Map and report", exact=True).click()
+    mine = downloaded(page, "Map (to use)", tmp_path)
+    assert serious_problems(page) == []
+
+    touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.nc"
+    touches.write_bytes(SPHERE.read_bytes())
+    run("qualify", touches, *DIAMETERS, "-o", theirs)
+    assert np.array_equal(read_map(mine).coefficients, read_map(theirs).coefficients)
+    assert np.array_equal(read_map(mine).covariance.matrix, read_map(theirs).covariance.matrix)
+    run("export", theirs, "--to", "fanuc", "-o", tmp_path / "fanuc")
+    with zipfile.ZipFile(archive) as files:
+        content = {name: files.read(name) for name in files.namelist()}
+    assert content == {path.name: path.read_bytes() for path in (tmp_path / "fanuc").iterdir()}
+
+
+def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    """Touch 10 is on line 10; a gross error of 50 µm there is named, and left out by a click."""
+    lines = SPHERE.read_text().splitlines()
+    cells = lines[9].split(",")
+    cells[2] = f"{float(cells[2]) + 0.05:.6f}"
+    lines[9] = ",".join(cells)
+    text = "\n".join(lines) + "\n"
+    opened(page, f"{workbench.address}engineer")
+    drop(page, text.encode())
+    state_diameters(page)
+    bad = page.get_by_role("row").filter(has=page.get_by_label("Use touch 10", exact=True))
+    page.wait_for_selector('tr:has-text("outlier")')
+    assert "outlier" in bad.inner_text()
+    page.get_by_label("Use touch 10", exact=True).click()
+    page.wait_for_selector("text=You left out 1 of 75 touches")
+    other = page.context.new_page()
+    opened(other, f"{workbench.address}engineer")
+    other.wait_for_selector("text=You left out 1 of 75 touches")
+    assert not other.get_by_label("Use touch 10", exact=True).is_checked()
+    command, python = (
+        block.get_attribute("data-copy") for block in other.locator(".copy-button").all()[:2]
+    )
+    (tmp_path / "sphere.csv").write_text(text)
+    run_lines(command, python, tmp_path)
+    mine = read_map(downloaded_map(other, tmp_path))
+    assert np.array_equal(mine.coefficients, read_map(tmp_path / "map.nc").coefficients)
+    other.get_by_role("button", name="Use all touches again").click()
+    page.wait_for_selector("text=Untick it below")
+    assert page.get_by_label("Use touch 10", exact=True).is_checked()
+
+
+def downloaded_map(page: Any, folder: Path) -> Path:
+    page.get_by_text("Map and report", exact=True).click()
+    (folder / "mine").mkdir()
+    return downloaded(page, "Map (to use)", folder / "mine")
+
+
+def run_lines(commands: str, python: str, folder: Path) -> None:
+    """The lines that the page shows; both make the same map."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    first = commands.splitlines()[0]
+    maps = []
+    for words in ([sys.executable, "-c", python], [sys.executable, "-m", *shlex.split(first)]):
+        (folder / "map.nc").unlink(missing_ok=True)
+        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        maps.append(read_map(folder / "map.nc").coefficients)
+    assert np.array_equal(*maps)
+
+
+@pytest.mark.parametrize("label", ["<img src=x onerror=alert(1)>"])
+def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
+    page: Any, workbench: RunningWorkbench, label: str
+) -> None:
+    rows = [line.split(",") for line in SPHERE.read_text().splitlines()[1:]]
+    names = [label, *(f"p{i}" for i in range(1, len(rows)))]
+    text = "Point;X;Y;Z;I;J;K\n" + "\n".join(
+        ";".join([name, *(cell.replace(".", ",") for cell in row)])
+        for name, row in zip(names, rows, strict=True)
+    )
+    opened(page, f"{workbench.address}engineer")
+    drop(page, text.encode(), "shop.csv")
+    page.wait_for_selector("text=In which unit are the lengths")
+    page.get_by_role("button", name="Millimetres", exact=True).click()
+    page.wait_for_selector("text=mm (stated)")
+    state_diameters(page)
+    page.wait_for_selector("text=the full map 0.3 µm")
+    page.get_by_label(f"Use touch {label}", exact=True).wait_for()
+    assert page.locator("main img").count() == page.locator("main .picture img").count()
