@@ -137,7 +137,7 @@ def _top_view(chart: TopView, figure: Figure, cell: tuple[int, int, int]) -> Non
     axes.set_ylim(0.0, float(chart.polar_deg.max()))
     axes.set_axisbelow(False)
     rings = rings_to(float(chart.polar_deg.max()))
-    axes.set_yticks(rings, [f"{ring:.4g}°" for ring in rings])
+    axes.set_yticks(rings, [f"{ring:.3g}°" for ring in rings])
     axes.set_rlabel_position(112.0)
     _on_paper(axes)
     axes.grid(color="w", alpha=0.35, lw=0.5)

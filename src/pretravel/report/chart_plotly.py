@@ -108,6 +108,8 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
         "autosize": True,
     }
     figure["layout"] = layout | figure["layout"]
+    if chart.note:
+        _add_note(figure["layout"], chart.note)
     names = [str(trace["name"]) for trace in figure["data"] if trace.get("showlegend")]
     rows = math.ceil(sum(len(name) + 8 for name in names) / _LEGEND_SIGNS)
     bottom = figure["layout"]["margin"]["b"] + _LEGEND_ROW * max(rows - 1, 0)
@@ -167,6 +169,13 @@ def plotly_script_gzip() -> bytes:
 def _text(text: str) -> str:
     """Text that Plotly shows as it is: it reads some HTML."""
     return html.escape(text, quote=False).replace("\n", "<br>")
+
+
+def _add_note(layout: dict[str, Any], note: str) -> None:
+    """A line of smaller words below the title, with room for it."""
+    small = f"<span style='font-size:12px'>{_text(note)}</span>"
+    layout["title"] = layout["title"] | {"text": f"{layout['title']['text']}<br>{small}"}
+    layout["margin"] = layout["margin"] | {"t": layout["margin"]["t"] + 18}
 
 
 def _heading(chart: Chart) -> str:
@@ -496,7 +505,7 @@ def _compass_notes(largest: float) -> list[dict[str, Any]]:
     for ring in rings_to(largest):
         turn = math.radians(112.0)
         x, y = ring * math.cos(turn), ring * math.sin(turn)
-        notes.append({"x": x, "y": y, "text": f"{ring:.4g}°", "showarrow": False,
+        notes.append({"x": x, "y": y, "text": f"{ring:.3g}°", "showarrow": False,
                       "bgcolor": "@paper", "opacity": 0.85, "font": {"size": 11}})  # fmt: skip
     return notes
 

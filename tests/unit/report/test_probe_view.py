@@ -20,6 +20,7 @@ from pretravel.report.chart import (
     SpaceChart,
     SpaceMesh,
 )
+from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.prediction_view import levels_around, prediction_view
 from pretravel.report.probe_view import ball_centers, probe_view, space_chart
 from pretravel.report.solid_meshes import cylinder_mesh, sphere_mesh
@@ -78,6 +79,15 @@ def test_a_hub_is_named_rigid_only_where_it_is_not_described() -> None:
     side = probe_view(bare).charts[1]
     assert isinstance(side, PlaneChart)
     assert any(isinstance(mark, Note) and "no shape" in mark.text for mark in side.marks)
+
+
+def test_a_page_shows_the_note_of_a_chart() -> None:
+    """As text: a part's file may have any name."""
+    chart = replace(space_chart(replace(load_probe("omp40-2"), hub=None)), note="rigid <b>")
+    layout = plotly_figure(chart)["layout"]
+    assert "rigid &lt;b&gt;" in layout["title"]["text"]
+    plain = plotly_figure(replace(chart, note=""))["layout"]
+    assert layout["margin"]["t"] > plain["margin"]["t"]
 
 
 def test_words_beside_short_pieces_do_not_overlap() -> None:
