@@ -48,8 +48,9 @@ from pretravel.report.style import ignore_settings_of_folder
 app = typer.Typer(
     name="pretravel",
     help="Predict, calibrate and compensate the pretravel of touch-trigger probes."
-    "\n\nThe first path: demo shows a result; convert FILE shows how your file of touches is read; "
-    "then qualify (touches on a sphere), compensate and measure (touches on a part).",
+    "\n\nThe first path: demo shows a result, app opens the workbench. Here: convert FILE shows "
+    "how your file of touches is read; then qualify (touches on a sphere), compensate and measure "
+    "(touches on a part).",
     epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
     f"\n\nExit codes: 0 done; {FAULT} a fault, with a message; {ANSWER} an answer to notice: "
     f"changed (verify), does not conform (check, measure); {INTERRUPTED} interrupted.",
