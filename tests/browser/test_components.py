@@ -164,12 +164,31 @@ def test_files_are_chosen_and_tables_sorted_with_the_keyboard(screen: Any) -> No
             break
     screen.keyboard.press("Enter")
     screen.wait_for_selector("td >> text=d.txt")
-    heading = screen.get_by_role("button", name="lines")
+    heading = screen.get_by_role("button", name="lines", exact=True)
     for order in ("ascending", "descending"):
         heading.press("Enter")
-        numbers = [float(t) for t in screen.locator("td:nth-child(2)").all_inner_texts()]
-        assert screen.locator("th[aria-sort]").get_attribute("aria-sort") == order
+        numbers = [float(t) for t in screen.locator(".document td:nth-child(2)").all_inner_texts()]
+        assert screen.locator(".document th[aria-sort]").get_attribute("aria-sort") == order
         assert numbers == sorted(numbers, reverse=order == "descending")
+
+
+def test_a_long_table_is_shown_in_parts_and_sorted_as_a_whole(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    opened(page, f"{workbench.address}components")
+    table = page.locator(".data-table", has=page.get_by_role("region", name="Long table"))
+    cells = table.locator("td:nth-child(1)")
+    assert cells.count() == 100
+    assert table.locator("[role=status]").inner_text() == "Rows 1 to 100 of 1050"
+    table.get_by_role("button", name="row").click()
+    table.get_by_role("button", name="row").click()
+    assert cells.first.inner_text() == "1049"
+    for _ in range(10):
+        table.get_by_role("button", name="Later").click()
+    assert cells.count() == 50
+    assert cells.last.inner_text() == "0"
+    table.get_by_role("button", name="value").click()
+    assert table.locator("td:nth-child(2)").first.inner_text() == "-524.00"
 
 
 def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:

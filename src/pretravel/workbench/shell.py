@@ -13,7 +13,7 @@ from pretravel.workbench.components.layout import here, text
 from pretravel.workbench.screens import SCREENS, Screen
 from pretravel.workbench.session import SESSION
 
-THEMES = {"auto": "System", "light": "Light", "dark": "Dark"}
+THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
 STATIC = f"/static/{__version__}"
 """Address of our own style sheet and script."""
 
@@ -111,7 +111,7 @@ def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> No
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
-        with ui.element("span"):
+        with ui.element("span").classes("" if person else "nav-alone"):
             text("span", title, "nav-title")
             if person:
                 text("span", person, "nav-person")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from nicegui import ui
+from nicegui import background_tasks, ui
+from nicegui.element import Element
 
-from pretravel.report.chart_plotly import plotly_figure
+from pretravel.report.chart import Chart
+from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
 from pretravel.report.document import Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
 from pretravel.workbench.components.layout import folded, note, text, warning
@@ -75,40 +78,75 @@ def key_figures(figures: Iterable[KeyFigure]) -> None:
                     text("span", addition_text(figure).removeprefix(", "), "addition")
 
 
+class DataTable(Element, component="data_table.js"):
+    """A table whose headings sort it; long ones are shown in parts.
+
+    Parameters
+    ----------
+    headings : sequence of str
+    rows : sequence of sequence of str
+    numbers : sequence of bool
+        The columns of numbers.
+    label : str
+    """
+
+    def __init__(
+        self,
+        headings: Sequence[str],
+        rows: Sequence[Sequence[str]],
+        numbers: Sequence[bool],
+        label: str,
+    ) -> None:
+        super().__init__()
+        self._props["headings"] = list(headings)
+        self._props["rows"] = [list(row) for row in rows]
+        self._props["numbers"] = list(numbers)
+        self._props["label"] = label
+
+
 def table_view(table: Table) -> None:
     """A table; a click on a heading sorts it."""
     if table.title:
         text("h3", table.title)
     cells = [cell_texts(column) for column in table.columns]
-    with ui.element("div").classes("table-frame").props('tabindex="0" role="region"') as frame:
-        frame.props["aria-label"] = table.title or "Table"
-        with ui.element("table").classes("sortable"):
-            with ui.element("thead"), ui.element("tr"):
-                for column in table.columns:
-                    with ui.element("th").props('scope="col"'):
-                        text("button", heading_text(column)).props('type="button"')
-            with ui.element("tbody"):
-                for row in zip(*cells, strict=True):
-                    with ui.element("tr"):
-                        for cell in row:
-                            text("td", cell)
+    numbers = [any(isinstance(value, float) for value in c.values) for c in table.columns]
+    headings = [heading_text(column) for column in table.columns]
+    DataTable(headings, list(zip(*cells, strict=True)), numbers, table.title or "Table")
     if table.explanation:
         text("p", table.explanation, "note")
 
 
 def picture_view(picture: Picture) -> None:
-    """A picture with its caption; charts can be turned, zoomed and read off."""
-    if picture.charts:
-        with ui.element("div").classes("charts"):
-            for chart in picture.charts:
-                title = chart.title or picture.caption
-                plot(plotly_figure(chart), title)
+    """A picture with its caption; charts can be turned, zoomed and read off.
+
+    What it shows is computed in a thread: the page does not wait for it.
+    """
+    place = ui.element("div").classes("live picture-place")
+
+    async def fill() -> None:
+        charts, png = await asyncio.to_thread(_computed, picture)
+        if place.is_deleted:
+            return
+        with place:
+            for chart, figure in charts:
+                plot(figure, chart.title or picture.caption)
                 if chart.note:
                     note(chart.note)
-        return
+            if png:
+                _image(png, picture.caption)
+        place.classes(remove="picture-place", add="charts" if charts else "")
+
+    background_tasks.create(fill(), name="picture")
+
+
+def _computed(picture: Picture) -> tuple[list[tuple[Chart, PlotlyFigure]], bytes]:
+    charts = [(chart, plotly_figure(chart)) for chart in picture.charts]
+    return charts, b"" if charts else picture.png
+
+
+def _image(png: bytes, caption: str) -> None:
     with ui.element("figure").classes("picture"):
-        address = f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"
         image = ui.element("img").props('loading="lazy"')
-        image.props["src"] = address
-        image.props["alt"] = picture.caption
-        text("figcaption", picture.caption)
+        image.props["src"] = f"data:image/png;base64,{base64.b64encode(png).decode()}"
+        image.props["alt"] = caption
+        text("figcaption", caption)

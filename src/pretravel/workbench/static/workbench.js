@@ -1,4 +1,4 @@
-// Uploads, copying, sorting of tables and the choice of the theme. Events are handled on the
+// Uploads, copying, sorting of tables made by hand, and the choice of the theme. Events are handled on the
 // document: the elements come and go.
 "use strict";
 
@@ -28,7 +28,6 @@
     input.value = "";
   }
 
-  // The project: the page is loaded again when it has come.
   document.addEventListener("change", (event) => {
     const target = event.target;
     if (target.matches?.("input.file-drop-input") && target.files.length) send(target, target.files);
@@ -67,7 +66,7 @@
     const copy = event.target.closest?.("[data-copy]");
     if (copy) copyText(copy);
     const heading = event.target.closest?.("table.sortable th");
-    if (heading) sort(heading);
+    if (heading && !heading.closest(".data-table")) sort(heading);
   });
 
   async function copyText(button) {
