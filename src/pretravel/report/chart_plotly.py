@@ -577,6 +577,8 @@ def _mesh_trace(mark: SpaceMesh, scale: Scale | None) -> dict[str, Any]:
     x, y, z = (_numbers(column) for column in mark.vertices.T)
     i, j, k = (column.tolist() for column in np.asarray(mark.triangles, dtype=np.int64).T)
     trace: dict[str, Any] = {"type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k}
+    # Much light from everywhere: strong shadows would change the colours of values.
+    trace["lighting"] = {"ambient": 0.75, "diffuse": 0.35, "specular": 0.05}
     trace |= {"opacity": mark.opacity, "flatshading": mark.values is None} | _legend(mark.name)
     if mark.values is None or scale is None:
         return trace | {"color": f"@{mark.colour}", "hoverinfo": "skip"}

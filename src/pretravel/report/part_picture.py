@@ -41,18 +41,21 @@ def part_view(part: Part, title: str = "") -> View:
     """
     shown = [face_triangles(face, faces=len(part.faces)) for face in part.faces]
     numbers = [str(face.number) for face in part.faces]
-    middles = np.array([triangles.middle for triangles in shown])
+    outwards = np.array([face.local(face.middle[None]).normal[0] for face in part.faces])
+    # A little above the faces, which would hide the half of each dot.
+    middles = np.array([triangles.middle for triangles in shown]) + 0.01 * part.size * outwards
     marks: list[SpaceMark] = []
     for index, colour in enumerate(SERIES):
         if shown[index :: len(SERIES)]:
-            marks.append(_mesh(shown[index :: len(SERIES)], colour, 0.75))
+            marks.append(_mesh(shown[index :: len(SERIES)], colour, 1.0))
     labels = tuple(
         f"face {face.number}: {face.kind}" + (f", {face.name}" if face.name else "")
         for face in part.faces
     )
     marks += [_edges(shown), SpacePoints(middles, colour="ink", size=3.0, labels=labels)]
     if len(numbers) <= _MOST_NUMBERS:
-        marks.append(SpaceNotes(middles, tuple(f" {number}" for number in numbers)))
+        above = middles + 0.03 * part.size * outwards
+        marks.append(SpaceNotes(above, tuple(f" {number}" for number in numbers)))
         note = ""
     else:
         note = "too many faces for their numbers: point at the middle of a face"

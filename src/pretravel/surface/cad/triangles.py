@@ -52,14 +52,20 @@ def face_triangles(face: Face, *, faces: int = 1) -> FaceTriangles:
     -------
     FaceTriangles
     """
-    from scipy.spatial import Delaunay, QhullError
+    from scipy.spatial import Delaunay, QhullError, cKDTree
 
     low, high = face.box
     side = int(np.clip(np.sqrt(_MOST_ON_GRID / faces), 5, 33))
-    grid = lattice(low, high, np.array([side, side]))
+    # A flat face needs points along its edges alone.
+    count = 5 if face.kind == "plane" else side
+    grid = lattice(low, high, np.array([count, count]))
     grid = grid[face.inside(grid)]
-    size = float(np.linalg.norm(np.ptp(face.bounds, axis=0)))
-    lines = [_thinned(face, line, size / side) for line in face.edge_lines(np.inf)]
+    spacing = float(np.linalg.norm(np.ptp(face.bounds, axis=0))) / side
+    lines = [_thinned(face, line, spacing) for line in face.edge_lines(np.inf)]
+    if lines and len(grid):
+        # Farther from an edge than half the distance of its points, so that no triangle crosses it.
+        border = cKDTree(face.derivatives(np.concatenate(lines))[0])
+        grid = grid[border.query(face.derivatives(grid)[0])[0] > 0.75 * spacing]
     uv = np.concatenate([grid, *lines])
     uv = uv[np.all(np.isfinite(face.derivatives(uv)[0]), axis=1)]
     points = face.derivatives(uv)[0]
