@@ -89,6 +89,10 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
             "font": {"size": 15},
             "x": 0.5,
             "xanchor": "center",
+            "y": 1.0,
+            "yref": "container",
+            "yanchor": "top",
+            "pad": {"t": 26},
         },
         "font": {"family": _FONT, "size": 13, "color": "@ink"},
         "paper_bgcolor": "@paper",
@@ -175,7 +179,7 @@ def _add_note(layout: dict[str, Any], note: str) -> None:
     """A line of smaller words below the title, with room for it."""
     small = f"<span style='font-size:12px'>{_text(note)}</span>"
     layout["title"] = layout["title"] | {"text": f"{layout['title']['text']}<br>{small}"}
-    layout["margin"] = layout["margin"] | {"t": layout["margin"]["t"] + 18}
+    layout["margin"] = layout["margin"] | {"t": layout["margin"]["t"] + 14}
 
 
 def _heading(chart: Chart) -> str:
@@ -522,8 +526,8 @@ def _space(chart: SpaceChart) -> PlotlyFigure:
         own = {"title": title, "tickfont": {"size": 10}, "range": ends, "nticks": count}
         scene[f"{name}axis"] = axis | own
     turn, rise = math.radians(chart.azimuth), math.radians(chart.elevation)
-    eye = {"x": 2.1 * math.cos(turn) * math.cos(rise), "y": 2.1 * math.sin(turn) * math.cos(rise)}
-    eye["z"] = 2.1 * math.sin(rise)
+    eye = {"x": 2.3 * math.cos(turn) * math.cos(rise), "y": 2.3 * math.sin(turn) * math.cos(rise)}
+    eye["z"] = 2.3 * math.sin(rise)
     # Plotly's own "data" makes the sides' product one: a long part would leave the picture.
     ratio = sides / float(np.linalg.norm(sides)) * 1.7
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
@@ -555,7 +559,8 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
         case SpaceArrow():
             end = mark.start + mark.vector
             u, v, w = (0.3 * mark.vector).tolist()
-            style = {"mode": "lines+text", "line": {"color": f"@{mark.colour}", "width": 6},
+            style = {"mode": "lines+text", "textposition": "middle right",
+                     "line": {"color": f"@{mark.colour}", "width": 6},
                      "text": [_text(mark.name), ""], "textfont": {"color": f"@{mark.colour}"},
                      "hoverinfo": "skip", "showlegend": False}  # fmt: skip
             head = {"type": "cone", "u": [u], "v": [v], "w": [w], "anchor": "tip",
