@@ -202,6 +202,32 @@ def indices(text: str) -> Indices:
     return Indices(int(first), int(second))
 
 
+class Mark(NamedTuple):
+    """Where a person sees an event of a trace: ruler position, in mm."""
+
+    trace: str
+    event: str
+    position: float
+
+
+@parser(Mark)
+def trace_mark(text: str) -> Mark:
+    """An event of a trace from ``trace:event=position``, in mm.
+
+    >>> trace_mark("rig_000_1:r0=1.25")
+    Mark(trace='rig_000_1', event='r0', position=1.25)
+    """
+    trace, colon, event = text.rpartition(":")
+    name, equals, number = event.partition("=")
+    try:
+        position = float(number)
+    except ValueError:
+        position = math.nan
+    if not (trace and colon and equals and math.isfinite(position)):
+        raise typer.BadParameter(f"{text}: expected a trace, an event and mm: rig_000_1:r0=1.25")
+    return Mark(trace, name.strip(), position)
+
+
 @parser(Feeds)
 def feeds_list(text: str) -> Feeds:
     """Feeds from ``a,b,…``, in mm/min.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.cli.arguments import Mark, trace_mark
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
     LaboratoryFile,
@@ -18,11 +19,9 @@ from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.laboratory.certificate import CalibrationCertificate
-    from pretravel.laboratory.rig import RigTrace
+    from pretravel.report.document import Document
 
 _RESULTS = (".csv", ".json", *PAGES)
-_REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
 
 
 def rig(
@@ -72,6 +71,15 @@ def rig(
             metavar="LABEL", help="Leave this trace out (the file's name); may be repeated."
         ),
     ] = None,
+    mark: Annotated[
+        list[Mark] | None,
+        typer.Option(
+            parser=trace_mark,
+            metavar="TRACE:r0=MM",
+            help="Ruler position of an event (r0 to r3) as you see it in the trace, in mm; its u "
+            "covers the determined position too. May be repeated.",
+        ),
+    ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
 ) -> None:
@@ -80,16 +88,13 @@ def rig(
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
     from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.map_file import write_map
-    from pretravel.formats.rig_csv import read_budget, rig_json, rig_table, rig_traces
-    from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
-    from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
+    from pretravel.formats.rig_csv import read_budget, rig_table, rig_traces
+    from pretravel.jobs.rig import REN_SOURCE, CalibratedRig, RigSetup, read_touches_of_rig
+    from pretravel.laboratory.certificate import LaboratoryStatements
+    from pretravel.laboratory.rig_budget import REN_BUDGET
     from pretravel.laboratory.rig_calibration import calibrate_rig
-    from pretravel.laboratory.rig_events import rig_touch
     from pretravel.laboratory.rig_map import rig_map
-    from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.report.rig_report import rig_document
     from pretravel.whole_file import write_json
 
     ending = "" if output is None else output.suffix.lower()
@@ -97,68 +102,51 @@ def rig(
     check_files(
         [(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], [*traces, lab, budget]
     )
-    _check_traces(traces)
     if map_file is not None and tip_diameter is None:
         raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")
     statements = laboratory_statements(lab)
-    components = REN_BUDGET if budget is None else read_budget(budget)
+    setup = RigSetup(
+        REN_BUDGET if budget is None else read_budget(budget),
+        REN_SOURCE if budget is None else budget.name,
+        temperature,
+        expansion,
+        tuple(exclude or ()),
+        _by_trace(mark or ()),
+    )
     with working(f"reading {len(traces)} traces"):
-        read = _read_traces(traces, temperature, expansion)
-        touches = [rig_touch(trace) for trace in read]
+        read, touches = read_touches_of_rig(traces, setup)
     if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))
-    calibration = calibrate_rig(touches, exclude=exclude or ())
+    found = CalibratedRig(read, touches, calibrate_rig(touches, exclude=setup.exclude), setup)
+    calibration = found.calibration
     if output is not None and ending == ".csv" and calibration.not_used:
-        write_csv_table(output, rig_table(touches, calibration.not_used))
-    own = length_budget(calibration_budget(calibration, components), abs(calibration.pretravel))
+        write_csv_table(output, found.table())
     if output is not None and ending == ".json":
-        write_json(output, with_laboratory_values(rig_json(calibration, own), statements))
+        write_json(output, found.values(statements))
     elif output is not None and is_page(output):
-        source = _REN_SOURCE if budget is None else budget.name
-        certificate = calibration_certificate(
-            calibration,
-            components,
-            statements or LaboratoryStatements(),
-            budget_source=source,
-            temperature=temperature,
-        )
-        _write_certificate(output, certificate, read)
+        _write_certificate(output, found.certificate(statements))
     if map_file is not None:
-        write_map(map_file, rig_map(calibration, components, 0.5 * (tip_diameter or 0.0)))
-    notes = [f"{touch.trace}: {note}" for touch in touches for note in touch.notes]
+        tip_radius = 0.5 * (tip_diameter or 0.0)
+        write_map(map_file, rig_map(calibration, setup.components, tip_radius))
     missing = (statements or LaboratoryStatements()).missing if is_page(output) else 0
-    warnings = [*notes, *_missing_information(missing, own_budget=budget is not None)]
+    warnings = [*_missing_information(missing, own_budget=budget is not None)]
     warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
-    report = rig_document(calibration, own, read, warnings=warnings)
-    report = with_laboratory(report, statements)
+    report = found.document(warnings=warnings, statements=statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
 
 
-def _check_traces(traces: Sequence[Path]) -> None:
-    names = [path.stem for path in traces]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
+def _by_trace(marks: Sequence[Mark]) -> dict[str, dict[str, float]]:
+    found: dict[str, dict[str, float]] = {}
+    for mark in marks:
+        found.setdefault(mark.trace, {})[mark.event] = mark.position
+    return found
 
 
-def _read_traces(paths: Sequence[Path], temperature: float, expansion: float) -> list[RigTrace]:
-    """Traces, with the ruler at its reference temperature."""
-    from pretravel.formats.rig_csv import read_rig_trace
-    from pretravel.laboratory.rig import at_reference_temperature
+def _write_certificate(output: Path, certificate: Document) -> None:
+    from pretravel.report.certificate_report import TEMPLATE
 
-    return [
-        at_reference_temperature(read_rig_trace(path), temperature, expansion * 1e-6)
-        for path in paths
-    ]
-
-
-def _write_certificate(
-    output: Path, certificate: CalibrationCertificate, traces: Sequence[RigTrace]
-) -> None:
-    from pretravel.report.certificate_report import TEMPLATE, certificate_document
-
-    save_page(certificate_document(certificate, traces), output, template=TEMPLATE)
+    save_page(certificate, output, template=TEMPLATE)
 
 
 def _missing_information(fields: int, *, own_budget: bool) -> Iterator[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.formats.csv_table import read_csv_table
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
@@ -70,6 +71,20 @@ class TestRig:
         ):  # fmt: skip
             assert words in page
         assert page.count("data:image/") == 2
+
+    def test_a_moved_mark_moves_the_result_and_widens_u(self, tmp_path: Path) -> None:
+        before, after = tmp_path / "before.csv", tmp_path / "after.csv"
+        run("rig", *TRACES, "-o", before)
+        first = read_csv_table(before)
+        r0 = float(first.numbers("r0_mm")[0, 0])
+        run("rig", *TRACES, "-o", after, "--mark", f"{TRACES[0].stem}:r0={r0 + 0.001!r}")
+        second = read_csv_table(after)
+        moved = (second.numbers("pretravel_um") - first.numbers("pretravel_um"))[:, 0]
+        # pretravel is r1 - r0 (Ren 2020, equation 2): 1 µm less, of this trace alone.
+        assert moved[0] == pytest.approx(-1.0, abs=1e-6)
+        assert moved[1:] == pytest.approx(0.0, abs=1e-12)
+        text = run("rig", *TRACES, "--mark", "rig_999_9:r0=1", code=2)
+        assert "there is no trace rig_999_9 to mark" in text
 
     def test_map_to_compensate_with(self, tmp_path: Path) -> None:
         """In its directions the map has their mean pretravel; between them it is linear."""

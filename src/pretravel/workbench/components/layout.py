@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from nicegui import ui
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
+from nicegui.slot import Slot
 
 from pretravel.workbench.project import Listener
 
@@ -58,6 +59,14 @@ def warning(content: str) -> Element:
     return text("p", content, "warning-note")
 
 
+def _is_gone(slot: Slot) -> bool:
+    """Whether the place was deleted: NiceGUI raises once nothing else holds it."""
+    try:
+        return bool(slot.parent.is_deleted)
+    except RuntimeError:
+        return True
+
+
 def here(subscribe: Iterable[Callable[[Listener], Listener]], handler: Listener) -> None:
     """Call a handler in this place of this tab on changes, until the tab closes.
 
@@ -71,7 +80,7 @@ def here(subscribe: Iterable[Callable[[Listener], Listener]], handler: Listener)
     client = ui.context.client
 
     def called() -> None:
-        if client.is_deleted or slot.parent.is_deleted:
+        if client.is_deleted or _is_gone(slot):
             end()
             return
         with slot:
