@@ -202,7 +202,7 @@ def indices(text: str) -> Indices:
     return Indices(int(first), int(second))
 
 
-class Mark(NamedTuple):
+class MovedMark(NamedTuple):
     """Where a person sees an event of a trace: ruler position, in mm."""
 
     trace: str
@@ -210,12 +210,12 @@ class Mark(NamedTuple):
     position: float
 
 
-@parser(Mark)
-def trace_mark(text: str) -> Mark:
+@parser(MovedMark)
+def trace_mark(text: str) -> MovedMark:
     """An event of a trace from ``trace:event=position``, in mm.
 
     >>> trace_mark("rig_000_1:r0=1.25")
-    Mark(trace='rig_000_1', event='r0', position=1.25)
+    MovedMark(trace='rig_000_1', event='r0', position=1.25)
     """
     trace, colon, event = text.rpartition(":")
     name, equals, number = event.partition("=")
@@ -225,7 +225,7 @@ def trace_mark(text: str) -> Mark:
         position = math.nan
     if not (trace and colon and equals and math.isfinite(position)):
         raise typer.BadParameter(f"{text}: expected a trace, an event and mm: rig_000_1:r0=1.25")
-    return Mark(trace, name.strip(), position)
+    return MovedMark(trace, name.strip(), position)
 
 
 @parser(Feeds)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pretravel.cli.arguments import Mark, trace_mark
+from pretravel.cli.arguments import MovedMark, trace_mark
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
     LaboratoryFile,
@@ -72,7 +72,7 @@ def rig(
         ),
     ] = None,
     mark: Annotated[
-        list[Mark] | None,
+        list[MovedMark] | None,
         typer.Option(
             parser=trace_mark,
             metavar="TRACE:r0=MM",
@@ -136,7 +136,7 @@ def rig(
     show(report, verbose=verbose)
 
 
-def _by_trace(marks: Sequence[Mark]) -> dict[str, dict[str, float]]:
+def _by_trace(marks: Sequence[MovedMark]) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for mark in marks:
         found.setdefault(mark.trace, {})[mark.event] = mark.position

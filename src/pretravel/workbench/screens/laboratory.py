@@ -66,7 +66,10 @@ SEPARATION = Task(
     needs=("readings",),
 )
 WORK = {"rig": "Traces of a calibration rig", "separation": "Machine and probe apart"}
-METHODS = {"reml": "restricted maximum likelihood", "least-squares": "the paper's least squares"}
+METHOD_NAMES = {
+    "reml": "restricted maximum likelihood",
+    "least-squares": "the paper's least squares",
+}
 EXAMPLE_TRACES = tuple(
     f"rig/rig_{azimuth:03d}_{repeat}.csv" for azimuth in (0, 60, 90) for repeat in (1, 2)
 )
@@ -226,7 +229,7 @@ def _separation(state: ScreenState) -> None:
                 "the probe",
             )  # fmt: skip
             example_button(state, {"readings": ["redundancy_24x24.csv"]}, {})
-            choice_field(state, "method", "Method of the variances", METHODS, default="reml")
+            choice_field(state, "method", "Method of the variances", METHOD_NAMES, default="reml")
             statements_form(state)
         with results:
             outcome(
