@@ -8,6 +8,7 @@ import typer
 from pretravel.cli.files import refuse_files_of_others
 from pretravel.cli.options import Verbose
 from pretravel.cli.progress import working
+from pretravel.cli.running import note_inputs, record_of_command
 from pretravel.cli.showing import show
 
 
@@ -30,11 +31,16 @@ def demo(
     Example: pretravel demo -o demo-output
     """
     from pretravel.jobs.example_data import example_folder
+    from pretravel.report.demonstration import DATA_FILES
     from pretravel.report.demonstration_report import DEMONSTRATION_FILES, write_demonstration
 
+    folder = data or example_folder()
+    note_inputs(folder / name for name in DATA_FILES)
     refuse_files_of_others(output / name for name in DEMONSTRATION_FILES)
     with working("qualifying, compensating, drawing"):
-        report = write_demonstration(data or example_folder(), output, written=_say_written)
+        report = write_demonstration(
+            folder, output, written=_say_written, record=record_of_command()
+        )
     show(report, verbose=verbose)
     typer.echo(
         f"\nLook at {(output / 'index.html').resolve()}\n"

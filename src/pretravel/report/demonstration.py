@@ -27,6 +27,7 @@ SPHERE_DIAMETER = 24.9987
 TIP_DIAMETER = 6.0
 RING_DIAMETER = 50.0
 """Of the KP-3's ring gauge: not published, and without influence on the map. [mm]"""
+DATA_FILES = ("sphere_touches.csv", "part_touches.csv", "kp3_ring.csv")
 BEST = "physical"
 """The kind of map that the demonstration compensates the part with."""
 

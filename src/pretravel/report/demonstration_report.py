@@ -32,6 +32,7 @@ from pretravel.report.points_picture import points_view
 from pretravel.report.points_report import points_document
 from pretravel.report.qualification_report import qualification_document, qualification_view
 from pretravel.report.style import save_picture_file
+from pretravel.report.work_record import WorkRecord
 from pretravel.units import DEGREE, MICROMETRE
 
 DEMONSTRATION_FILES = (
@@ -156,7 +157,12 @@ def demonstration_document(
     )
 
 
-def write_demonstration(data: Path, output: Path, written: Callable[[Path], None]) -> Document:
+def write_demonstration(
+    data: Path,
+    output: Path,
+    written: Callable[[Path], None],
+    record: WorkRecord | None = None,
+) -> Document:
     """Do the main job on the example data, and write map, points, pictures and a page.
 
     Each file is written as soon as what it shows is known.
@@ -169,6 +175,8 @@ def write_demonstration(data: Path, output: Path, written: Callable[[Path], None
         Folder; made if it does not exist.
     written : callable
         Called with each file that is written.
+    record : WorkRecord or None
+        What was done with what, for the page.
 
     Returns
     -------
@@ -197,7 +205,8 @@ def write_demonstration(data: Path, output: Path, written: Callable[[Path], None
     _write_pictures(more, output, written)
     pictures |= more
     document = demonstration_document(job, kinds, pictures.values())
-    write_page(output / "index.html", document, ("points.csv", "map.nc", *pictures))
+    files = ("points.csv", "map.nc", *pictures)
+    write_page(output / "index.html", document, files, record=record)
     return document
 
 

@@ -135,11 +135,24 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
         "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
     }
     page = _environment().get_template("bound.html" if title else "page.html")
+    images = _images(contents)
     if charts:
-        text = page.render(values, assets=_assets(scripts=True, plotly=True))
+        with_plotly = _assets(scripts=True, plotly=True)
+        text = page.render(values, images=images, assets=with_plotly)
+        if len(text.encode()) > LARGEST:
+            text = page.render(values, images=_images(contents, small=True), assets=with_plotly)
         if len(text.encode()) <= LARGEST:
             return text
-    return page.render(values, assets=_assets(scripts=scripts, plotly=False))
+    return page.render(values, images=images, assets=_assets(scripts=scripts, plotly=False))
+
+
+def _images(contents: Sequence[PageContent], *, small: bool = False) -> dict[str, str]:
+    """The addresses of all pictures by their names."""
+    return {
+        picture_name(report, index): image_address(picture, small=small)
+        for report, content in enumerate(contents)
+        for index, picture in enumerate(content.document.pictures)
+    }
 
 
 @dataclass(frozen=True)
@@ -248,7 +261,6 @@ def _environment() -> Environment:
         "name_of": _name,
         "number": lambda figure: value_text(figure.value, "", figure.digits),
         "numeric": _is_numeric,
-        "image": image_address,
         "printed_parts": _printed_parts,
         "remark_of": remark_text,
         "rows": _rows,

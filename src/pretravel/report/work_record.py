@@ -169,9 +169,10 @@ def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
 
 def inputs_table(inputs: Sequence[InputFile]) -> Table:
     """Input files with their checksums."""
+    roles = Column.of("input", [entry.role or "other" for entry in inputs])
     return Table(
         (
-            Column.of("input", [entry.role for entry in inputs]),
+            *((roles,) if any(entry.role for entry in inputs) else ()),
             Column.of("file", [entry.name for entry in inputs]),
             Column.of("size", [float(entry.size) for entry in inputs], "byte", decimals(0)),
             Column.of("SHA-256", [entry.sha256 for entry in inputs]),
