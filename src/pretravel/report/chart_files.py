@@ -164,7 +164,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         getattr(axes, f"set_{name}lim")(center - 0.53 * side, center + 0.53 * side)
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
-    axes.set_box_aspect(tuple(sides.tolist()))
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=0.93)
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:

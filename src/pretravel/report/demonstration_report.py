@@ -88,7 +88,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
             ),
         ),
         "points.png": Picture(
-            "The part: deviation from its nominal, pretravel, uncertainty.",
+            "The part before and after compensation in space, its pretravel and uncertainty.",
             lambda: points_view(job.points, "The part, compensated"),
         ),
         "compare.png": Picture(

@@ -10,11 +10,14 @@ from pretravel.features.feature_budget import feature_budgets
 from pretravel.features.feature_uncertainty import FORM_OF_PART
 from pretravel.features.measured_feature import COVERAGE_FACTOR, MeasuredFeature, Quantity
 from pretravel.features.tolerances import InspectedFeature, side_of_failure
+from pretravel.report.budget_picture import budget_picture
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.report.feature_picture import features_view
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.units import DEGREE, MICROMETRE
 
+_MOST_BUDGETS = 6
+"""Drawn as bars; a page lists all of them as tables."""
 _ASSOCIATION = (
     "features of least squares (Gaussian association): not the largest inscribed or smallest "
     "circumscribed ones. Form is the range of the residuals at the touched points; the surface "
@@ -49,6 +52,7 @@ def features_document(
     angles = _angles_table(measured)
     tables += [angles] if angles is not None else []
     tables += [_conformity_table(decided)] if decided else []
+    budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
     return Document(
         title=title,
         verdict=_verdict(features),
@@ -59,10 +63,11 @@ def features_document(
                 "Residuals before and after compensation",
                 lambda: features_view(features, title),
             ),
+            *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
         ),
         notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
         warnings=(*warnings, *_warnings(measured)),
-        budgets=tuple(budget for feature in measured for budget in feature_budgets(feature)),
+        budgets=budgets,
     )
 
 

@@ -73,6 +73,7 @@ def standards_document(
         pictures=(
             Picture("Residuals at the places of the touches", lambda: check_view(check, title)),
             *(budget_picture(b, b.result or "the test value") for b in check.budgets),
+            *(() if sphere is None else (budget_picture(sphere.budget, "the diameter"),)),
         ),
         notes=check.notes,
         warnings=tuple(warnings),
