@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -167,7 +168,7 @@ def load_probe(probe: str | Path) -> Probe:
             f"({', '.join(catalogue_names())}) nor a file; "
             "pretravel probes NAME > mine.toml writes one to edit"
         )
-    return _probe(read_toml(path, "probe description"), path.parent)
+    return described_probe(read_toml(path, "probe description"), path.parent)
 
 
 def parse_probe(text: str, place: str = "description", folder: Path = Path()) -> Probe:
@@ -199,12 +200,28 @@ def parse_probe(text: str, place: str = "description", folder: Path = Path()) ->
     pretravel.errors.InputError: mine.toml: the tables [seats], [spring], [hub], [stylus], \
 [tip] are missing; pretravel probes omp40-2 prints a whole description
     """
-    return _probe(parse_toml(text, place), folder)
+    return described_probe(parse_toml(text, place), folder)
 
 
-def _probe(document: TomlDocument, folder: Path) -> Probe:
+def described_probe(document: TomlDocument, folder: Path = Path()) -> Probe:
+    """A probe from the tables of a description.
+
+    Parameters
+    ----------
+    document : TomlDocument
+    folder : Path
+        The folder to which the path of a STEP file is relative.
+
+    Raises
+    ------
+    PretravelError
+        See `parse_probe`.
+
+    >>> described_probe(parse_toml(description_text("omp40-2"))).preload
+    5.91
+    """
     own = _own_materials(document)
-    description = _structure(own).make(document, _Description)
+    description = _structure(tuple(own.items())).make(document, _Description)
     with document.located("hub"):
         hub = description.hub.solid()
     with document.located():
@@ -225,7 +242,8 @@ def _probe(document: TomlDocument, folder: Path) -> Probe:
         )
 
 
-def _structure(own: Mapping[str, Material]) -> TomlStructure:
+@lru_cache(maxsize=16)  # what it makes values with is compiled at the first use
+def _structure(own: tuple[tuple[str, Material], ...]) -> TomlStructure:
     """The keys of a description; materials go by name, those of the description first."""
     structure = TomlStructure(hint=_HINT)
     structure.table(
@@ -245,7 +263,7 @@ def _structure(own: Mapping[str, Material]) -> TomlStructure:
     structure.table(Moving, mass="mass_g", height="height_mm")
     structure.table(Orientation, rotation="rotation_deg")
     structure.table(_Trigger, threshold="threshold_N")
-    structure.value(Material, lambda name: _named(name, own))
+    structure.value(Material, lambda name: _named(name, dict(own)))
     structure.value(_Solids, _solids)
     return structure
 

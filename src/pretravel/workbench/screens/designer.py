@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,9 +22,11 @@ from pretravel.workbench.components.fields import (
 )
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import folded, here, live, note, panel, text
-from pretravel.workbench.components.outcome import error_view, outcome
+from pretravel.workbench.components.outcome import error_view
+from pretravel.workbench.components.plot import ColouredPlot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState, StoredFile
+from pretravel.workbench.screens.designer_elements import elements_view, one_at_a_time
 from pretravel.workbench.screens.designer_form import (
     DesignField,
     FieldGroup,
@@ -38,6 +42,7 @@ from pretravel.workbench.screens.designer_work import (
     ComparedDesigns,
     FiniteElementDesign,
     digest_of,
+    probe_figure,
     start_text,
 )
 from pretravel.workbench.tasks import WORKS, Work, without_folder
@@ -51,9 +56,10 @@ _FIXED_WORDS = {
 
 
 _PICTURES = {
-    "pretravel": "Pretravel around",
-    "force": "Trigger force around",
-    "parts": "Elastic parts of the pretravel",
+    "probe": "The probe in space",
+    "pretravel": "Pretravel around, both designs",
+    "force": "Trigger force around, both designs",
+    "parts": "Elastic parts of the pretravel, both designs",
 }
 
 
@@ -64,6 +70,8 @@ def show(state: ScreenState) -> None:
         with ui.element("section").classes("inputs").props('aria-label="The design"'):
             _start_panel(state)
             live([state.listen], lambda: _form(state, work), lambda: _start_of(state))
+            with ui.element("div").classes("design-strip"):  # where the pictures are out of sight
+                live([work.listen], lambda: _strip(work), lambda: id(work.result))
         with ui.element("section").classes("results").props('aria-label="What comes out"'):
             _results(state, work)
 
@@ -144,7 +152,7 @@ def _take_back(state: ScreenState) -> None:
 
 
 def _group(
-    state: ScreenState, work: Work, group: FieldGroup, defaults: dict[str, float | str]
+    state: ScreenState, work: Work, group: FieldGroup, defaults: Mapping[str, float | str]
 ) -> None:
     if group.opened:
         text("h3", group.heading)
@@ -196,12 +204,7 @@ def _results(state: ScreenState, work: Work) -> None:
     with panel("4. Take it with you"):
         _downloads(state, work)
     with panel("Finite elements"):
-        note(
-            "The pictures above are from the model analytic: the stylus as a beam, the seats as "
-            "elastic contacts. Finite elements also bend the hub and the rods. They take about "
-            "half a minute for a new design."
-        )
-        outcome(state, FINITE_ELEMENTS, _show_elements, button="Compute with finite elements")
+        elements_view(state)
 
     def grey() -> None:
         place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")
@@ -234,10 +237,7 @@ def _comparison(state: ScreenState, work: Work) -> None:
             default=90.0,
         )
     with ui.element("div").classes("charts"):
-        plots = {
-            name: plot({"data": [], "layout": {}}, f"{words}, both designs")
-            for name, words in _PICTURES.items()
-        }
+        plots = {name: plot({"data": [], "layout": {}}, words) for name, words in _PICTURES.items()}
     live([work.listen, state.listen], lambda: _table(state, work), lambda: _shown(state, work))
     last: list[Any] = []
 
@@ -249,8 +249,28 @@ def _comparison(state: ScreenState, work: Work) -> None:
         for name, figure in _figures(state, work).items():
             plots[name].update_figure(figure)
 
+    _draw_probe(work, plots["probe"])
     redraw()
     here([work.listen, WORKS.of(state, FINITE_ELEMENTS).listen, state.listen], redraw)
+
+
+def _draw_probe(work: Work, picture: ColouredPlot) -> None:
+    """The probe in space, when a slider rests: it takes longer than the other pictures."""
+    drawn: list[Any] = [None]
+
+    async def draw() -> None:
+        await asyncio.sleep(0.1)
+        result: ComparedDesigns | None = work.result
+        if result is None or result.design.probe == drawn[0]:
+            return
+        drawn[0] = result.design.probe
+        figure = await asyncio.to_thread(probe_figure, drawn[0])
+        if not picture.is_deleted:
+            picture.update_figure(figure)
+
+    request = one_at_a_time(draw)
+    request()
+    here([work.listen], lambda: None if work.running else request())
 
 
 def _polar_words(angle: int) -> str:
@@ -281,6 +301,14 @@ def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
     return dict(design_figures((other, result.other), result.design, predicted, polar))
 
 
+def _strip(work: Work) -> None:
+    from pretravel.workbench.screens.designer_pictures import change_in_words
+
+    if work.result is not None:
+        for line in change_in_words(work.result.other, work.result.design):
+            text("p", line)
+
+
 def _table(state: ScreenState, work: Work) -> None:
     from pretravel.workbench.screens.designer_pictures import figures_table
 
@@ -292,15 +320,9 @@ def _table(state: ScreenState, work: Work) -> None:
         text("dd", result.other.probe.name)
         text("dt", "B")
         text("dd", result.design.probe.name)
-    if not result.changed:
+    if not result.changes:
         note("B is still the start: move a slider on the left, and B follows.")
     table_view(figures_table(result.other, result.design, float(state.settings.get("polar", 90.0))))
-
-
-def _show_elements(result: FiniteElementDesign) -> None:
-    from pretravel.workbench.components.document_view import document_view
-
-    document_view(result.predicted.document(), pictures=False)
 
 
 def _downloads(state: ScreenState, work: Work) -> None:
@@ -317,7 +339,7 @@ def _downloads(state: ScreenState, work: Work) -> None:
         download_button(
             "Description (.toml)",
             "design.toml",
-            lambda path: path.write_text(result().text, encoding="utf-8"),
+            lambda path: path.write_text(result().text(), encoding="utf-8"),
         )
         for ending in ("nc", "csv"):
             download_button(

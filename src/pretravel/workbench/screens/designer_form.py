@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 from pretravel.errors import PretravelError
-from pretravel.probe.catalogue import parse_probe
+from pretravel.probe.catalogue import described_probe
 from pretravel.probe.description import CONTACTS, CRITERIA, Probe
 from pretravel.probe.materials import known_materials
+from pretravel.toml_file import TomlDocument
 
 PREFIX = "design."
 """Before the place of a value in its description, in the names of settings."""
@@ -111,6 +113,7 @@ class FieldGroup:
     opened: bool = False
 
 
+@lru_cache(maxsize=16)
 def form_groups(text: str) -> tuple[FieldGroup, ...]:
     """The fields that a description has.
 
@@ -247,7 +250,8 @@ _DEFAULTS: Mapping[Path, float | str] = {
 }
 
 
-def start_values(text: str) -> dict[str, float | str]:
+@lru_cache(maxsize=16)
+def start_values(text: str) -> Mapping[str, float | str]:
     """The values of all fields of a description, by the names of their settings."""
     tables = tomllib.loads(text)
     values: dict[str, float | str] = {}
@@ -256,7 +260,7 @@ def start_values(text: str) -> dict[str, float | str]:
             values[field.name] = field.value(tables)
         except LookupError:
             values[field.name] = _DEFAULTS[field.path]
-    return values
+    return MappingProxyType(values)
 
 
 def all_fields(text: str) -> tuple[DesignField, ...]:
@@ -305,7 +309,7 @@ def designed_text(text: str, changes: Mapping[str, float | str], name: str = "")
     str
         The sources of changed values say so.
 
-    >>> from pretravel.probe.catalogue import description_text
+    >>> from pretravel.probe.catalogue import description_text, parse_probe
     >>> changed = designed_text(description_text("omp40-2"), {"design.spring.preload_N": 4.0})
     >>> parse_probe(changed).preload, parse_probe(changed).name
     (4.0, 'OMP40-2 with 50 mm ceramic stylus, changed')
@@ -314,18 +318,27 @@ def designed_text(text: str, changes: Mapping[str, float | str], name: str = "")
 
     if not changes and not name:
         return text
-    tables: Any = tomlkit.parse(text)
-    fields = [field for field in all_fields(text) if field.name in changes]
-    for field in sorted(fields, key=lambda f: f.whole):  # the whole length takes what is left
-        table = field.path[0]
-        if table not in tables:
-            tables[table] = tomlkit.table()
-        before = start_values(text)[field.name]
-        field.set(tables, changes[field.name])
+    tables = tomlkit.parse(text)
+    before = start_values(text)
+    for field in _changed(tables, text, changes, name):
         if "sources" in tables:
-            tables["sources"][_source_name(field.path)] = _source(field, before)
-    tables["name"] = name or f"{tables.get('name', 'unnamed probe')}, changed"
+            sources: Any = tables["sources"]
+            sources[_source_name(field.path)] = _source(field, before[field.name])
     return tomlkit.dumps(tables)
+
+
+def _changed(
+    tables: Any, text: str, changes: Mapping[str, float | str], name: str
+) -> list[DesignField]:
+    """Change values in tables of a description; the fields that were changed."""
+    fields = [field for field in all_fields(text) if field.name in changes]
+    fields.sort(key=lambda field: field.whole)  # the whole length takes what is left
+    for field in fields:
+        tables.setdefault(field.path[0], {})
+        field.set(tables, changes[field.name])
+    if changes or name:
+        tables["name"] = name or f"{tables.get('name', 'unnamed probe')}, changed"
+    return fields
 
 
 def _source_name(path: Path) -> str:
@@ -340,21 +353,13 @@ def _source(field: DesignField, before: float | str) -> str:
     return f"designed; {field.label} was {value}"
 
 
-def parse_design(text: str) -> Probe:
-    """A probe from a text that the user does not see: messages speak of no line of it."""
-    try:
-        return parse_probe(text, "")
-    except PretravelError as error:
-        raise type(error)(re.sub(r"^line \d+: ", "", str(error)), inputs=error.inputs) from None
+def designed_probe(text: str, changes: Mapping[str, float | str], name: str = "") -> Probe:
+    """The probe of a design.
 
-
-def designed_probe(
-    text: str,
-    changes: Mapping[str, float | str],
-    parse: Callable[[str], Any] = parse_design,
-    name: str = "",
-) -> Any:
-    """What `parse` makes of a design: its probe, or more.
+    Parameters
+    ----------
+    text, changes, name
+        As those of `designed_text`.
 
     Raises
     ------
@@ -369,22 +374,27 @@ def designed_probe(
     pretravel.errors.DescriptionError: a tip of radius 2 mm is smaller than the stem of ...
     """
     try:
-        return parse(designed_text(text, changes, name))
+        return _possible(text, changes, name)
     except PretravelError as error:
-        error.inputs = tuple(culprits(text, changes, parse))
+        error.inputs = culprits(text, changes)
         raise
 
 
-def culprits(
-    text: str, changes: Mapping[str, float | str], parse: Callable[[str], Any] = parse_design
-) -> Sequence[str]:
+def _possible(text: str, changes: Mapping[str, float | str], name: str = "") -> Probe:
+    tables = tomllib.loads(text)
+    _changed(tables, text, changes, name)
+    # Without its text, messages speak of no line, which the user of the form does not see.
+    return described_probe(TomlDocument(tables, "", ""))
+
+
+def culprits(text: str, changes: Mapping[str, float | str]) -> tuple[str, ...]:
     """The changes each of which, taken back alone, makes an impossible design possible."""
     found = []
     for name in changes:
         others = {key: value for key, value in changes.items() if key != name}
         try:
-            parse(designed_text(text, others))
+            _possible(text, others)
         except PretravelError:
             continue
         found.append(name)
-    return found
+    return tuple(found)

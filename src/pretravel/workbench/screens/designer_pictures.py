@@ -13,7 +13,13 @@ from pretravel.report.chart import Axis, Bars, Dots, LineMark, PlaneChart, Polar
 from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
 from pretravel.report.colours import Colour
 from pretravel.report.document import Column, Table
-from pretravel.report.formatting import decimals, number_text, signed_decimals, significant
+from pretravel.report.formatting import (
+    decimals,
+    number_text,
+    signed_decimals,
+    significant,
+    value_text,
+)
 from pretravel.trigger.predict import Trigger
 from pretravel.units import MICROMETRE
 
@@ -170,3 +176,17 @@ def _figure(one: PredictedProbe, name: str, polar_deg: float) -> float:
         "largest less smallest pretravel": float(np.ptp(pretravel)),
         "stylus bending per newton": float(bending_compliance(one.probe.stylus)) / MICROMETRE,
     }[name]
+
+
+def change_in_words(
+    other: PredictedProbe, design: PredictedProbe, polar_deg: float = 90.0
+) -> tuple[str, ...]:
+    """The change of pretravel and force from one design to the other, in a line each."""
+    return tuple(
+        f"{name}: {number_text(_figure(other, name, polar_deg), decimals(count))} → "
+        f"{value_text(_figure(design, name, polar_deg), unit, decimals(count))}"
+        for name, unit, count in (
+            ("mean pretravel", "µm", 2),
+            ("largest trigger force", "N", 3),
+        )
+    )

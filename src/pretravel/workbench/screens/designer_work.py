@@ -13,7 +13,6 @@ from pretravel.workbench.screens.designer_form import (
     changes_of,
     designed_probe,
     designed_text,
-    parse_design,
     setting_names,
 )
 from pretravel.workbench.tasks import Inputs, Task
@@ -21,6 +20,7 @@ from pretravel.workbench.tasks import Inputs, Task
 if TYPE_CHECKING:
     from pretravel.jobs.predict import PredictedProbe
     from pretravel.model.fem.condensation import ReducedModel
+    from pretravel.probe.description import Probe
 
 FIRST_START = "omp40-2"
 THE_START = "start"
@@ -34,18 +34,24 @@ class ComparedDesigns:
     Attributes
     ----------
     other, design : PredictedProbe
-    text : str
-        The description of the design.
+    start : str
+        The description from which the design starts.
+    changes : mapping of str to value
+    name : str
     other_text : str
-    changed : bool
-        Whether the design differs from its start.
+        The description of the other design.
     """
 
     other: PredictedProbe
     design: PredictedProbe
-    text: str
+    start: str
+    changes: Mapping[str, float | str]
+    name: str
     other_text: str
-    changed: bool
+
+    def text(self) -> str:
+        """The description of the design."""
+        return designed_text(self.start, self.changes, self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,14 +109,17 @@ def start_and_changes(
 
 @lru_cache(maxsize=8)
 def predicted_text(text: str) -> PredictedProbe:
-    """The prediction of a description, by the model analytic."""
+    """The prediction of a description that does not change, by the model analytic."""
     from pretravel.jobs.predict import predict_probe
+    from pretravel.probe.catalogue import parse_probe
 
-    return predict_probe(parse_design(text))
+    return predict_probe(parse_probe(text))
 
 
 def compare_designs(inputs: Inputs) -> ComparedDesigns:
     """Predict a design and the one that it is compared with."""
+    from pretravel.jobs.predict import predict_probe
+
     settings = inputs.settings
     start, changes = start_and_changes(settings, inputs.optional_file("description"))
     against, file = settings.get("against", THE_START), inputs.optional_file("other")
@@ -118,11 +127,20 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
     name = settings.get("name", "")
     return ComparedDesigns(
         other=predicted_text(other),
-        design=designed_probe(start, changes, predicted_text, name),
-        text=designed_text(start, changes, name),
+        design=predict_probe(designed_probe(start, changes, name)),
+        start=start,
+        changes=changes,
+        name=name,
         other_text=other,
-        changed=bool(changes),
     )
+
+
+def probe_figure(probe: Probe) -> dict[str, Any]:
+    """A probe in space, as Plotly's figure."""
+    from pretravel.report.chart_plotly import plotly_figure
+    from pretravel.report.probe_view import space_chart
+
+    return plotly_figure(space_chart(probe, "Your design"))
 
 
 def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
