@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.arrays import IntArray
 from pretravel.errors import PretravelError
 from pretravel.report.document import Picture
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
@@ -122,19 +121,3 @@ def some_rows(rows: IntArray, most: int = 5000) -> IntArray:
     if len(rows) <= most:
         return rows
     return np.asarray(rows[np.linspace(0, len(rows) - 1, most).round().astype(np.int64)])
-
-
-def legend_below(axes: Axes, columns: int) -> None:
-    """A legend below the axes."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=7, ncols=columns)
-
-
-def proportions(points: FloatArray) -> tuple[float, float, float]:
-    """Lengths of the sides of the box around points, none below 15 % of the longest.
-
-    >>> proportions(np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]]))
-    (2.0, 1.0, 0.3)
-    """
-    sides = np.ptp(points, axis=0)
-    x, y, z = np.maximum(sides, 0.15 * max(float(sides.max()), 1e-9)).tolist()
-    return (x, y, z)
