@@ -14,9 +14,8 @@ from pretravel.report.demonstration_report import DEMONSTRATION_FILES
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
 
-
 MEAN_LOSS = 2.0
-"""Of 255, where a large page stores its pictures with small losses; another picture differs more."""
+"""Of 255: a large page stores its pictures with small losses; another picture differs more."""
 
 
 def _pixels(file: Path | BytesIO) -> np.ndarray:
