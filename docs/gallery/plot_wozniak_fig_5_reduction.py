@@ -18,7 +18,8 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, wozniak_constant
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
-from pretravel.report.style import COLOURS, polar_axes, save
+from pretravel.report.colours import LIGHT
+from pretravel.report.style import save
 from pretravel.trigger.predict import predict
 
 LENGTHS = (30.0, 50.0)
@@ -75,14 +76,13 @@ def draw(results: dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]) -> Figu
     figure = Figure(figsize=(10.5, 9.5), layout="constrained", dpi=110)
     for row, (length, sections) in enumerate(results.items()):
         for column, (name, (before, after)) in enumerate(sections.items()):
-            axes = polar_axes(
-                figure, 2, 2, 2 * row + column + 1,
-                f"{name}, {length:g} mm: range {reduction(before, after):.1f} times smaller",
-            )  # fmt: skip
+            axes = figure.add_subplot(2, 2, 2 * row + column + 1, projection="polar")
+            times = f"{reduction(before, after):.1f} times smaller"
+            axes.set_title(f"{name}, {length:g} mm: range {times}", fontsize=11, pad=14)
             angle = AROUND if name == "XY" else np.pi / 2 - ELEVATION
             offset = 0.25 * before.max()
-            axes.plot(angle, before + offset, "o-", ms=3, color=COLOURS[0], label="before")
-            axes.plot(angle, after + offset, "*-", ms=4, color=COLOURS[1], label="after")
+            axes.plot(angle, before + offset, "o-", ms=3, color=LIGHT["before"], label="before")
+            axes.plot(angle, after + offset, "*-", ms=4, color=LIGHT["after"], label="after")
             axes.plot(angle, 0.0 * angle + offset, ":", color="0.5", label="zero")
             axes.legend(loc="lower left", fontsize=8)
     figure.suptitle("Pretravel (µm from the dotted zero) before and after Woźniak's correction")

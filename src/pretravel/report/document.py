@@ -168,28 +168,27 @@ class Picture:
     """
 
     caption: str
-    compute: Callable[[], View | Figure]  # figures of matplotlib: not yet moved to charts
+    compute: Callable[[], View]
 
     def __reduce__(self) -> tuple[object, ...]:
         """What another process gets: the caption, and what the picture shows."""
         return _computed_picture, (self.caption, self.view)
 
     @cached_property
-    def view(self) -> View | Figure:
+    def view(self) -> View:
         """What the picture shows."""
         return self.compute()
 
     @property
     def charts(self) -> tuple[Chart, ...]:
         """The charts of the view."""
-        return getattr(self.view, "charts", ())
+        return self.view.charts
 
     def draw(self) -> Figure:
         """The picture by matplotlib, for files."""
-        from pretravel.report.chart import View
         from pretravel.report.chart_files import drawn_figure
 
-        return drawn_figure(self.view) if isinstance(self.view, View) else self.view
+        return drawn_figure(self.view)
 
     @cached_property
     def png(self) -> bytes:
@@ -199,7 +198,7 @@ class Picture:
         return data.getvalue()
 
 
-def _computed_picture(caption: str, view: View | Figure) -> Picture:
+def _computed_picture(caption: str, view: View) -> Picture:
     return Picture(caption, lambda: view)
 
 

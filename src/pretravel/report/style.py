@@ -14,11 +14,7 @@ from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
 
-COLOURS = (
-    "#1b4965", "#ca6702", "#2a9d8f", "#9b2226", "#7b5ea7", "#6c757d", "#e9c46a", "#84a98c"
-)  # fmt: skip
 _ENDINGS = (".png", ".svg", ".pdf")
 _folder = {"trusted": True}
 """Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
@@ -95,19 +91,6 @@ def save_picture_file(picture: Picture, path: str | Path) -> None:
         return
     with whole_file(path) as temporary:
         temporary.write_bytes(picture.png)
-
-
-def polar_axes(figure: Figure, rows: int, columns: int, index: int, title: str) -> PolarAxes:
-    """Axes around the circle, in one cell of a grid of axes."""
-    from matplotlib.projections.polar import PolarAxes
-
-    axes = figure.add_subplot(rows, columns, index, projection="polar")
-    assert isinstance(axes, PolarAxes)
-    axes.set_title(title, fontsize=11, pad=14)
-    axes.set_rlabel_position(100.0)
-    axes.tick_params(labelsize=8)
-    axes.grid(alpha=0.35)
-    return axes
 
 
 def some_rows(rows: IntArray, most: int = 5000) -> IntArray:

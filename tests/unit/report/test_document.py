@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.report.as_json import document_values
+from pretravel.report.chart import Axis, LineMark, PlaneChart, View
 from pretravel.report.document import (
     Column,
     Document,
@@ -19,7 +20,6 @@ from pretravel.report.document import (
 )
 from pretravel.report.formatting import decimals, signed_decimals
 from pretravel.report.page import page_text, write_page
-from pretravel.report.style import new_figure
 from pretravel.report.terminal import terminal_text
 
 DOCUMENT = Document(
@@ -85,11 +85,12 @@ class TestPage:
     def test_it_has_the_details_and_the_pictures_in_one_file(self, tmp_path: Path) -> None:
         drawn = []
 
-        def draw() -> object:
+        def compute() -> View:
             drawn.append(True)
-            return new_figure(1.0, 1.0)
+            line = LineMark(np.arange(2.0), np.arange(2.0))
+            return View("it", (PlaneChart("it", Axis("x"), Axis("y"), (line,)),))
 
-        document = Document("Probe", pictures=(Picture('of "it"', draw),))  # type: ignore[arg-type]
+        document = Document("Probe", pictures=(Picture('of "it"', compute),))
         assert not drawn
         write_page(tmp_path / "page.html", document)
         page = (tmp_path / "page.html").read_text(encoding="utf-8")

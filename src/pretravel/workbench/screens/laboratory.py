@@ -13,7 +13,6 @@ from pretravel.formats.csv_table import write_csv_table
 from pretravel.formats.laboratory_file import with_laboratory_values
 from pretravel.formats.separation_csv import separation_json, separation_table
 from pretravel.report.certificate_report import TEMPLATE
-from pretravel.report.chart import View
 from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.rig_report import trace_view
 from pretravel.units import MICROMETRE
@@ -115,9 +114,7 @@ def _rig(state: ScreenState) -> None:
 def _show_rig(state: ScreenState, result: RigResult) -> None:
     traces = {trace.name for trace in result.rig.traces}  # a trace has a panel of its own
     pictures = tuple(
-        picture
-        for picture in result.document.pictures
-        if isinstance(picture.view, View) and picture.view.title not in traces
+        picture for picture in result.document.pictures if picture.view.title not in traces
     )
     document_view(replace(result.document, pictures=pictures))
     with panel("One trace"):
