@@ -99,15 +99,15 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     opened(page, f"{workbench.address}engineer")
     drop(page, text.encode())
     state_diameters(page)
-    bad = page.get_by_role("row").filter(has=page.get_by_label("Use touch 10", exact=True))
+    bad = page.get_by_role("row").filter(has=page.get_by_label("Use touch line 10", exact=True))
     page.wait_for_selector('tr:has-text("outlier")')
     assert "outlier" in bad.inner_text()
-    page.get_by_label("Use touch 10", exact=True).click()
+    page.get_by_label("Use touch line 10", exact=True).click()
     page.wait_for_selector("text=You left out 1 of 75 touches")
     other = page.context.new_page()
     opened(other, f"{workbench.address}engineer")
     other.wait_for_selector("text=You left out 1 of 75 touches")
-    assert not other.get_by_label("Use touch 10", exact=True).is_checked()
+    assert not other.get_by_label("Use touch line 10", exact=True).is_checked()
     command, python = (
         block.get_attribute("data-copy") for block in other.locator(".copy-button").all()[:2]
     )
@@ -117,7 +117,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     assert np.array_equal(mine.coefficients, read_map(tmp_path / "map.nc").coefficients)
     other.get_by_role("button", name="Use all touches again").click()
     page.wait_for_selector("text=Untick it below")
-    assert page.get_by_label("Use touch 10", exact=True).is_checked()
+    assert page.get_by_label("Use touch line 10", exact=True).is_checked()
 
 
 def downloaded_map(page: Any, folder: Path) -> Path:

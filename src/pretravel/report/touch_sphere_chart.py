@@ -31,7 +31,7 @@ class TouchesInSpace:
     radius : float
         Of that sphere. [mm]
     residuals : (n,) float
-        Along the normal. [µm]
+        Pretravel less that of the fit: positive where the probe triggers late. [µm]
     outliers : (n,) bool
         Named and left out by the fit.
     left_out : (n,) bool
@@ -85,13 +85,13 @@ def touches_chart(
         _points(touches, named, _OUTLIER, with_values=False),
         _points(touches, dropped, _NOT_USED, with_values=False),
     )
-    factor = enlarged * 1e3 if unit == "mm" else enlarged
+    factor = 1e3 * enlarged  # residuals are in µm
     return SpaceChart(
         title,
         marks,
         unit=unit,
-        scale=Scale("touch less fit", "µm", -largest, largest, signed=True),
-        note=f"Bars show the residuals {factor:.0f} times enlarged.",
+        scale=Scale("pretravel less fit", "µm", -largest, largest, signed=True),
+        note=f"Bars show the residuals about {float(f'{factor:.1g}'):.0f} times enlarged.",
     )
 
 

@@ -13,7 +13,7 @@ from pretravel.report.chart import Chart
 from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
 from pretravel.report.document import Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
-from pretravel.workbench.components.layout import folded, note, text, warning
+from pretravel.workbench.components.layout import folded, text, warning
 from pretravel.workbench.components.plot import plot
 
 __all__ = ["document_view", "key_figures", "picture_view", "plot", "table_view"]
@@ -130,8 +130,6 @@ def picture_view(picture: Picture) -> None:
         with place:
             for chart, figure in charts:
                 plot(figure, chart.title or picture.caption)
-                if chart.note:
-                    note(chart.note)
             if png:
                 _image(png, picture.caption)
         place.classes(remove="picture-place", add="charts" if charts else "")

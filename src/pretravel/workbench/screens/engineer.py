@@ -10,7 +10,7 @@ from pretravel.workbench.components.layout import inputs_and_results, panel
 from pretravel.workbench.components.plot import load_plots_ahead
 from pretravel.workbench.project import ScreenState, SettingValue
 from pretravel.workbench.screens.engineer_control import control_panel
-from pretravel.workbench.screens.engineer_inputs import reference_panel, understood
+from pretravel.workbench.screens.engineer_inputs import no_touches_yet, reference_panel, understood
 from pretravel.workbench.screens.engineer_next import next_step
 from pretravel.workbench.screens.engineer_results import results
 from pretravel.workbench.screens.engineer_settings import DEFAULTS
@@ -36,6 +36,7 @@ def show(state: ScreenState) -> None:
                 )
                 example_button(state, {"touches": ["sphere_touches.csv"]}, EXAMPLE)
                 understood(state)
+                no_touches_yet()
             reference_panel(state)
             control_panel(state)
         with right:

@@ -108,6 +108,6 @@ def _map_files(result: FitResult | None) -> None:
             download_button(words, f"map.{ending}", lambda path: write_map(path, made))
 
         def page(path: Path) -> None:
-            write_page(path, result.document(), record=result.record)
+            write_page(path, result.report, record=result.record)
 
         download_button("Report (page)", "qualification.html", page)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
 from pretravel.quantities import REFERENCE_DIAMETER, TIP_BALL
 from pretravel.workbench.components.document_view import table_view
+from pretravel.workbench.components.downloads import download_button
 from pretravel.workbench.components.fields import choice_field, number_field, switch_field
 from pretravel.workbench.components.layout import folded, live, note, panel, text, warning
 from pretravel.workbench.components.outcome import outcome
@@ -166,3 +168,29 @@ def _rare_fields(state: ScreenState) -> None:
         choice_field(state, "transducer", "Transducer", names, default="contact")
 
     live([state.listen], of_wozniak, lambda: state.settings.get("kind"))
+
+
+def no_touches_yet() -> None:
+    """What to touch, where somebody has no file yet."""
+    with folded("No touches yet?"):
+        text(
+            "p",
+            "Touch a calibrated sphere in 25 directions, three times each, at the feed at which "
+            "you measure. Write a table with a row for each touch: the position X, Y, Z at the "
+            "trigger (centre of the tip, without correction of the radius) and the outward "
+            "normal I, J, K.",
+        )
+        download_button("The 25 directions (CSV)", "directions.csv", _write_directions)
+        text("p", "For LinuxCNC a command writes the program:")
+        command = "pretravel program sphere mill.toml --diameter 25 -o sphere.ngc"
+        text("pre", command, "file-text").props('tabindex="0"')
+
+
+def _write_directions(path: Path) -> None:
+    from pretravel.directions import sphere_pattern_25
+    from pretravel.formats.csv_table import write_csv_table
+
+    pattern = sphere_pattern_25()
+    names = [f"p{i + 1}" for i in range(len(pattern))]
+    columns = dict(zip(("nx", "ny", "nz"), pattern.T, strict=True))
+    write_csv_table(path, {"label": names, **columns})

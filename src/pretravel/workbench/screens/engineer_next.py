@@ -39,9 +39,14 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
         return _FILE
     if look.error:
         return _UNREADABLE
-    if look.result is not None and look.result.question:
+    diameter = state.settings.get("diameter")
+    # With a diameter, that of the touches shows the unit.
+    open_question = look.result is not None and (
+        look.result.question or (look.result.asked and diameter is None)
+    )
+    if open_question:
         return _QUESTION
-    if state.settings.get("diameter") is None:
+    if diameter is None:
         return _DIAMETER
     if fit.error:
         return _PROBLEM

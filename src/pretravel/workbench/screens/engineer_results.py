@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from nicegui import ui
+from nicegui.events import GenericEventArguments
 
+from pretravel.report.chart import PolarChart, SpaceChart
 from pretravel.report.chart_plotly import plotly_figure
-from pretravel.report.touch_sphere_chart import touches_chart
 from pretravel.workbench.components.document_view import document_view
 from pretravel.workbench.components.downloads import download_button
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import folded, here, live, note, panel, text, warning
 from pretravel.workbench.components.outcome import outcome
-from pretravel.workbench.components.plot import ColouredPlot, plot
+from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens.engineer_settings import command_lines, python_lines
@@ -24,6 +25,7 @@ from pretravel.workbench.screens.engineer_work import (
     ExportResult,
     FitResult,
     LookResult,
+    TouchesPicture,
     TriedMap,
 )
 from pretravel.workbench.tasks import WORKS
@@ -37,8 +39,8 @@ def results(state: ScreenState) -> None:
     outcome(state, FIT, lambda result: _verdict(result), missing=_MISSING)
     _touches_in_space(state)
     fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
-    live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
     live([export.listen], lambda: _control_files(export.result), lambda: export.result)
+    live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
     live([fit.listen], lambda: _part(state), lambda: fit.result is None)
     live([fit.listen, export.listen], lambda: _same(state), lambda: (fit.result, export.result))
 
@@ -46,16 +48,16 @@ def results(state: ScreenState) -> None:
 def _verdict(result: FitResult | None) -> None:
     if result is None:
         return
-    report = result.document()
+    report = result.report
     with panel("Verdict"):
         sentence = result.compared.sentence() if result.compared is not None else ""
-        text("p", f"{sentence}." if sentence else f"{report.verdict}.", "verdict")
+        text("p", f"{sentence or report.verdict}.", "verdict")
         if sentence:
             text("p", f"{report.verdict}.")
         if result.problem:
             note(f"Corrections of controls cannot be compared: {result.problem}")
         for words in report.warnings:
-            warning(words)
+            warning(words[0].upper() + words[1:])
 
 
 def _touches_in_space(state: ScreenState) -> None:
@@ -74,41 +76,30 @@ def _touches_in_space(state: ScreenState) -> None:
     live([look.listen, fit.listen], build, there)
 
 
-def _shown(
-    look: LookResult | None, fit: FitResult | None
-) -> tuple[dict[str, Any], str, object] | None:
-    """Figure, note and touches of the newest result that is there."""
+def _shown(look: LookResult | None, fit: FitResult | None) -> TouchesPicture | None:
+    """The newest picture of the touches."""
     if fit is not None:
-        chart = touches_chart(fit.touches)
-        return plotly_figure(chart), chart.note, fit.touches
-    if look is not None and look.found is not None and look.touches is not None:
-        title = "Touches on the sphere that fits them best"
-        unit = "mm" if look.found.unit_known else "unit of the file"
-        chart = touches_chart(look.touches, title, unit=unit)
-        return plotly_figure(chart), chart.note, look.touches
-    return None
+        return fit.picture
+    return None if look is None else look.picture
 
 
 def _picture(state: ScreenState) -> None:
     look, fit = WORKS.of(state, LOOK), WORKS.of(state, FIT)
     first = _shown(look.result, fit.result)
     assert first is not None
-    drawn = [first[2]]
-    picture: ColouredPlot = plot(first[0], "Touches on the reference in space, colours: residuals")
-    remark = text("p", first[1], "note")
+    drawn = [first]
+    picture = plot(first.figure, "Touches on the reference in space, colours: residuals")
 
     def refresh() -> None:
         now = _shown(look.result, fit.result)
-        if now is not None and now[2] is not drawn[0]:
-            drawn[0] = now[2]
-            picture.update_figure(now[0])
-            remark.set_text(now[1])
+        if now is not None and now is not drawn[0]:
+            drawn[0] = now
+            picture.update_figure(now.figure)
 
-    def clicked(event: object) -> None:
-        if fit.result is None:
-            return
-        point = event.args["points"][0]  # type: ignore[attr-defined]
-        toggle_point(state, fit.result, point["curveNumber"], point["pointNumber"])
+    def clicked(event: GenericEventArguments) -> None:
+        if fit.result is not None:
+            point = event.args["points"][0]
+            toggle_point(state, fit.result, point["curveNumber"], point["pointNumber"])
 
     here([look.listen, fit.listen], refresh)
     picture.on("plotly_click", clicked)
@@ -136,24 +127,36 @@ def toggle_point(state: ScreenState, result: FitResult, trace: int, point: int) 
 def _costs(result: FitResult | None) -> None:
     if result is None:
         return
-    if result.compared is not None:
+    with panel("The lobes of the probe"), ui.element("div").classes("charts"):
+        for chart in result.report.pictures[0].charts:
+            if isinstance(chart, PolarChart | SpaceChart) and chart.title.startswith("pretravel"):
+                plot(plotly_figure(chart), chart.title)
+    if result.costs is not None:
         with panel("What a simpler correction leaves"):
-            report = result.compared.document()
-            document_view(report)
+            for chart in result.costs.pictures[0].charts[1:2]:
+                plot(plotly_figure(chart), chart.title)
+            with folded("All corrections, over the azimuth and in a table"):
+                document_view(result.costs)
     with folded("Full report of the qualification"):
-        document_view(result.document())
+        document_view(result.report)
 
 
 def _control_files(result: ExportResult | None) -> None:
     if result is None:
         return
     with panel("Files for the control"):
+        head = [words for words in result.files.remarks if words.startswith(("(", ";"))]
         for words in result.files.remarks:
-            note(words)
+            if words not in head:
+                text("p", words)
+        if head:
+            text("pre", "\n".join(head), "file-text").props('tabindex="0"')
         for name, content in result.files.texts.items():
-            with folded(name or "Text of the file", opened=len(result.files.texts) == 1):
+            with folded(name or "Text of the file"):
                 shown = content[:_LONGEST_TEXT]
                 text("pre", shown, "file-text").props('tabindex="0"')
+                if len(shown) < len(content):
+                    note(f"The first {len(shown)} of {len(content)} signs.")
 
 
 def _part(state: ScreenState) -> None:

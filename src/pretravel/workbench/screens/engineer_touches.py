@@ -7,7 +7,7 @@ from nicegui import ui
 
 from pretravel.directions import describe
 from pretravel.report.formatting import number_text, signed_decimals
-from pretravel.workbench.components.layout import here, live, note, text
+from pretravel.workbench.components.layout import here, live, note, text, warning
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens.engineer_settings import EngineerSettings, file_mark
 from pretravel.workbench.screens.engineer_work import FIT, FitResult
@@ -15,6 +15,8 @@ from pretravel.workbench.tasks import WORKS
 
 MOST_ROWS = 150
 """Of the table; of more touches those with the largest residuals."""
+_MOST_OUTLIERS = 5
+"""That are described one by one; the report has all."""
 
 
 def set_used(state: ScreenState, name: str, *, used: bool) -> None:
@@ -80,9 +82,8 @@ def _left_out(state: ScreenState, result: FitResult | None) -> None:
         note("State the diameter of the reference: then a bad touch can be unticked.")
         return
     count = int(result.touches.left_out.sum())
-    found = int((result.touches.outliers & ~result.touches.left_out).sum())
-    if found:
-        note(f"{found} of {len(result.names)} touches do not fit the others (outliers).")
+    for outlier in result.qualified.qualification.outliers[:_MOST_OUTLIERS]:
+        warning(f"Outlier: {outlier.message}. {outlier.outcome}.")
     if not count:
         note("A bad touch? Untick it below, or click it in the picture.")
         return

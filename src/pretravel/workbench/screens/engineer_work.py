@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pretravel.jobs.compensate import CompensatedTouches
     from pretravel.jobs.look import ColumnsOfTable, LookedAt
     from pretravel.jobs.qualify import QualifiedProbe
+    from pretravel.report.chart_plotly import PlotlyFigure
     from pretravel.report.document import Document
     from pretravel.report.touch_sphere_chart import TouchesInSpace
     from pretravel.report.work_record import WorkRecord
@@ -41,6 +42,20 @@ QUESTIONS = ("units", "decimal", "columns")
 """What a file can lack that one click on the page states."""
 _ROUND = 0.01
 """Largest share of its radius by which touches on a sphere deviate from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class TouchesPicture:
+    """Touches in space, drawn.
+
+    Attributes
+    ----------
+    touches : TouchesInSpace
+    figure : PlotlyFigure
+    """
+
+    touches: TouchesInSpace
+    figure: PlotlyFigure
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +74,7 @@ class LookResult:
     lines : tuple of str
         First lines of the file as they are.
     columns : ColumnsOfTable or None
-    touches : TouchesInSpace or None
+    picture : TouchesPicture or None
         About the sphere that fits them best; None where they lie on none.
     """
 
@@ -69,7 +84,7 @@ class LookResult:
     asked: tuple[str, ...]
     lines: tuple[str, ...]
     columns: ColumnsOfTable | None
-    touches: TouchesInSpace | None
+    picture: TouchesPicture | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +101,13 @@ class FitResult:
         By which each touch of the file can be left out.
     directions : (n, 3) float
         From the centre to each touch.
-    touches : TouchesInSpace
+    picture : TouchesPicture
         All touches of the file.
+    report : Document
+        Of the qualification, as the command makes it.
     compared : ComparedMap or None
+    costs : Document or None
+        Of the comparison.
     problem : str
         Why there is no comparison.
     record : WorkRecord
@@ -99,17 +118,17 @@ class FitResult:
     qualified: QualifiedProbe
     names: tuple[str, ...]
     directions: FloatArray
-    touches: TouchesInSpace
+    picture: TouchesPicture
+    report: Document
     compared: ComparedMap | None
+    costs: Document | None
     problem: str
     record: WorkRecord
 
-    def document(self, *, saved: bool = False) -> Document:
-        """The report of the qualification, as the command makes it."""
-        from pretravel.report.preview_report import with_reading_note
-
-        report = self.qualified.document(self.name, excluded=self.settings.left_out, saved=saved)
-        return with_reading_note(report, self.qualified.readings)
+    @property
+    def touches(self) -> TouchesInSpace:
+        """All touches of the file."""
+        return self.picture.touches
 
 
 @cache
@@ -152,7 +171,15 @@ def look(inputs: Inputs) -> LookResult:
     )
 
 
-def _about_best_sphere(found: LookedAt) -> TouchesInSpace | None:
+def _drawn(touches: TouchesInSpace, title: str, unit: str = "mm") -> TouchesPicture:
+    from pretravel.report.chart_plotly import plotly_figure
+    from pretravel.report.touch_sphere_chart import touches_chart
+
+    chart = touches_chart(touches, title, unit=unit)
+    return TouchesPicture(touches, plotly_figure(chart))
+
+
+def _about_best_sphere(found: LookedAt) -> TouchesPicture | None:
     from pretravel.report.touch_sphere_chart import TouchesInSpace
     from pretravel.uncertainty.fitting.sphere import fit_sphere
     from pretravel.units import MICROMETRE
@@ -167,7 +194,11 @@ def _about_best_sphere(found: LookedAt) -> TouchesInSpace | None:
         return None
     none = np.zeros(len(positions), dtype=bool)
     labels = tuple(str(row + 1) for row in range(len(positions)))
-    return TouchesInSpace(positions, fit.center, fit.radius, off / MICROMETRE, none, none, labels)
+    return _drawn(
+        TouchesInSpace(positions, fit.center, fit.radius, off / MICROMETRE, none, none, labels),
+        "Touches on the sphere that fits them best",
+        "mm" if found.unit_known else "unit of the file",
+    )
 
 
 class _LastFits:
@@ -208,6 +239,7 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
     from pretravel.formats.several_files import read_series
     from pretravel.jobs.compare import compare_map
     from pretravel.jobs.qualify import qualify_probe
+    from pretravel.report.preview_report import with_reading_note
     from pretravel.report.work_record import input_file, record_now
 
     try:
@@ -224,14 +256,22 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
     except PretravelError as error:  # a map that does not hold all around
         problem = str(error)
     touches = _touches_of(qualified, whole, np.isin(names, left_out), names)
+    report = qualified.document(path.name, excluded=left_out, saved=False)
+    report = with_reading_note(report, kept)
+    costs = None if compared is None else compared.document()
+    for document in (report, costs):
+        for picture in () if document is None else document.pictures:
+            _ = picture.charts  # made here, because the page must not wait
     return FitResult(
         path.name,
         settings,
         qualified,
         names,
         whole.touches.normals,
-        touches,
+        _drawn(touches, "Touches, coloured by residual"),
+        report,
         compared,
+        costs,
         problem,
         record_now(
             command_lines(path.name, settings).splitlines()[0],
@@ -275,7 +315,9 @@ def _touches_of(
     rows = [row for outlier in made.outliers for row in outlier.rows]
     named[np.flatnonzero(kept)[rows]] = True
     radius = float(np.mean(np.linalg.norm(touches.positions - made.center, axis=1)))
-    labels = touches.labels or tuple(name.rpartition(":")[2] for name in names)
+    labels = touches.labels or tuple(
+        f"line {name.rpartition(':')[2]}" if ":" in name else name for name in names
+    )
     return TouchesInSpace(
         touches.positions, made.center, radius, residuals / MICROMETRE, named, ~kept, labels
     )
