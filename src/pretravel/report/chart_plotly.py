@@ -516,8 +516,8 @@ def _compass_notes(largest: float) -> list[dict[str, Any]]:
 
 def _space(chart: SpaceChart) -> PlotlyFigure:
     data = [trace for mark in chart.marks for trace in _space_traces(mark, chart)]
-    axis = {"backgroundcolor": "@paper", "gridcolor": "@grid", "zerolinecolor": "@grid"}
-    axis |= {"showspikes": False}
+    axis: dict[str, Any] = {"backgroundcolor": "@paper", "gridcolor": "@grid"}
+    axis |= {"zerolinecolor": "@grid", "showspikes": False}
     middle, sides = box_of(chart)
     scene: dict[str, Any] = {}
     for name, center, side in zip("xyz", middle.tolist(), sides.tolist(), strict=True):
