@@ -47,11 +47,11 @@ async def project_page() -> None:
 
 def _entry(recent: RecentProject) -> None:
     with ui.element("li"):
-        changed = datetime.fromtimestamp(recent.changed).strftime("%Y-%m-%d %H:%M")
+        used = datetime.fromtimestamp(recent.used).strftime("%Y-%m-%d %H:%M")
         text("span", recent.name, "file-name")
-        text("span", changed, "file-size")
+        text("span", used, "file-size")
         button = ui.button("Open", on_click=lambda: _open(recent.path)).props("no-caps outline")
-        button.props["aria-label"] = f"Open {recent.name}, changed {changed}"
+        button.props["aria-label"] = f"Open {recent.name}, last used {used}"
 
 
 def _new() -> None:

@@ -36,26 +36,26 @@ class RecentProject:
     ----------
     path : Path
     name : str
-    changed : float
-        Time of its last change, seconds since 1970. [s]
+    used : float
+        Time when it was last changed or opened, since 1970. [s]
     """
 
     path: Path
     name: str
-    changed: float
+    used: float
 
 
 def recent_projects(most: int = 30) -> list[RecentProject]:
     """The projects in the folder of projects, the newest first; what cannot be read is left out."""
-    files = sorted(projects_folder().glob(f"*{PROJECT_ENDING}"), key=_changed, reverse=True)
+    files = sorted(projects_folder().glob(f"*{PROJECT_ENDING}"), key=_used, reverse=True)
     found = []
     for path in files[:most]:
         with suppress(PretravelError):
-            found.append(RecentProject(path, read_project(path).name, _changed(path)))
+            found.append(RecentProject(path, read_project(path).name, _used(path)))
     return found
 
 
-def _changed(path: Path) -> float:
+def _used(path: Path) -> float:
     try:
         return path.stat().st_mtime
     except OSError:
@@ -143,6 +143,8 @@ class Session:
         if self._lock is not None:
             self._lock.release()
         self._lock = lock
+        if path.exists() and path.parent == projects_folder():
+            path.touch()  # the next start opens the one that was used last
         self.project, self.path, self.problem, self.unsaved = project, path, "", False
         self._end = project.listen(self._changed)
 

@@ -45,7 +45,8 @@ def start(
     from pretravel.workbench.session import SESSION
 
     access = Access.of(host)
-    shown = f"[{host}]" if ":" in host else {"0.0.0.0": socket.gethostname()}.get(host, host)
+    reached = own_address() if host in ("0.0.0.0", "::") else host
+    shown = f"[{reached}]" if ":" in reached else reached
     address = f"http://{shown}:{chosen}/"
     SESSION.start(project, address)
     # NiceGUI reads it when it is imported; nothing is stored there.
@@ -59,6 +60,20 @@ def start(
         say(f"The project is saved in {SESSION.path}")
 
     serve(access, chosen, show=f"/{page}" if browser else False, listening=listening)
+
+
+def own_address() -> str:
+    """The address of this computer for others in its network; of this computer without one.
+
+    >>> own_address().count(".")
+    3
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # of no computer (RFC 5737); nothing is sent
+            return str(probe.getsockname()[0])
+        except OSError:
+            return "127.0.0.1"
 
 
 def free_port(host: str, port: int | None) -> int:
