@@ -47,7 +47,7 @@ def test_a_change_is_saved_and_the_last_project_opened_again(tmp_path: Path) -> 
         assert [one.name for one in recent_projects()] == ["Second", "First"]
         session.open(path)
         assert session.project.screen("part").settings["lever"] == 50.0
-        with pytest.raises(PretravelError, match="open in another workbench, at .*:1/: use"):
+        with pytest.raises(PretravelError, match=r"open in another workbench, at .*:1/: use"):
             Session().start(path, "http://127.0.0.1:2/")
         await until(lambda: not session.unsaved)
         session.new()  # lets the first one go
