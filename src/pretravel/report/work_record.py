@@ -14,6 +14,8 @@ from pretravel import __version__
 from pretravel.report.document import Column, KeyFigure, Table
 from pretravel.report.formatting import decimals
 
+_OF_THE_OUTPUT = ("output", "plot", "verbose", "force")
+"""Settings that say what is written, not what is computed."""
 _LIBRARIES = ("numpy", "scipy")
 """Libraries whose versions can change the last digits of a result."""
 
@@ -153,7 +155,7 @@ def record_now(
 
 
 def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
-    """The command, the date, the software and the statements of a record.
+    """The command, the date, the software, the statements and the given settings of a record.
 
     >>> [figure.name for figure in record_figures(record_now("pretravel formats"))]
     ['command', 'date', 'software']
@@ -164,7 +166,23 @@ def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
         KeyFigure("date", record.date),
         KeyFigure("software", versions),
         *(KeyFigure(meaning, text) for meaning, text in record.statements if text),
+        *(
+            KeyFigure(setting.name, setting.value, remark=setting.meaning)
+            for setting in _chosen(record)
+        ),
     )
+
+
+def _chosen(record: WorkRecord) -> list[Setting]:
+    """The given settings that a result depends on, without the input files."""
+    files = {entry.role for entry in record.inputs} | {entry.name for entry in record.inputs}
+    return [
+        setting
+        for setting in record.settings
+        if setting.given
+        and setting.name.lstrip("-") not in _OF_THE_OUTPUT
+        and not {setting.name, setting.value} & files
+    ]
 
 
 def inputs_table(inputs: Sequence[InputFile]) -> Table:

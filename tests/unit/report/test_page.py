@@ -106,6 +106,7 @@ def test_warnings_are_directly_below_the_verdict_and_figures_have_u_and_k() -> N
     places = [body.index(words) for words in order]
     assert places == sorted(places)
     assert "U (k = 2)" in page
+    assert '<th scope="row">--diameter</th><td class="words">25 (Diameter of the sphere)' in page
     assert '<td class="number expanded">0.50 µm</td>' in page  # 2 · 0.25
 
 
