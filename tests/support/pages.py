@@ -22,7 +22,7 @@ def chart_view(label: str) -> View:
     return View(
         label,
         (
-            PlaneChart(label, Axis(label, "s"), Axis("force", "N"), (line, dots)),
+            PlaneChart(label, Axis(label, "s"), Axis("force", "N"), (line, dots), note=label),
             SpaceChart(label, (SpacePoints(points, label, labels=(label, "b", "c")),)),
         ),
     )

@@ -170,6 +170,10 @@ def plotly_script_gzip() -> bytes:
     return gzip.compress(plotly_script(), compresslevel=9, mtime=0)
 
 
+SMALL = ("<span style='font-size:12px'>", "</span>")
+"""The HTML around the note of a chart."""
+
+
 def _text(text: str) -> str:
     """Text that Plotly shows as it is: it reads some HTML."""
     return html.escape(text, quote=False).replace("\n", "<br>")
@@ -177,7 +181,7 @@ def _text(text: str) -> str:
 
 def _add_note(layout: dict[str, Any], note: str) -> None:
     """A line of smaller words below the title, with room for it."""
-    small = f"<span style='font-size:12px'>{_text(note)}</span>"
+    small = f"{SMALL[0]}{_text(note)}{SMALL[1]}"
     layout["title"] = layout["title"] | {"text": f"{layout['title']['text']}<br>{small}"}
     layout["margin"] = layout["margin"] | {"t": layout["margin"]["t"] + 14}
 

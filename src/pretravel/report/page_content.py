@@ -24,7 +24,7 @@ from pretravel.report.as_json import (
     record_from_values,
     record_values,
 )
-from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
+from pretravel.report.chart_plotly import SMALL, PlotlyFigure, plotly_figure
 from pretravel.report.document import Document, Picture, Table
 from pretravel.report.work_record import WorkRecord, inputs_table, settings_table
 
@@ -43,7 +43,7 @@ _TRACES = frozenset(
 )  # fmt: skip
 """Kinds of traces that a figure of a page may have."""
 _DEEPEST = 12
-_MARKUP = ("<br>", "<extra></extra>")
+_MARKUP = ("<br>", "<extra></extra>", *SMALL)
 """The HTML in texts of Plotly that charts use."""
 
 
