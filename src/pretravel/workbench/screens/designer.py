@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -35,6 +37,7 @@ from pretravel.workbench.screens.designer_form import (
     start_values,
 )
 from pretravel.workbench.screens.designer_work import (
+    DESIGN_FILE,
     DESIGNS,
     FINITE_ELEMENTS,
     FIRST_START,
@@ -238,7 +241,7 @@ def _comparison(state: ScreenState, work: Work) -> None:
         )
     with ui.element("div").classes("charts"):
         plots = {name: plot({"data": [], "layout": {}}, words) for name, words in _PICTURES.items()}
-    live([work.listen, state.listen], lambda: _table(state, work), lambda: _shown(state, work))
+    live([work.listen], lambda: _tables(work), lambda: id(work.result))
     last: list[Any] = []
 
     def redraw() -> None:
@@ -309,25 +312,22 @@ def _strip(work: Work) -> None:
             text("p", line)
 
 
-def _table(state: ScreenState, work: Work) -> None:
-    from pretravel.workbench.screens.designer_pictures import figures_table
-
+def _tables(work: Work) -> None:
     result: ComparedDesigns | None = work.result
     if result is None:
         return
-    with ui.element("dl").classes("two-designs"):
-        text("dt", "A")
-        text("dd", result.other.probe.name)
-        text("dt", "B")
-        text("dd", result.design.probe.name)
-    if not result.changes:
+    document = result.document()
+    if result.changes or result.other.probe != result.design.probe:
+        text("p", document.verdict, "verdict")
+    else:
         note("B is still the start: move a slider on the left, and B follows.")
-    table_view(figures_table(result.other, result.design, float(state.settings.get("polar", 90.0))))
+    for table in document.tables:
+        table_view(table)
+    for remark in document.notes:
+        note(remark)
 
 
 def _downloads(state: ScreenState, work: Work) -> None:
-    from pretravel.jobs.predict import write_prediction
-
     def result() -> ComparedDesigns:
         if work.result is None or work.error:
             raise PretravelError(work.error or "there is no design yet")
@@ -338,28 +338,48 @@ def _downloads(state: ScreenState, work: Work) -> None:
     with ui.element("div").classes("button-row"):
         download_button(
             "Description (.toml)",
-            "design.toml",
+            DESIGN_FILE,
             lambda path: path.write_text(result().text(), encoding="utf-8"),
         )
         for ending in ("nc", "csv"):
             download_button(
                 f"Map (.{ending})",
                 f"design-map.{ending}",
-                lambda path: write_prediction(path, result().design),
+                lambda path: _write_map(path, result()),
             )
         download_button("Page (.html)", "design.html", lambda path: _write_page(path, result()))
+    live([work.listen], lambda: _same(work.result), lambda: work.result and work.result.other_name)
+
+
+def _same(result: ComparedDesigns | None) -> None:
+    other = result.other_name if result else FIRST_START
     same_elsewhere(
-        "pretravel predict design.toml -o design-map.csv",
-        "from pretravel import load_probe, predict\n"
-        "from pretravel.jobs.predict import predict_probe\n"
-        'predicted = predict_probe(load_probe("design.toml"))\n'
-        "print(predicted.trigger.pretravel.mean())",
+        shlex.join(["pretravel", "compare", other, DESIGN_FILE, "-o", "design.html"])
+        + "\npretravel predict design.toml -o design-map.csv",
+        "from pathlib import Path\n"
+        "from pretravel import load_probe\n"
+        "from pretravel.jobs.compare_designs import compare_designs\n"
+        "from pretravel.jobs.predict import predict_probe, write_prediction\n"
+        f'print(compare_designs({other!r}, "design.toml").document(("A", "B")).verdict)\n'
+        'write_prediction(Path("design-map.csv"), predict_probe(load_probe("design.toml")))',
     )
+
+
+def _write_map(path: Path, result: ComparedDesigns) -> None:
+    from pretravel.jobs.predict import write_prediction
+
+    write_prediction(path, result.design)
 
 
 def _write_page(path: Path, result: ComparedDesigns) -> None:
     from pretravel.report.page import write_page
-    from pretravel.report.work_record import record_now
+    from pretravel.report.work_record import input_file, record_now
 
-    record = record_now("pretravel predict design.toml -o design.html")
-    write_page(path, result.design.document(), record=record)
+    with temporary_folder() as folder:
+        description = folder / DESIGN_FILE
+        description.write_text(result.text(), encoding="utf-8")
+        read = replace(input_file(description, "PROBE"), name=description.name)
+    command = shlex.join(
+        ["pretravel", "compare", result.other_name, DESIGN_FILE, "-o", "design.html"]
+    )
+    write_page(path, result.document(), record=record_now(command, [read]))

@@ -133,14 +133,14 @@ def stress_figures(
     from pretravel.jobs.fem import TouchDirection
     from pretravel.report.chart_plotly import plotly_figure
     from pretravel.report.document import KeyFigure
+    from pretravel.report.finite_elements_picture import trigger_field_view
     from pretravel.report.formatting import decimals
-    from pretravel.report.stress_chart import stress_chart
     from pretravel.trigger.elastic_field import field_at_trigger
     from pretravel.units import MICROMETRE
 
     touch = TouchDirection(polar_deg, azimuth_deg)
     field = field_at_trigger(result.predicted.probe, touch.normal, result.reduced)
-    chart = stress_chart(field)
+    bent = trigger_field_view(field).charts[0]
     trigger = field.trigger
     listed = (
         KeyFigure("trigger force", float(trigger.force[0]), "N", decimals(3)),
@@ -149,4 +149,4 @@ def stress_figures(
         KeyFigure("highest stress", float(field.stress.max()), "MPa", decimals(1), remark="at rest "
                   f"{field.rest_stress.max():.1f} MPa"),
     )  # fmt: skip
-    return plotly_figure(chart), chart.note, listed
+    return plotly_figure(bent), bent.note, listed

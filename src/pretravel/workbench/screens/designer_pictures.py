@@ -1,4 +1,4 @@
-"""Pictures and figures of two designs beside each other."""
+"""Pictures of two designs at a chosen polar angle, which follow a slider."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ from pretravel.jobs.predict import PredictedProbe
 from pretravel.report.chart import Axis, Bars, Dots, LineMark, PlaneChart, PolarChart
 from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
 from pretravel.report.colours import Colour
-from pretravel.report.document import Column, Table
+from pretravel.report.design_comparison_report import A, B, results_of
 from pretravel.report.formatting import (
-    decimals,
     number_text,
-    signed_decimals,
-    significant,
     value_text,
 )
 from pretravel.trigger.predict import Trigger
@@ -59,8 +56,8 @@ def design_figures(
         force, pretravel, parts.
     """
     shown = [
-        _Shown(*other, "series2", dashed=True),
-        _Shown(DESIGN, design, "series1"),
+        _Shown(*other, A),
+        _Shown(DESIGN, design, B, dashed=True),
     ]
     if elements is not None:
         shown.append(_Shown(ELEMENTS, elements, "series3", dots=True))
@@ -129,64 +126,13 @@ def _parts(shown: Sequence[_Shown], polar_deg: float) -> PlaneChart:
     )
 
 
-def figures_table(other: PredictedProbe, design: PredictedProbe, polar_deg: float = 90.0) -> Table:
-    """Key figures of two designs with their differences."""
-    rows = []
-    for name, unit, count in (
-        ("stylus length", "mm", 1),
-        ("lever", "mm", 1),
-        ("preload", "N", 2),
-        ("smallest trigger force", "N", 3),
-        ("largest trigger force", "N", 3),
-        ("mean pretravel", "µm", 2),
-        ("largest less smallest pretravel", "µm", 2),
-        ("stylus bending per newton", "µm/N", 2),
-    ):
-        a, b = (_figure(one, name, polar_deg) for one in (other, design))
-        change = number_text(100.0 * (b / a - 1.0), signed_decimals(0)) + " %" if a else ""
-        rows.append(
-            (
-                f"{name} / {unit}",
-                number_text(a, decimals(count)),
-                number_text(b, decimals(count)),
-                number_text(b - a, signed_decimals(count)),
-                change,
-            )
-        )
-    names = ("quantity", "A", "B", "B − A", "change")
-    return Table(
-        tuple(map(Column.of, names, zip(*rows, strict=True))),
-        title=f"Key figures at a polar angle of {number_text(polar_deg, significant(3))}°",
-    )
-
-
-def _figure(one: PredictedProbe, name: str, polar_deg: float) -> float:
-    from pretravel.model.beam import bending_compliance
-
-    rows = _rows(one, polar_deg)
-    force = one.trigger.force[rows]
-    pretravel = one.trigger.pretravel[rows] / MICROMETRE
-    return {
-        "stylus length": one.probe.stylus_length,
-        "lever": one.probe.lever,
-        "preload": one.probe.preload,
-        "smallest trigger force": float(force.min()),
-        "largest trigger force": float(force.max()),
-        "mean pretravel": float(pretravel.mean()),
-        "largest less smallest pretravel": float(np.ptp(pretravel)),
-        "stylus bending per newton": float(bending_compliance(one.probe.stylus)) / MICROMETRE,
-    }[name]
-
-
-def change_in_words(
-    other: PredictedProbe, design: PredictedProbe, polar_deg: float = 90.0
-) -> tuple[str, ...]:
-    """The change of pretravel and force from one design to the other, in a line each."""
+def change_in_words(other: PredictedProbe, design: PredictedProbe) -> tuple[str, ...]:
+    """The change of pretravel and force on walls from one design to the other, in a line each."""
+    before, after = results_of(other.trigger), results_of(design.trigger)
     return tuple(
-        f"{name}: {number_text(_figure(other, name, polar_deg), decimals(count))} → "
-        f"{value_text(_figure(design, name, polar_deg), unit, decimals(count))}"
-        for name, unit, count in (
-            ("mean pretravel", "µm", 2),
-            ("largest trigger force", "N", 3),
+        f"{words}: {number_text(before[name])} → {value_text(after[name], unit)}"
+        for words, name, unit in (
+            ("Mean pretravel on walls", "pretravel on walls, mean / µm", "µm"),
+            ("Largest trigger force on walls", "trigger force on walls, largest / N", "N"),
         )
     )

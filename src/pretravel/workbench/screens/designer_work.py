@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from pretravel.jobs.predict import PredictedProbe
     from pretravel.model.fem.condensation import ReducedModel
     from pretravel.probe.description import Probe
+    from pretravel.report.document import Document
 
 FIRST_START = "omp40-2"
+DESIGN_FILE = "design.toml"
 THE_START = "start"
 """The other design is the unchanged start."""
 
@@ -38,8 +40,8 @@ class ComparedDesigns:
         The description from which the design starts.
     changes : mapping of str to value
     name : str
-    other_text : str
-        The description of the other design.
+    other_name : str
+        Of the other design: in the catalogue, or of a file.
     """
 
     other: PredictedProbe
@@ -47,11 +49,18 @@ class ComparedDesigns:
     start: str
     changes: Mapping[str, float | str]
     name: str
-    other_text: str
+    other_name: str
 
     def text(self) -> str:
         """The description of the design."""
         return designed_text(self.start, self.changes, self.name)
+
+    def document(self) -> Document:
+        """The report that ``pretravel compare A design.toml`` makes."""
+        from pretravel.jobs.compare_designs import DesignComparison
+
+        pair = (self.other.probe, self.design.probe), (self.other.trigger, self.design.trigger)
+        return DesignComparison(*pair).document((self.other_name, DESIGN_FILE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +130,12 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
     from pretravel.jobs.predict import predict_probe
 
     settings = inputs.settings
-    start, changes = start_and_changes(settings, inputs.optional_file("description"))
-    against, file = settings.get("against", THE_START), inputs.optional_file("other")
-    other = start if against == THE_START and file is None else start_text(against, file)
+    file = inputs.optional_file("description")
+    start, changes = start_and_changes(settings, file)
+    other, other_name = start, settings.get("start", FIRST_START) if file is None else file.name
+    if settings.get("against", THE_START) != THE_START:
+        other_name = settings["against"]
+        other = start_text(other_name, None)
     name = settings.get("name", "")
     return ComparedDesigns(
         other=predicted_text(other),
@@ -131,7 +143,7 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
         start=start,
         changes=changes,
         name=name,
-        other_text=other,
+        other_name=other_name,
     )
 
 
@@ -160,7 +172,7 @@ DESIGNS = Task(
     compare_designs,
     "Predicting",
     settings=(*_SETTINGS, "against", "name"),
-    files=("description", "other"),
+    files=("description",),
     live=True,
 )
 FINITE_ELEMENTS = Task(
