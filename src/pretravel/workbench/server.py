@@ -64,6 +64,9 @@ def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[]
             favicon=Path(__file__).parent / "static" / "icon.svg",
             uvicorn_logging_level="error",
             timeout_graceful_shutdown=2,
+            # A browser that is busy with a picture in space, or a computer with finite elements,
+            # answers late; it must not load the page again while something is typed.
+            reconnect_timeout=60.0,
             server_header=False,
         )
 
