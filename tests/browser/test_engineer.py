@@ -85,6 +85,21 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     with zipfile.ZipFile(archive) as files:
         content = {name: files.read(name) for name in files.namelist()}
     assert content == {path.name: path.read_bytes() for path in (tmp_path / "fanuc").iterdir()}
+    compensate_a_part(page, mine, tmp_path)
+
+
+def compensate_a_part(page: Any, map_file: Path, folder: Path) -> None:
+    """A second file gets points with the map of the screen, as the command makes them."""
+    part = example_folder() / "part_touches.csv"
+    page.get_by_text("Try the map on a part", exact=True).click()
+    page.set_input_files('.file-drop-input[data-url$="/engineer/part"]', str(part))
+    mine, theirs = downloaded(page, "Surface points", folder), folder / "theirs.csv"
+    run("compensate", part, "--map", map_file, "-o", theirs)
+    assert table_lines(mine) == table_lines(theirs)
+
+
+def table_lines(path: Path) -> list[str]:
+    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
 def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
@@ -157,4 +172,9 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     state_diameters(page)
     page.wait_for_selector("text=the full map 0.3 µm")
     page.get_by_label(f"Use touch {label}", exact=True).wait_for()
+    page.wait_for_selector(".plot-area canvas")
+    point = "{points: [{curveNumber: 2, pointNumber: 3}]}"  # as Plotly says that it was clicked
+    page.evaluate(f"document.querySelector('.plot-area').emit('plotly_click', {point})")
+    page.wait_for_selector("text=You left out 1 of 75 touches")
+    assert not page.get_by_label("Use touch p3", exact=True).is_checked()
     assert page.locator("main img").count() == page.locator("main .picture img").count()

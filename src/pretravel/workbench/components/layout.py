@@ -41,6 +41,22 @@ def folded(heading: str, *, opened: bool = False) -> Iterator[Element]:
         yield made
 
 
+def folded_until_opened(heading: str, build: Callable[[], None]) -> Element:
+    """As `folded`, with content that is made when it is opened first: a page is there sooner."""
+    with ui.element("details").classes("folded") as made:
+        text("summary", heading)
+    done: list[bool] = []
+
+    def fill() -> None:
+        if not done:
+            done.append(True)
+            with made:
+                build()
+
+    made.on("toggle", fill)
+    return made
+
+
 def text(tag: str, content: str, classes: str = "") -> TextElement:
     """An HTML element with text; nothing in the text is read as HTML."""
     made = TextElement(tag=tag, text=content)

@@ -11,7 +11,15 @@ from pretravel.quantities import REFERENCE_DIAMETER, TIP_BALL
 from pretravel.workbench.components.document_view import table_view
 from pretravel.workbench.components.downloads import download_button
 from pretravel.workbench.components.fields import choice_field, number_field, switch_field
-from pretravel.workbench.components.layout import folded, live, note, panel, text, warning
+from pretravel.workbench.components.layout import (
+    folded,
+    folded_until_opened,
+    live,
+    note,
+    panel,
+    text,
+    warning,
+)
 from pretravel.workbench.components.outcome import outcome
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens.engineer_settings import DEFAULTS, EngineerSettings, file_mark
@@ -65,8 +73,11 @@ def _show_look(state: ScreenState, result: LookResult) -> None:
             if result.found is not None:
                 table_view(result.found.document().tables[0])
     if result.columns is not None:
-        with folded("Columns", opened="columns" in result.asked):
-            _column_choices(state, result)
+        if "columns" in result.asked:
+            with folded("Columns", opened=True):
+                _column_choices(state, result)
+        else:
+            folded_until_opened("Columns", lambda: _column_choices(state, result))
 
 
 def _settings_of(state: ScreenState) -> EngineerSettings:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
@@ -10,7 +12,16 @@ from pretravel.report.chart_plotly import plotly_figure
 from pretravel.workbench.components.document_view import document_view
 from pretravel.workbench.components.downloads import download_button
 from pretravel.workbench.components.file_drop import file_drop
-from pretravel.workbench.components.layout import folded, here, live, note, panel, text, warning
+from pretravel.workbench.components.layout import (
+    folded,
+    folded_until_opened,
+    here,
+    live,
+    note,
+    panel,
+    text,
+    warning,
+)
 from pretravel.workbench.components.outcome import outcome
 from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
@@ -135,10 +146,11 @@ def _costs(result: FitResult | None) -> None:
         with panel("What a simpler correction leaves"):
             for chart in result.costs.pictures[0].charts[1:2]:
                 plot(plotly_figure(chart), chart.title)
-            with folded("All corrections, over the azimuth and in a table"):
-                document_view(result.costs)
-    with folded("Full report of the qualification"):
-        document_view(result.report)
+            costs = result.costs
+            folded_until_opened(
+                "All corrections, over the azimuth and in a table", lambda: document_view(costs)
+            )
+    folded_until_opened("Full report of the qualification", lambda: document_view(result.report))
 
 
 def _control_files(result: ExportResult | None) -> None:
@@ -152,11 +164,14 @@ def _control_files(result: ExportResult | None) -> None:
         if head:
             text("pre", "\n".join(head), "file-text").props('tabindex="0"')
         for name, content in result.files.texts.items():
-            with folded(name or "Text of the file"):
-                shown = content[:_LONGEST_TEXT]
-                text("pre", shown, "file-text").props('tabindex="0"')
-                if len(shown) < len(content):
-                    note(f"The first {len(shown)} of {len(content)} signs.")
+            folded_until_opened(name or "Text of the file", partial(_file_text, content))
+
+
+def _file_text(content: str) -> None:
+    shown = content[:_LONGEST_TEXT]
+    text("pre", shown, "file-text").props('tabindex="0"')
+    if len(shown) < len(content):
+        note(f"The first {len(shown)} of {len(content)} signs.")
 
 
 def _part(state: ScreenState) -> None:
