@@ -63,8 +63,6 @@ def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[]
             tailwind=False,
             favicon=Path(__file__).parent / "static" / "icon.svg",
             uvicorn_logging_level="error",
-            # A busy computer or a tablet that slept: the page stays, and what was typed with it.
-            reconnect_timeout=30.0,
             timeout_graceful_shutdown=2,
             # A browser that is busy with a picture in space, or a computer with finite elements,
             # answers late; it must not load the page again while something is typed.
