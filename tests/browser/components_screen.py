@@ -7,6 +7,7 @@ import math
 import os
 import time
 import warnings
+from pathlib import Path
 
 import typer
 from nicegui import ui
@@ -110,9 +111,15 @@ def show(state: ScreenState) -> None:
             plot({"data": [{"x": [1, 2], "y": [1, 4]}], "layout": {}}, "A line from 1 to 4")
 
 
+def refused(path: Path) -> None:
+    raise PretravelError(f"{path}: nothing to write")
+
+
 def show_lines(document: Document) -> None:
     document_view(document)
     download_button("Report", "lines.txt", lambda path: path.write_text(document.verdict))
+    download_button("Refused", "no.txt", refused)
+    download_button("Flawed", "no.txt", lambda path: 1 / 0)
     same_elsewhere("pretravel example 'a b'", "import pretravel")
 
 

@@ -198,6 +198,10 @@ def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:
         screen.get_by_role("button", name="Report").click()
     assert download.value.suggested_filename == "lines.txt"
     assert "lines, times" in Path(download.value.path()).read_text()
+    screen.get_by_role("button", name="Refused").click()
+    screen.wait_for_selector("[role=alert] >> text=no.txt: nothing to write")
+    screen.get_by_role("button", name="Flawed").click()
+    screen.wait_for_selector("[role=alert] >> text=this is a flaw of pretravel")
     screen.context.grant_permissions(["clipboard-read", "clipboard-write"])
     screen.get_by_text("The same on the command line").click()
     screen.get_by_role("button", name="Copy: Command line").click()

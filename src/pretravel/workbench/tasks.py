@@ -303,14 +303,14 @@ def _run_task(
         except MemoryError:
             return None, NO_MEMORY, ()
         except FlawError as error:
-            return None, _flaw(str(error)), ()
+            return None, flaw_message(str(error)), ()
         except Exception:
-            return None, _flaw(traceback.format_exc()), ()
+            return None, flaw_message(), ()
 
 
-def _flaw(details: str) -> str:
-    """Print the details in the terminal; what the page says instead."""
-    sys.stderr.write(f"{details}\n")
+def flaw_message(details: str = "") -> str:
+    """Print the exception that is being handled in the terminal; what the page says instead."""
+    sys.stderr.write(f"{details or traceback.format_exc()}\n")
     return "this is a flaw of pretravel; please report it with what the terminal shows"
 
 

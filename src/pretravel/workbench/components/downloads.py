@@ -12,7 +12,7 @@ from nicegui import ui
 
 from pretravel.errors import PretravelError
 from pretravel.whole_file import temporary_folder
-from pretravel.workbench.tasks import without_folder
+from pretravel.workbench.tasks import flaw_message, without_folder
 
 
 def download_button(label: str, name: str, write: Callable[[Path], object]) -> ui.button:
@@ -29,13 +29,19 @@ def download_button(label: str, name: str, write: Callable[[Path], object]) -> u
     """
 
     async def give() -> None:
+        client = ui.context.client  # the button is gone when a new result comes meanwhile
         button.disable()
         try:
-            ui.download.content(await asyncio.to_thread(written_file, name, write), name)
-        except PretravelError as error:
-            ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
+            content = await asyncio.to_thread(written_file, name, write)
+        except Exception as error:
+            problem = str(error) if isinstance(error, PretravelError) else flaw_message()
+            with client:
+                ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+        else:
+            client.download(content, name)
         finally:
-            button.enable()
+            if not button.is_deleted:
+                button.enable()
 
     button = ui.button(label, icon="download", on_click=give).props("no-caps outline")
     return button
