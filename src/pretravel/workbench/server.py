@@ -58,7 +58,6 @@ def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[]
             language="en-US",
             dark=None,
             reload=False,
-            reconnect_timeout=30.0,  # a busy or sleeping tab goes on instead of being loaded again
             show=show,
             show_welcome_message=False,
             tailwind=False,
