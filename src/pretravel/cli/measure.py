@@ -36,6 +36,12 @@ class ToleranceText(NamedTuple):
     high: float
     are_limits: bool
 
+    def __str__(self) -> str:
+        """As it can be typed."""
+        if self.are_limits:
+            return f"{self.low:.12g}..{self.high:.12g}"
+        return f"{self.high:+.12g}/{self.low:+.12g}"
+
 
 @parser(ToleranceText)
 def tolerance(text: str) -> ToleranceText:
@@ -44,6 +50,8 @@ def tolerance(text: str) -> ToleranceText:
     >>> tolerance("20..20.021"), tolerance("+0.021/0")
     (ToleranceText(low=20.0, high=20.021, are_limits=True), \
 ToleranceText(low=0.0, high=0.021, are_limits=False))
+    >>> str(tolerance("+0.021/0")), str(tolerance("20..20.021"))
+    ('+0.021/+0', '20..20.021')
     >>> tolerance("±0.01")
     ToleranceText(low=-0.01, high=0.01, are_limits=False)
     """

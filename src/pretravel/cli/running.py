@@ -122,7 +122,7 @@ def _value_text(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return repr(value).removesuffix(".0")
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple) and type(value).__str__ is object.__str__:
         return ", ".join(map(_value_text, value))
     if isinstance(value, dict):
         return ", ".join(f"{name}={text}" for name, text in value.items())

@@ -309,7 +309,13 @@ def _plane_traces(mark: LineMark | Dots | Area | Bars, chart: PlaneChart) -> lis
         case Dots():
             trace = _flat(mark.x, mark.y)
             if mark.u is not None:
-                trace["error_y"] = {"type": "data", "array": _numbers(mark.u), "thickness": 1}
+                colour = mark.colour if mark.values is None else "reference"
+                trace["error_y"] = {
+                    "type": "data",
+                    "array": _numbers(mark.u),
+                    "thickness": 1,
+                    "color": f"@{colour}",
+                }
             return [trace | _point_style(mark, chart.scale, "%{x:.5g}, %{y:.5g}")]
         case Area():
             x, y = np.append(mark.x, mark.x[::-1]), np.append(mark.high, mark.low[::-1])

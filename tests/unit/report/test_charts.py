@@ -168,3 +168,12 @@ def test_a_document_goes_to_another_process_with_its_pictures() -> None:
     again = pickle.loads(pickle.dumps(document))
     (chart,) = again.pictures[0].charts
     np.testing.assert_array_equal(chart.marks[0].y, RADIUS)
+
+
+def test_bars_of_u_have_a_colour_that_changes_with_the_page() -> None:
+    """Without one Plotly draws them black where points have a scale: not seen on dark."""
+    places = np.arange(3.0)
+    dots = Dots(places, places, values=places, u=np.ones(3))
+    chart = PlaneChart("", Axis("x"), Axis("y"), (dots,), Scale.of("x", "", places))
+    (trace,) = plotly_figure(chart)["data"]
+    assert trace["error_y"]["color"] == "@reference"
