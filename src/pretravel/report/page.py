@@ -138,12 +138,14 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
     images = _images(contents)
     if charts:
         with_plotly = _assets(scripts=True, plotly=True)
-        text = page.render(values, images=images, assets=with_plotly)
+        text = page.render(values, images=images, assets=with_plotly, still=False)
         if len(text.encode()) > LARGEST:
-            text = page.render(values, images=_images(contents, small=True), assets=with_plotly)
+            images = _images(contents, small=True)
+            text = page.render(values, images=images, assets=with_plotly, still=False)
         if len(text.encode()) <= LARGEST:
             return text
-    return page.render(values, images=images, assets=_assets(scripts=scripts, plotly=False))
+    without = _assets(scripts=scripts, plotly=False)
+    return page.render(values, images=images, assets=without, still=bool(charts))
 
 
 def _images(contents: Sequence[PageContent], *, small: bool = False) -> dict[str, str]:

@@ -87,6 +87,18 @@ def test_a_page_with_pictures_to_turn_is_below_three_megabytes() -> None:
     assert len(page.encode()) < LARGEST == 3_000_000
 
 
+def test_a_page_that_would_be_larger_has_still_pictures_and_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("pretravel.report.page.LARGEST", 1_000_000)
+    page = contents_text([plain_content()])
+    assert 'id="plotly"' not in page
+    assert "data:image/" in page
+    assert "stand still" in page
+    monkeypatch.undo()
+    assert "stand still" not in contents_text([plain_content()])
+
+
 def test_a_page_without_pictures_has_no_plotly() -> None:
     assert len(page_text(Document("Probe"))) < 100_000
 
