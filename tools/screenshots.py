@@ -23,7 +23,7 @@ from tests.browser.workbench_server import (
 )
 
 ROOT = Path(__file__).resolve().parents[1]
-SCREENS = ("home", "help", "engineer", "metrologist", "laboratory", "designer", "part")
+SCREENS = ("home", "project", "help", "engineer", "metrologist", "laboratory", "designer", "part")
 EXAMPLE = "Try it with example data"
 DATA = ROOT / "examples" / "data"
 SPHERE, PART = DATA / "sphere_touches.csv", DATA / "part_touches.csv"
