@@ -30,7 +30,7 @@ def downloaded(page: Any, label: str, folder: Path) -> Path:
 def opened_designer(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}designer")
     page.get_by_role("button", name="Back to the start").click()
-    page.wait_for_selector("text=B is still the start")
+    page.wait_for_selector("text=B is still the start: move a slider")
 
 
 def without_versions(path: Path) -> str:

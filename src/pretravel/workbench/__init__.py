@@ -44,8 +44,9 @@ there is none; assign a new tuple to change it. Defaults are not stored: keep th
 **Work.** Never compute in ``show`` or in an event handler: the event loop must not wait. A `Task`
 runs in a thread; with ``own_process=True`` in a process that Cancel kills (everything above a
 second: finite elements, meshes, STEP): its ``compute`` is then a function of a module, and its
-result can be pickled. ``automatic=False`` gives a button instead of a start at each change. The
-function gets `tasks.Inputs`: ``settings`` and ``files`` (paths of copies with the user's names).
+result can be pickled. ``automatic=False`` gives a button instead of a start at each change;
+``live=True`` is for work below 0.1 s that follows a slider. The function gets `tasks.Inputs`:
+``settings`` and ``files`` (paths of copies with the user's names).
 A `PretravelError` is shown as it is; its message names the user's file. Log messages of the logger
 ``pretravel`` (INFO) are shown as stages of progress, and warnings above the result.
 

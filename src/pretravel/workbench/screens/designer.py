@@ -159,6 +159,8 @@ def _group(
 ) -> None:
     if group.opened:
         text("h3", group.heading)
+        if group.remark:
+            note(group.remark)
         for field in group.fields:
             _field(state, work, field, defaults[field.name])
         return
@@ -239,6 +241,7 @@ def _comparison(state: ScreenState, work: Work) -> None:
             {float(angle): _polar_words(angle) for angle in range(0, 91, 5)},
             default=90.0,
         )
+    live([work.listen], lambda: _verdict(work), lambda: id(work.result))
     with ui.element("div").classes("charts"):
         plots = {name: plot({"data": [], "layout": {}}, words) for name, words in _PICTURES.items()}
     live([work.listen], lambda: _tables(work), lambda: id(work.result))
@@ -312,15 +315,21 @@ def _strip(work: Work) -> None:
             text("p", line)
 
 
+def _verdict(work: Work) -> None:
+    result: ComparedDesigns | None = work.result
+    if result is None:
+        note("Predicting …")
+    elif result.changes or result.other.probe != result.design.probe:
+        text("p", result.document().verdict, "verdict")
+    else:
+        note("B is still the start: move a slider, and B follows.")
+
+
 def _tables(work: Work) -> None:
     result: ComparedDesigns | None = work.result
     if result is None:
         return
     document = result.document()
-    if result.changes or result.other.probe != result.design.probe:
-        text("p", document.verdict, "verdict")
-    else:
-        note("B is still the start: move a slider on the left, and B follows.")
     for table in document.tables:
         table_view(table)
     for remark in document.notes:

@@ -69,9 +69,9 @@ def _show(state: ScreenState, result: FiniteElementDesign) -> None:
             return
         if picture.is_deleted:
             return
-        figure, said, listed = found
+        figure, listed = found
         picture.update_figure(figure)
-        remark.set_text(said)
+        remark.set_text("")
         figures.clear()
         with figures:
             key_figures(listed)
@@ -117,8 +117,8 @@ def one_at_a_time(work: Callable[[], Any]) -> Callable[[], None]:
 
 def stress_figures(
     result: FiniteElementDesign, polar_deg: float, azimuth_deg: float
-) -> tuple[dict[str, Any], str, tuple[KeyFigure, ...]]:
-    """The stress at the trigger in a direction: Plotly's figure, its note, key figures.
+) -> tuple[dict[str, Any], tuple[KeyFigure, ...]]:
+    """The stress at the trigger in a direction: Plotly's figure, key figures.
 
     Parameters
     ----------
@@ -149,4 +149,4 @@ def stress_figures(
         KeyFigure("highest stress", float(field.stress.max()), "MPa", decimals(1), remark="at rest "
                   f"{field.rest_stress.max():.1f} MPa"),
     )  # fmt: skip
-    return plotly_figure(bent), bent.note, listed
+    return plotly_figure(bent), listed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -106,11 +106,14 @@ class FieldGroup:
     fields : tuple of DesignField
     opened : bool
         Whether they are shown without a click.
+    remark : str
+        Below the heading.
     """
 
     heading: str
     fields: tuple[DesignField, ...]
     opened: bool = False
+    remark: str = ""
 
 
 @lru_cache(maxsize=16)
@@ -134,7 +137,13 @@ def form_groups(text: str) -> tuple[FieldGroup, ...]:
     materials = tuple(sorted({*known_materials(), *tables.get("materials", {})}))
     stylus, heads = _stylus_groups(tables, materials)
     found = (
-        FieldGroup("Stylus", stylus, opened=True),
+        FieldGroup(
+            "Stylus",
+            stylus,
+            opened=True,
+            remark="A stylus is stiffer when it is shorter, when its stem is thicker, or when the "
+            "modulus E of its material is larger.",
+        ),
         FieldGroup(
             "Spring and trigger",
             (
@@ -152,8 +161,7 @@ def form_groups(text: str) -> tuple[FieldGroup, ...]:
         FieldGroup("Hub", _hub_fields(materials)),
     )
     present = (
-        FieldGroup(group.heading, tuple(f for f in group.fields if _has(tables, f)), group.opened)
-        for group in found
+        replace(group, fields=tuple(f for f in group.fields if _has(tables, f))) for group in found
     )
     return tuple(group for group in present if group.fields)
 

@@ -127,12 +127,12 @@ def _parts(shown: Sequence[_Shown], polar_deg: float) -> PlaneChart:
 
 
 def change_in_words(other: PredictedProbe, design: PredictedProbe) -> tuple[str, ...]:
-    """The change of pretravel and force on walls from one design to the other, in a line each."""
+    """Mean pretravel and largest force on walls, of one design and the other, in a line each."""
     before, after = results_of(other.trigger), results_of(design.trigger)
     return tuple(
         f"{words}: {number_text(before[name])} → {value_text(after[name], unit)}"
         for words, name, unit in (
-            ("Mean pretravel on walls", "pretravel on walls, mean / µm", "µm"),
-            ("Largest trigger force on walls", "trigger force on walls, largest / N", "N"),
+            ("Pretravel", "pretravel on walls, mean / µm", "µm"),
+            ("Trigger force", "trigger force on walls, largest / N", "N"),
         )
     )
