@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,11 +23,14 @@ from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.source_file import SourceFile
 from pretravel.formats.touches_csv import read_plan, read_targets
 from pretravel.probe.catalogue import description_text, load_probe, rewritten
+from pretravel.report.page import contents_text
+from pretravel.report.page_content import content_values, packed_values, read_page
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere
 from tests.support.control_logs import REFUSED_FILES, SAMPLES
 from tests.support.mutated_files import Reader, at_a_path
+from tests.support.pages import plain_content
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "data"
 _NAME = "damaged.txt"
@@ -180,6 +184,29 @@ _TOML_WORDS = (
     b"a.b = 1", b"[tripod.radius_mm]", b'"\\ud800"', b"0xff", b"[" * 2000,
 )  # fmt: skip
 
+_DOT = (
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGA"
+    "WjR9awAAAABJRU5ErkJggg=="
+)
+
+
+def _page(path: Path) -> object:
+    """A page that is read, and written again."""
+    return contents_text(read_page(path), title="Bound")
+
+
+def _page_sample() -> bytes:
+    """The parts of a page that are read."""
+    content = plain_content(3)
+    values = json.dumps(content_values([content]))
+    packed = packed_values({"figures": {"picture-0-0": []}})
+    return (
+        f'<!doctype html><title>a</title><img id="picture-0-0" src="{_DOT}" alt="a">\n'
+        f'<script type="application/json" id="content">{values}</script>\n'
+        f'<script type="text/plain" id="charts">{packed}</script>\n'
+    ).encode()
+
+
 TEXT_READERS: tuple[Reader, ...] = (
     *_LOGS,
     Reader("refused", _readings("csv", None), _REFUSED),
@@ -229,6 +256,12 @@ TEXT_READERS: tuple[Reader, ...] = (
         "linuxcnc-tools",
         lambda c: read_tool(SourceFile("tool.tbl", c), 99),
         (b"T1 P1 D6.0 Z100.0 ;mill\nT2 P2 Z+.5\nT99 P3 D6.0 Z101.5 ;probe\n",),
+    ),
+    Reader(
+        "page",
+        at_a_path(_page, "page.html"),
+        (_page_sample(),),
+        (b"</script>", b"<!--", b"null", b"[]", b"{}", b'{"infinite":1}', b"1e999", b"[" * 2000),
     ),
     Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
     Reader(

@@ -152,7 +152,16 @@ def _converter() -> Converter:
             raise ValueError("no number of digits")
         return found
 
+    read_table = make_dict_structure_fn(Table, converter)
+
+    def table(value: Any, kind: Any) -> Table:
+        found: Table = read_table(value, kind)
+        if len({len(column.values) for column in found.columns}) != 1:
+            raise ValueError("columns of different lengths, or none")
+        return found
+
     converter.register_structure_hook(Digits, digits)
+    converter.register_structure_hook(Table, table)
     converter.register_structure_hook(
         Span, make_dict_structure_fn(Span, converter, low=override(), high=override())
     )

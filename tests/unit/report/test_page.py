@@ -166,6 +166,7 @@ class TestReadingBack:
         ("before", "after", "words"),
         [
             ('"title":"The probe', '"titel":"The probe', "not those of a report"),
+            ('"values":["P3",', '"values":[', "not those of a report"),  # a shorter column
             ('"format":"pretravel page"', '"format":"other"', "no page of pretravel"),
             ('"version":1', '"version":7', "another version"),
             ('{"format"', "[" * 100_000 + '{"format"', "not complete"),
