@@ -27,6 +27,7 @@ from pretravel.uncertainty.gum import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
 _MOST_DIGITS = 30
+_LARGEST_WHOLE = 10**15
 _TYPES = (
     Document,
     Section,
@@ -115,7 +116,14 @@ def record_from_values(values: Mapping[str, Any]) -> WorkRecord:
 def _structured(values: Mapping[str, Any], kind: type[Any]) -> Any:
     try:
         return _converter().structure(values, kind)
-    except (BaseValidationError, RecursionError, TypeError, ValueError, AttributeError) as error:
+    except (
+        BaseValidationError,
+        ArithmeticError,
+        RecursionError,
+        TypeError,
+        ValueError,
+        AttributeError,
+    ) as error:
         raise PretravelError("the values are not those of a report") from error
 
 
@@ -129,7 +137,7 @@ def _converter() -> Converter:
     converter.register_unstructure_hook(Picture, lambda picture: picture.caption)
     converter.register_structure_hook(str, _text)
     converter.register_structure_hook(bool, lambda value, _: _of_type(value, bool))
-    converter.register_structure_hook(int, lambda value, _: _of_type(value, int))
+    converter.register_structure_hook(int, _whole)
     converter.register_structure_hook(float, _number)
     converter.register_structure_hook(FigureValue, _figure_value)
     converter.register_structure_hook(float | str, _figure_value)
@@ -193,6 +201,13 @@ def _of_type(value: Any, kind: type[Any]) -> Any:
 def _text(value: Any, _: Any) -> str:
     text: str = _of_type(value, str)
     return text
+
+
+def _whole(value: Any, _: Any) -> int:
+    number: int = _of_type(value, int)
+    if abs(number) > _LARGEST_WHOLE:
+        raise ValueError("no size of a file and no number of digits")
+    return number
 
 
 def _number(value: Any, _: Any = None) -> float:

@@ -167,6 +167,7 @@ class TestReadingBack:
         [
             ('"title":"The probe', '"titel":"The probe', "not those of a report"),
             ('"values":["P3",', '"values":[', "not those of a report"),  # a shorter column
+            ('"size":5124', f'"size":{10**400}', "not those of a report"),
             ('"format":"pretravel page"', '"format":"other"', "no page of pretravel"),
             ('"version":1', '"version":7', "another version"),
             ('{"format"', "[" * 100_000 + '{"format"', "not complete"),
