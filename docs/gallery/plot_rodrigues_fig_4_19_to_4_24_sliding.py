@@ -18,8 +18,9 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import slide
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.tip import predicted_tip
-from pretravel.report.chart import Axis, Dots, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.chart import Axis, PlaneChart, View
 from pretravel.report.chart_files import drawn_figure
+from pretravel.report.chart_marks import Dots, LineMark, Mark, Rule
 from pretravel.report.slide_report import slide_chart
 from pretravel.report.style import save
 from pretravel.surface.local_geometry import Surface

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, SpaceChart, SpacePoints, View
+from pretravel.report.chart import Axis, PlaneChart, SpaceChart, View
+from pretravel.report.chart_marks import Dots, LineMark, SpacePoints
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.report.page_content import PageContent
 from pretravel.report.work_record import InputFile, Setting, WorkRecord

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.report.chart import Axis, Bars, PlaneChart, View
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Bars
 from pretravel.report.document import Picture
 from pretravel.report.formatting import number_text, significant
 from pretravel.uncertainty.gum import Budget

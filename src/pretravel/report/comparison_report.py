@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.compensation.comparison import UNCORRECTED, Comparison
-from pretravel.report.chart import Area, Axis, Bars, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Area, Bars, LineMark, Mark, Rule
 from pretravel.report.colours import Colour
 from pretravel.report.direction_charts import azimuth_axis
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table

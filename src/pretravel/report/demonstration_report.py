@@ -13,7 +13,8 @@ from pretravel.errors import PretravelError
 from pretravel.formats.map_file import write_map
 from pretravel.formats.point_files import write_points
 from pretravel.identification.kind_registry import KINDS
-from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, PolarChart, Rule, View
+from pretravel.report.chart import Axis, PlaneChart, PolarChart, View
+from pretravel.report.chart_marks import Dots, LineMark, Rule
 from pretravel.report.colours import series
 from pretravel.report.comparison_report import comparison_document, comparison_view
 from pretravel.report.demonstration import (

@@ -11,19 +11,8 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle
 from pretravel.probe.description import Probe
-from pretravel.report.chart import (
-    Area,
-    Axis,
-    Bars,
-    Chart,
-    LineMark,
-    Mark,
-    PlaneChart,
-    PolarChart,
-    Scale,
-    TopView,
-    View,
-)
+from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, Scale, TopView, View
+from pretravel.report.chart_marks import Area, Bars, LineMark, Mark
 from pretravel.report.colours import Colour
 from pretravel.report.direction_charts import angles_deg
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table

@@ -11,18 +11,8 @@ from pretravel.arrays import FloatArray, IntArray
 from pretravel.directions import azimuth_angle, from_angles, grid, polar_angle
 from pretravel.maps.grid import map_grid
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.report.chart import (
-    Area,
-    Axis,
-    Dots,
-    LineMark,
-    PolarChart,
-    Scale,
-    SpaceChart,
-    SpaceMesh,
-    SpacePoints,
-    TopView,
-)
+from pretravel.report.chart import Axis, PolarChart, Scale, SpaceChart, TopView
+from pretravel.report.chart_marks import Area, Dots, LineMark, SpaceMesh, SpacePoints
 from pretravel.report.colours import Colour, series
 from pretravel.report.formatting import decimals, number_text, signed_decimals
 from pretravel.report.style import some_rows

@@ -10,18 +10,8 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.features.measured_feature import MeasuredFeature
 from pretravel.features.tolerances import InspectedFeature
-from pretravel.report.chart import (
-    Area,
-    Axis,
-    Chart,
-    Dots,
-    LineMark,
-    Mark,
-    PlaneChart,
-    PolarChart,
-    Rule,
-    View,
-)
+from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, View
+from pretravel.report.chart_marks import Area, Dots, LineMark, Mark, Rule
 from pretravel.report.colours import Colour
 from pretravel.uncertainty.fitting.feature import across
 from pretravel.units import MICROMETRE

@@ -6,18 +6,14 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.probe.seat_frame import SEAT_NAMES
-from pretravel.report.chart import (
-    Axis,
+from pretravel.report.chart import Axis, PlaneChart, Scale, SpaceChart, View
+from pretravel.report.chart_marks import (
     Bars,
-    PlaneChart,
-    Scale,
     SpaceArrow,
-    SpaceChart,
     SpaceMark,
     SpaceMesh,
     SpaceNotes,
     SpacePoints,
-    View,
 )
 from pretravel.report.colours import series
 from pretravel.report.formatting import decimals, number_text, value_text

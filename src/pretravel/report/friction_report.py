@@ -6,7 +6,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.report.chart import Axis, Bars, Dots, LineMark, Mark, PlaneChart, Rule, View
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Rule
 from pretravel.report.colours import Colour, series
 from pretravel.report.direction_charts import angles_deg, azimuth_axis, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table

@@ -11,17 +11,8 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.formats.probe_history import Entry
-from pretravel.report.chart import (
-    Axis,
-    Bars,
-    Dots,
-    LineMark,
-    Mark,
-    PlaneChart,
-    Rule,
-    Symbol,
-    View,
-)
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Rule, Symbol
 from pretravel.report.colours import Colour, series
 from pretravel.report.document import Column, Document, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals

@@ -6,7 +6,8 @@ import numpy as np
 
 from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import Identification
-from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, View
+from pretravel.report.chart import Axis, PlaneChart, Scale, View
+from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.direction_charts import angles_deg, chart_by_place, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals, significant

@@ -11,7 +11,8 @@ from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.maps.grid import map_grid
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.prior_update import FoundDrift, MapUpdate
-from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, TopView, View
+from pretravel.report.chart import Axis, PlaneChart, Scale, TopView, View
+from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.direction_charts import (
     angles_deg,
     azimuth_axis,

@@ -24,8 +24,9 @@ from pretravel.report.as_json import (
     record_from_values,
     record_values,
 )
-from pretravel.report.chart_plotly import SMALL, PlotlyFigure, plotly_figure
+from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.document import Document, Picture, Table
+from pretravel.report.plotly_parts import SMALL, PlotlyFigure
 from pretravel.report.work_record import WorkRecord, inputs_table, settings_table
 
 FORMAT, VERSION = "pretravel page", 1

@@ -8,15 +8,8 @@ import numpy as np
 
 from pretravel.frames import Placement
 from pretravel.probing.inspection import InspectionPlan
-from pretravel.report.chart import (
-    SpaceChart,
-    SpaceLines,
-    SpaceMark,
-    SpaceMesh,
-    SpaceNotes,
-    SpacePoints,
-    View,
-)
+from pretravel.report.chart import SpaceChart, View
+from pretravel.report.chart_marks import SpaceLines, SpaceMark, SpaceMesh, SpaceNotes, SpacePoints
 from pretravel.report.colours import SERIES, Colour
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part

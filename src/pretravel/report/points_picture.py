@@ -8,18 +8,8 @@ from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.frames import Placement
-from pretravel.report.chart import (
-    Axis,
-    Dots,
-    FrameName,
-    PolarChart,
-    Scale,
-    SpaceChart,
-    SpaceLines,
-    SpaceMark,
-    SpacePoints,
-    View,
-)
+from pretravel.report.chart import Axis, FrameName, PolarChart, Scale, SpaceChart, View
+from pretravel.report.chart_marks import Dots, SpaceLines, SpaceMark, SpacePoints
 from pretravel.report.colours import Colour
 from pretravel.report.part_picture import body_marks
 from pretravel.report.whiskers import magnification, whiskers

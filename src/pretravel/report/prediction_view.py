@@ -6,17 +6,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle
-from pretravel.report.chart import (
-    Area,
-    Axis,
-    Bars,
-    Chart,
-    LineMark,
-    Mark,
-    PlaneChart,
-    PolarChart,
-    View,
-)
+from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, View
+from pretravel.report.chart_marks import Area, Bars, LineMark, Mark
 from pretravel.report.colours import series
 from pretravel.report.direction_charts import angles_deg, azimuth_axis, body_chart
 from pretravel.report.formatting import number_text

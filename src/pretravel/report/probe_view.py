@@ -7,19 +7,16 @@ import numpy as np
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
-from pretravel.report.chart import (
+from pretravel.report.chart import Axis, PlaneChart, SpaceChart, View
+from pretravel.report.chart_marks import (
     Area,
-    Axis,
     LineMark,
     Mark,
     Note,
-    PlaneChart,
     SpaceArrow,
-    SpaceChart,
     SpaceLines,
     SpaceMark,
     SpaceMesh,
-    View,
 )
 from pretravel.report.colours import Colour
 from pretravel.report.solid_meshes import cylinder_mesh, joined, sphere_mesh

@@ -16,7 +16,8 @@ from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_section
-from pretravel.report.chart import Axis, Dots, Mark, PlaneChart, Rule, Scale, View
+from pretravel.report.chart import Axis, PlaneChart, Scale, View
+from pretravel.report.chart_marks import Dots, Mark, Rule
 from pretravel.report.direction_charts import (
     angles_deg,
     azimuth_axis,

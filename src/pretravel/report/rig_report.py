@@ -14,20 +14,8 @@ from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibr
 from pretravel.laboratory.rig_left_out import left_out_sentences
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, expanded_figure
-from pretravel.report.chart import (
-    Axis,
-    Bars,
-    Chart,
-    Dots,
-    LineMark,
-    Mark,
-    Note,
-    PlaneChart,
-    PolarChart,
-    Rule,
-    Symbol,
-    View,
-)
+from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, View
+from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Note, Rule, Symbol
 from pretravel.report.colours import Colour, series
 from pretravel.report.document import (
     Column,

@@ -10,7 +10,8 @@ import numpy as np
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
-from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, View
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.colours import Colour
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text

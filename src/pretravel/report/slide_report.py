@@ -8,19 +8,15 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray
 from pretravel.probing.slide_history import SlideHistory
-from pretravel.report.chart import (
-    Axis,
-    Chart,
+from pretravel.report.chart import Axis, Chart, PlaneChart, SpaceChart, View
+from pretravel.report.chart_marks import (
     LineMark,
-    PlaneChart,
     Rule,
     SpaceArrow,
-    SpaceChart,
     SpaceLines,
     SpaceMark,
     SpaceMesh,
     SpacePoints,
-    View,
 )
 from pretravel.report.colours import Colour
 from pretravel.report.document import Document, KeyFigure, Picture

@@ -13,19 +13,8 @@ from pretravel.directions import from_angles
 from pretravel.laboratory.standard_check import LimitOutcome, StandardCheck, StandardFigure
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, sphere_section
-from pretravel.report.chart import (
-    Axis,
-    Chart,
-    Dots,
-    Mark,
-    PlaneChart,
-    Rule,
-    Scale,
-    SpaceChart,
-    SpaceLines,
-    SpacePoints,
-    View,
-)
+from pretravel.report.chart import Axis, Chart, PlaneChart, Scale, SpaceChart, View
+from pretravel.report.chart_marks import Dots, Mark, Rule, SpaceLines, SpacePoints
 from pretravel.report.colours import series
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.report.formatting import decimals

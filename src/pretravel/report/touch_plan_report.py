@@ -10,7 +10,8 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.qualification.touch_plan import TouchPlan
-from pretravel.report.chart import Axis, Dots, LineMark, PlaneChart, Scale, View
+from pretravel.report.chart import Axis, PlaneChart, Scale, View
+from pretravel.report.chart_marks import Dots, LineMark
 from pretravel.report.colours import Colour
 from pretravel.report.direction_charts import (
     angles_deg,

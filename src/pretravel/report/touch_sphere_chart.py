@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.report.chart import Scale, SpaceChart, SpaceLines, SpaceMark, SpaceMesh, SpacePoints
+from pretravel.report.chart import Scale, SpaceChart
+from pretravel.report.chart_marks import SpaceLines, SpaceMark, SpaceMesh, SpacePoints
 from pretravel.report.formatting import number_text, signed_decimals
 
 _LONGEST_WHISKER = 0.3

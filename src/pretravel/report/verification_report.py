@@ -25,7 +25,8 @@ from pretravel.qualification.change_causes import (
 )
 from pretravel.qualification.change_tests import Change
 from pretravel.qualification.verification import Verification
-from pretravel.report.chart import Axis, Dots, PlaneChart, Rule, Scale, View
+from pretravel.report.chart import Axis, PlaneChart, Scale, View
+from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.direction_charts import (
     angles_deg,
     azimuth_axis,

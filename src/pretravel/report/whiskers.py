@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.report.chart import LineMark
+from pretravel.report.chart_marks import LineMark
 from pretravel.report.colours import Colour
 
 _SHARE = 0.12

@@ -10,7 +10,8 @@ import pytest
 from pretravel.directions import grid
 from pretravel.jobs.compare_designs import DesignComparison, compare_designs
 from pretravel.probe.catalogue import description_text, load_probe
-from pretravel.report.chart import Area, Bars, LineMark, PlaneChart, PolarChart, TopView
+from pretravel.report.chart import PlaneChart, PolarChart, TopView
+from pretravel.report.chart_marks import Area, Bars, LineMark
 from pretravel.report.design_comparison_report import (
     description_of,
     design_comparison_view,

@@ -9,26 +9,28 @@ import numpy as np
 import pytest
 
 from pretravel.report.chart import (
-    Area,
     Axis,
-    Bars,
     Chart,
-    Dots,
-    LineMark,
-    Note,
     PlaneChart,
     PolarChart,
-    Rule,
     Scale,
-    SpaceArrow,
     SpaceChart,
-    SpaceLines,
-    SpaceMesh,
-    SpacePoints,
     TopView,
     View,
 )
 from pretravel.report.chart_files import drawn_figure
+from pretravel.report.chart_marks import (
+    Area,
+    Bars,
+    Dots,
+    LineMark,
+    Note,
+    Rule,
+    SpaceArrow,
+    SpaceLines,
+    SpaceMesh,
+    SpacePoints,
+)
 from pretravel.report.chart_plotly import (
     coloured,
     plotly_figure,

@@ -8,7 +8,8 @@ import pytest
 from pretravel.directions import azimuth_angle, fibonacci_cap, from_angles, polar_angle
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.touch_plan import plan_touches
-from pretravel.report.chart import Dots, PlaneChart, PolarChart, Scale, SpaceChart, TopView
+from pretravel.report.chart import PlaneChart, PolarChart, Scale, SpaceChart, TopView
+from pretravel.report.chart_marks import Dots
 from pretravel.report.direction_charts import (
     body_chart,
     chart_by_place,

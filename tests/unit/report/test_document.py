@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from pretravel.report.as_json import document_values
-from pretravel.report.chart import Axis, LineMark, PlaneChart, View
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import LineMark
 from pretravel.report.document import (
     Column,
     Document,

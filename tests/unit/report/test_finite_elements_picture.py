@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.probe.catalogue import load_probe
-from pretravel.report.chart import Bars, PlaneChart, SpaceArrow, SpaceChart, SpaceMesh, SpacePoints
+from pretravel.report.chart import PlaneChart, SpaceChart
+from pretravel.report.chart_marks import Bars, SpaceArrow, SpaceMesh, SpacePoints
 from pretravel.report.finite_elements_picture import displacement_scale, trigger_field_view
 from pretravel.trigger.elastic_field import TriggerField, field_at_trigger
 from tests.support.coarse_models import coarse_reduced

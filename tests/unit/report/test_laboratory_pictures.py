@@ -18,18 +18,8 @@ from pretravel.laboratory.separation import separate
 from pretravel.laboratory.standard_check import CalibratedSphere
 from pretravel.laboratory.standards import CHECKS
 from pretravel.report.budget_picture import budget_view
-from pretravel.report.chart import (
-    Area,
-    Bars,
-    Dots,
-    LineMark,
-    PlaneChart,
-    PolarChart,
-    Rule,
-    SpaceChart,
-    SpaceLines,
-    SpacePoints,
-)
+from pretravel.report.chart import PlaneChart, PolarChart, SpaceChart
+from pretravel.report.chart_marks import Area, Bars, Dots, LineMark, Rule, SpaceLines, SpacePoints
 from pretravel.report.feature_picture import features_view
 from pretravel.report.rig_report import rig_view, trace_view
 from pretravel.report.separation_report import separation_view

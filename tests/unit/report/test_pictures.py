@@ -13,7 +13,8 @@ from pretravel.directions import azimuth_angle, fibonacci_cap, polar_angle
 from pretravel.formats.probe_history import add_verification, read_history
 from pretravel.identification.probe_from_map import Identification
 from pretravel.probe.catalogue import load_probe
-from pretravel.report.chart import Bars, Dots, LineMark, PlaneChart, PolarChart, Rule
+from pretravel.report.chart import PlaneChart, PolarChart
+from pretravel.report.chart_marks import Bars, Dots, LineMark, Rule
 from pretravel.report.comparison_report import comparison_view
 from pretravel.report.friction_report import friction_view
 from pretravel.report.history_report import history_view

@@ -13,7 +13,8 @@ from pretravel.compensation.points import Points
 from pretravel.formats.touches_csv import read_touches
 from pretravel.frames import parse_placement
 from pretravel.identification.kind_registry import qualify
-from pretravel.report.chart import SpaceChart, SpaceLines, SpaceMesh, SpacePoints
+from pretravel.report.chart import SpaceChart
+from pretravel.report.chart_marks import SpaceLines, SpaceMesh, SpacePoints
 from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.part_picture import body_marks, part_view
 from pretravel.report.points_picture import deviation_before, points_view, touches_view

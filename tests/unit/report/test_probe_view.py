@@ -10,16 +10,8 @@ import pytest
 from pretravel.directions import grid
 from pretravel.probe.catalogue import catalogue_names, load_probe
 from pretravel.probe.description import Probe
-from pretravel.report.chart import (
-    Area,
-    LineMark,
-    Note,
-    PlaneChart,
-    PolarChart,
-    SpaceArrow,
-    SpaceChart,
-    SpaceMesh,
-)
+from pretravel.report.chart import PlaneChart, PolarChart, SpaceChart
+from pretravel.report.chart_marks import Area, LineMark, Note, SpaceArrow, SpaceMesh
 from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.prediction_view import levels_around, prediction_view
 from pretravel.report.probe_view import ball_centers, probe_view, space_chart

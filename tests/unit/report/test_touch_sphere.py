@@ -10,7 +10,7 @@ from pretravel.directions import sphere_pattern_25
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.report.chart import SpaceLines, SpacePoints
+from pretravel.report.chart_marks import SpaceLines, SpacePoints
 from pretravel.report.lobes_report import lobe_size, lobes_sentence
 from pretravel.report.touch_sphere_chart import TouchesInSpace, touches_chart
 from pretravel.uncertainty.covariance import Covariance

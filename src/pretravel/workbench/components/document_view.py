@@ -10,9 +10,10 @@ from nicegui import background_tasks, ui
 from nicegui.element import Element
 
 from pretravel.report.chart import Chart
-from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
+from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.document import Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import addition_text, cell_texts, heading_text, value_text
+from pretravel.report.plotly_parts import PlotlyFigure
 from pretravel.workbench.components.layout import folded, text, warning
 from pretravel.workbench.components.plot import plot
 

@@ -9,14 +9,16 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.jobs.predict import PredictedProbe
-from pretravel.report.chart import Axis, Bars, Dots, LineMark, PlaneChart, PolarChart
-from pretravel.report.chart_plotly import PlotlyFigure, plotly_figure
+from pretravel.report.chart import Axis, PlaneChart, PolarChart
+from pretravel.report.chart_marks import Bars, Dots, LineMark
+from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.colours import Colour
 from pretravel.report.design_comparison_report import A, B, results_of
 from pretravel.report.formatting import (
     number_text,
     value_text,
 )
+from pretravel.report.plotly_parts import PlotlyFigure
 from pretravel.trigger.predict import Trigger
 from pretravel.units import MICROMETRE
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from pretravel.jobs.compensate import CompensatedTouches
     from pretravel.jobs.look import ColumnsOfTable, LookedAt
     from pretravel.jobs.qualify import QualifiedProbe
-    from pretravel.report.chart_plotly import PlotlyFigure
     from pretravel.report.document import Document
+    from pretravel.report.plotly_parts import PlotlyFigure
     from pretravel.report.touch_sphere_chart import TouchesInSpace
     from pretravel.report.work_record import WorkRecord
 
