@@ -104,7 +104,7 @@ def refuse_inward(
     nominal : (n, 3) float or None
         [mm]
     on_sphere : bool
-        The touches lie on a sphere; or in a ring, whose normals point to its axis.
+        The touches lie on a sphere. The normals in a ring point to its axis.
 
     Raises
     ------

@@ -123,7 +123,12 @@ def _touches(
     positions, nominal = table.numbers(*_POSITION), _optional_vectors(table, _NOMINAL)
     normals, warnings = stated_normals(file, columns)
     refuse_inward(
-        file, columns, positions, normals, nominal, on_sphere=options.reference_diameter is not None
+        file,
+        columns,
+        positions,
+        normals,
+        nominal,
+        on_sphere=options.reference_diameter is not None and not options.ring,
     )
     with file.named_in_errors(table.lines):
         touches = Touches(

@@ -38,6 +38,8 @@ class TouchesInSpace:
     left_out : (n,) bool
         Left out by the user.
     labels : tuple of str
+    ring : bool
+        Whether the reference is a ring, touched inside.
     """
 
     positions: FloatArray
@@ -47,6 +49,7 @@ class TouchesInSpace:
     outliers: BoolArray
     left_out: BoolArray
     labels: tuple[str, ...]
+    ring: bool = False
 
     def rows(self) -> tuple[IntArray, ...]:
         """Rows of the touches of each mark with points: used, outliers, left out."""
@@ -80,7 +83,7 @@ def touches_chart(
     enlarged = _LONGEST_WHISKER * touches.radius / largest
     ends = touches.positions + directions * (enlarged * touches.residuals)[:, None]
     marks: tuple[SpaceMark, ...] = (
-        _sphere(touches.center, 0.985 * touches.radius),
+        _circle(touches, out) if touches.ring else _sphere(touches.center, 0.985 * touches.radius),
         SpaceLines(touches.positions[used], ends[used], colour="ink", width=1.2),
         _points(touches, used, _USED, with_values=True),
         _points(touches, named, _OUTLIER, with_values=False),
@@ -112,6 +115,15 @@ def _points(
         size=8.0,
         labels=labels,
     )
+
+
+def _circle(touches: TouchesInSpace, out: FloatArray) -> SpaceLines:
+    """The circle of a ring in the plane of its touches."""
+    across = np.linalg.svd(out, full_matrices=False)[2][:2]
+    around = np.linspace(0.0, 2.0 * np.pi, 121)
+    turns = np.stack([np.cos(around), np.sin(around)], axis=-1)
+    points = touches.center + touches.radius * turns @ across
+    return SpaceLines(points[:-1], points[1:], colour="body", width=2.0)
 
 
 def _sphere(center: FloatArray, radius: float) -> SpaceMesh:

@@ -36,6 +36,19 @@ def test_each_point_of_the_picture_is_found_again_in_the_table() -> None:
     assert chart.scale.high == 5.0
 
 
+def test_a_ring_is_a_circle_through_its_touches() -> None:
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    positions = np.stack([20.0 * np.cos(azimuth), 20.0 * np.sin(azimuth), np.full(12, 5.0)], -1)
+    none = np.zeros(12, dtype=bool)
+    labels = tuple(map(str, range(12)))
+    center = np.array([0.0, 0.0, 5.0])
+    touches = TouchesInSpace(positions, center, 20.0, np.zeros(12), none, none, labels, ring=True)
+    circle = touches_chart(touches).marks[0]
+    assert isinstance(circle, SpaceLines)
+    assert np.allclose(np.hypot(*circle.starts[:, :2].T), 20.0)
+    assert np.allclose(circle.starts[:, 2], 5.0)
+
+
 def test_the_sentence_states_lobes_and_what_is_left_of_them() -> None:
     """Woźniak, equation 4, with A = 30 µm: A between the lobes, 2 A on them."""
     pretravel_map = PretravelMap(

@@ -319,7 +319,14 @@ def _touches_of(
         f"line {name.rpartition(':')[2]}" if ":" in name else name for name in names
     )
     return TouchesInSpace(
-        touches.positions, made.center, radius, residuals / MICROMETRE, named, ~kept, labels
+        touches.positions,
+        made.center,
+        radius,
+        residuals / MICROMETRE,
+        named,
+        ~kept,
+        labels,
+        made.setup.ring,
     )
 
 
