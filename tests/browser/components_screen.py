@@ -15,7 +15,7 @@ from nicegui import ui
 from pretravel.cli.app import app
 from pretravel.errors import PretravelError
 from pretravel.report.document import Column, Document, KeyFigure, Table
-from pretravel.workbench.components.document_view import document_view, plot, table_view
+from pretravel.workbench.components.document_view import document_view, table_view
 from pretravel.workbench.components.downloads import download_button
 from pretravel.workbench.components.fields import (
     choice_field,
@@ -108,7 +108,6 @@ def show(state: ScreenState) -> None:
             values = [math.nan if n == 0 else float(n - 525) for n in range(count)]
             columns = (Column.of("row", [f"{n}" for n in range(count)]), Column.of("value", values))
             table_view(Table(columns, "Long table"))
-            plot({"data": [{"x": [1, 2], "y": [1, 4]}], "layout": {}}, "A line from 1 to 4")
 
 
 def refused(path: Path) -> None:

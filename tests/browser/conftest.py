@@ -15,8 +15,9 @@ from tests.browser.workbench_server import (
 )
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """Ended with the file: Playwright's event loop would be in the way of other tests."""
     if not CHROMIUM.exists():
         pytest.skip(
             "chromium is missing (tools/install_browser installs it): the page is NOT tested"
@@ -31,13 +32,21 @@ def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkb
         yield started
 
 
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """A tab of a browser without history; an error of a script of the page fails the test."""
+@pytest.fixture(scope="module")
+def _context(browser: Any) -> Iterator[Any]:
+    """One for the tests of a file: it keeps the scripts of the page."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
-    opened_page = context.new_page()
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def page(_context: Any) -> Iterator[Any]:
+    """A tab; an error of a script of the page fails the test."""
+    opened_page = _context.new_page()
     errors: list[str] = []
     opened_page.on("pageerror", lambda error: errors.append(str(error)))
     yield opened_page
-    context.close()
+    for tab in _context.pages:
+        tab.close()
     assert errors == []
