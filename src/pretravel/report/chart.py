@@ -255,7 +255,9 @@ def rings_to(largest: float) -> list[float]:
     >>> rings_to(100.0)
     [30.0, 60.0, 90.0, 100.0]
     """
-    return [ring for ring in (30.0, 60.0, 90.0, 120.0, 150.0) if ring < largest - 5.0] + [largest]
+    return [ring for ring in (30.0, 60.0, 90.0, 120.0, 150.0) if ring < largest - 5.0] + [
+        round(largest, 1)
+    ]
 
 
 Chart: TypeAlias = PlaneChart | PolarChart | TopView | SpaceChart

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from pretravel.report.budget_report import budget_table
 from pretravel.report.chart_plotly import plotly_figure
 from pretravel.report.document import KeyFigure
 from pretravel.report.formatting import decimals, signed_decimals
-from pretravel.report.page import write_page
 from pretravel.units import MICROMETRE
 from pretravel.workbench.components.document_view import (
     document_view,
@@ -43,6 +43,7 @@ from pretravel.workbench.components.layout import (
     text,
 )
 from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.page_button import page_button
 from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState, StoredFile
@@ -145,7 +146,9 @@ def _show_result(state: ScreenState, result: PartResult) -> None:
                 f"points{ending}", f"points{ending}",
                 lambda path: result.compensated.write(path, result.touches_name, result.map_name),
             )  # fmt: skip
-        download_button("Page", "points.html", lambda path: write_page(path, result.document))
+        page_button(
+            state, COMPENSATION, result.document, command=result.command(), name="points.html"
+        )
     same_elsewhere(result.command(), result.python())
 
 
@@ -228,10 +231,11 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
         )  # fmt: skip
     labels = ", ".join(result.compensated.points.labels[:8])
     note(f"Labels of the points: {labels} …")
-    outcome(state, _features_task(state), _show_measured, button="Measure")
+    task = _features_task(state)
+    outcome(state, task, partial(_show_measured, state, task), button="Measure")
 
 
-def _show_measured(result: PartFeatures) -> None:
+def _show_measured(state: ScreenState, task: Task, result: PartFeatures) -> None:
     document_view(result.document)
     table = features_table(result.features)
 
@@ -240,5 +244,5 @@ def _show_measured(result: PartFeatures) -> None:
 
     with ui.element("div").classes("buttons"):
         download_button("features.csv", "features.csv", write)
-        download_button("Page", "features.html", lambda path: write_page(path, result.document))
+        page_button(state, task, result.document, command=result.command, name="features.html")
     text("p", result.command, "note")
