@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pretravel.workbench.project import Project
+from pretravel.workbench.project_file import read_project, write_project
 from pretravel.workbench.screens import SCREENS
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 
@@ -16,3 +19,47 @@ PAGES = ("", "help", *(screen.name for screen in SCREENS))
 def test_pages_are_accessible(page: Any, workbench: RunningWorkbench, name: str) -> None:
     opened(page, f"{workbench.address}{name}")
     assert serious_problems(page) == []
+
+
+def test_the_theme_that_was_chosen_stays(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, workbench.address)
+    for theme, dark in (("dark", True), ("light", False)):
+        page.locator("#theme").select_option(theme)
+        for _ in range(2):
+            assert page.evaluate("document.body.classList.contains('body--dark')") is dark
+            opened(page, workbench.address)
+
+
+def test_projects_are_named_downloaded_and_opened_again(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}project")
+    name = page.get_by_label("Name of the project")
+    name.fill("Probe 7")
+    other = page.context.new_page()
+    opened(other, workbench.address)
+    other.wait_for_function("document.querySelector('.project-name input').value === 'Probe 7'")
+    with page.expect_download() as download:
+        page.get_by_text("Download as one file").click()
+    assert download.value.suggested_filename == "Probe-7.pretravel"
+    path = tmp_path / "p.pretravel"
+    download.value.save_as(path)
+    assert read_project(path).name == "Probe 7"
+    page.get_by_role("button", name="New project").click()
+    for tab in (page, other):  # every tab shows the project that is open
+        tab.wait_for_function("document.querySelector('.project-name input')?.value === 'Untitled'")
+    page.get_by_role("button", name="Open Probe 7").click()
+    other.wait_for_function("document.querySelector('.project-name input')?.value === 'Probe 7'")
+    write_project(path, Project("Of a colleague"))
+    page.wait_for_function("document.querySelector('.project-name input')?.value === 'Probe 7'")
+    page.set_input_files(".file-drop-input", str(path))
+    other.wait_for_function(
+        "document.querySelector('.project-name input')?.value === 'Of a colleague'"
+    )
+    page.wait_for_function(
+        "document.querySelector('.project-name input')?.value === 'Of a colleague'"
+    )
+    assert serious_problems(page) == []
+    path.write_bytes(b"x_mm")
+    page.set_input_files(".file-drop-input", str(path))
+    page.wait_for_selector("text=p.pretravel: this is no project of pretravel")

@@ -47,12 +47,15 @@ class RecentProject:
 
 def recent_projects(most: int = 30) -> list[RecentProject]:
     """The projects in the folder of projects, the newest first; what cannot be read is left out."""
-    files = sorted(projects_folder().glob(f"*{PROJECT_ENDING}"), key=_used, reverse=True)
     found = []
-    for path in files[:most]:
+    for path in _newest_files()[:most]:
         with suppress(PretravelError):
             found.append(RecentProject(path, read_project(path).name, _used(path)))
     return found
+
+
+def _newest_files() -> list[Path]:
+    return sorted(projects_folder().glob(f"*{PROJECT_ENDING}"), key=_used, reverse=True)
 
 
 def _used(path: Path) -> float:
@@ -85,7 +88,9 @@ class Session:
         self._saving: asyncio.Task[None] | None = None
         self._end: Callable[[], None] = lambda: None
 
-    def start(self, path: Path | None, address: str) -> None:
+    def start(
+        self, path: Path | None, address: str, say: Callable[[str], None] = lambda _: None
+    ) -> None:
         """Open a file, or the last project, or a new one.
 
         Parameters
@@ -94,6 +99,8 @@ class Session:
             A file that does not exist is made at the first change.
         address : str
             Of this server, for others that want the same project.
+        say : callable
+            Takes a warning: the last project cannot be read, and a new one is begun.
 
         Raises
         ------
@@ -109,9 +116,14 @@ class Session:
                     raise PretravelError(f"{path}: the folder {path.parent} does not exist")
                 self._use(Project(path.stem), path)
             return
-        newest = recent_projects(1)
-        if newest:
-            self._use(read_project(newest[0].path), newest[0].path)
+        newest = _newest_files()[:1]
+        try:
+            last = [(read_project(file), file) for file in newest]
+        except PretravelError as error:
+            say(f"Warning: {error}. A new project is begun; the file stays as it is")
+            last = []
+        if last:
+            self._use(*last[0])
         else:
             self.new()
 

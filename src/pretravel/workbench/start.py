@@ -48,7 +48,7 @@ def start(
     reached = own_address() if host in ("0.0.0.0", "::") else host
     shown = f"[{reached}]" if ":" in reached else reached
     address = f"http://{shown}:{chosen}/"
-    SESSION.start(project, address)
+    SESSION.start(project, address, say)
     # NiceGUI reads it when it is imported; nothing is stored there.
     os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
     from pretravel.workbench.server import serve

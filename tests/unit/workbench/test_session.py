@@ -73,3 +73,15 @@ def test_a_project_that_cannot_be_saved_says_so_until_it_can(tmp_path: Path) -> 
         assert found.screen("part").settings["lever"] == 50.0
 
     asyncio.run(use())
+
+
+def test_a_last_project_that_is_damaged_is_said_and_kept(tmp_path: Path) -> None:
+    damaged = tmp_path / "projects" / "0123456789abcdef.pretravel"
+    damaged.write_bytes(b"PK damaged")
+    said: list[str] = []
+    session = Session()
+    session.start(None, "", said.append)
+    assert len(said) == 1
+    assert f"{damaged}: this project is damaged" in said[0]
+    assert session.path != damaged
+    assert damaged.read_bytes() == b"PK damaged"
