@@ -84,7 +84,7 @@ def plan(
         )
     if not is_page(output):
         write_csv_table(output, plan_table(chosen))
-    report = plan_document(chosen, shape, f"Targets on {surface}")
+    report = plan_document(chosen, shape, f"Targets on {Path(surface).name}")
     save_page(report, output)
     save_picture(report, plot)
     show(report, verbose=verbose)

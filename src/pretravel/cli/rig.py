@@ -119,18 +119,18 @@ def rig(
         write_csv_table(output, rig_table(touches))
     found = CalibratedRig(read, touches, calibrate_rig(touches, exclude=setup.exclude), setup)
     calibration = found.calibration
+    missing = (statements or LaboratoryStatements()).missing if is_page(output) else 0
+    lacking = [*_missing_information(missing, own_budget=budget is not None)]
     if output is not None and ending == ".csv" and calibration.not_used:
         write_csv_table(output, found.table())
     if output is not None and ending == ".json":
         write_json(output, found.values(statements))
     elif output is not None and is_page(output):
-        _write_certificate(output, found.certificate(statements))
+        _write_certificate(output, found.certificate(statements, warnings=lacking))
     if map_file is not None:
         tip_radius = 0.5 * (tip_diameter or 0.0)
         write_map(map_file, rig_map(calibration, setup.components, tip_radius))
-    missing = (statements or LaboratoryStatements()).missing if is_page(output) else 0
-    warnings = [*_missing_information(missing, own_budget=budget is not None)]
-    warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
+    warnings = lacking + statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = found.document(warnings=warnings, statements=statements)
     save_picture(report, plot)
     show(report, verbose=verbose)

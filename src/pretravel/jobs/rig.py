@@ -96,7 +96,9 @@ class CalibratedRig:
         )
         return with_laboratory(report, statements)
 
-    def certificate(self, statements: LaboratoryStatements | None = None) -> Document:
+    def certificate(
+        self, statements: LaboratoryStatements | None = None, *, warnings: Sequence[str] = ()
+    ) -> Document:
         """The calibration certificate; see `TEMPLATE` of `certificate_report`."""
         made = calibration_certificate(
             self.calibration,
@@ -105,7 +107,7 @@ class CalibratedRig:
             budget_source=self.setup.budget_source,
             temperature=self.setup.temperature,
         )
-        return certificate_document(made, self.traces)
+        return certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
 
     def values(self, statements: LaboratoryStatements | None = None) -> dict[str, Any]:
         """The calibration for JSON, with what the laboratory states."""

@@ -28,8 +28,17 @@ TEMPLATE = "certificate.html"
 """The template of a page that prints on A4 (to PDF from any browser)."""
 
 
+_REPEATS_ALONE = (
+    "U and u of this section are from the repeats alone. The uncertainties of the calibration are "
+    "those of the results above."
+)
+
+
 def certificate_document(
-    certificate: CalibrationCertificate, traces: Sequence[RigTrace]
+    certificate: CalibrationCertificate,
+    traces: Sequence[RigTrace],
+    *,
+    warnings: Sequence[str] = (),
 ) -> Document:
     """A calibration certificate.
 
@@ -38,6 +47,8 @@ def certificate_document(
     certificate : CalibrationCertificate
     traces : sequence of RigTrace
         Of the touches of the calibration, in their order.
+    warnings : sequence of str
+        What keeps it from being a certificate to hand out, and irregularities of the traces.
 
     Returns
     -------
@@ -47,7 +58,8 @@ def certificate_document(
     number = certificate.statements.certificate.number
     return Document(
         title="Calibration certificate" + (f" {number}" if number else ""),
-        verdict="Touch-trigger probe, calibrated on a rig after the Abbé principle",
+        verdict="Touch-trigger probe, calibrated on a rig after the Abbé principle: "
+        + _mean_pretravel(certificate),
         sections=(
             _data_section(certificate),
             Section("Results by direction", tables=(_results_table(certificate),)),
@@ -55,6 +67,7 @@ def certificate_document(
                 "Performance",
                 figures=performance_figures(calibration),
                 tables=(direction_table(calibration),),
+                paragraphs=(_REPEATS_ALONE,),
             ),
             _uncertainty_section(certificate),
             Section("Touches", tables=(_touches_table(calibration),)),
@@ -64,6 +77,19 @@ def certificate_document(
             budget_picture(certificate.budget, "a direction's mean pretravel"),
         ),
         notes=certificate.notes,
+        warnings=tuple(warnings),
+    )
+
+
+def _mean_pretravel(certificate: CalibrationCertificate) -> str:
+    """The range of the results, and the largest of their expanded uncertainties."""
+    values = [r.performance.pretravel / MICROMETRE for r in certificate.directions]
+    worst = max(result.expanded for result in certificate.directions) / MICROMETRE
+    low, high = min(values), max(values)
+    return (
+        f"pretravel {number_text(low, decimals(3))} to {value_text(high, 'µm', decimals(3))} in "
+        f"{len(values)} directions, U up to {value_text(worst, 'µm', decimals(2))} (coverage "
+        "probability 95 %)"
     )
 
 
@@ -103,7 +129,7 @@ def _results_table(certificate: CalibrationCertificate) -> Table:
             Column.of("direction", [_direction_name(d) for d in directions]),
             Column.of("touches", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
-            column("U", [result.expanded for result in certificate.directions], 2),
+            column("U (95 %)", [result.expanded for result in certificate.directions], 2),
             column("standard deviation", [d.repeatability.value for d in directions]),
             column("hysteresis", [d.hysteresis for d in directions]),
         )

@@ -169,7 +169,11 @@ def _add_note(layout: dict[str, Any], note: str) -> None:
 
 def _heading(chart: Chart) -> str:
     heading = title_and_frame(chart)
-    return f"{heading}, radius: {chart.radius.text}" if isinstance(chart, PolarChart) else heading
+    if not isinstance(chart, PolarChart):
+        return heading
+    # A line of its own where there is no frame: a phone shows no long line.
+    between = ", " if "\n" in heading else "\n"
+    return f"{heading}{between}radius: {chart.radius.text}"
 
 
 def _figure(chart: Chart) -> PlotlyFigure:
@@ -190,7 +194,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
         "linecolor": "@ink", "ticks": "outside", "automargin": True, "exponentformat": "power",
     }  # fmt: skip
     if axis.logarithmic:
-        result["type"] = "log"
+        result |= {"type": "log", "tickformat": "~g"}  # 0.01, no power of ten
     if axis.categories:
         result |= {"tickmode": "array", "tickvals": [*range(len(axis.categories))]}
         result["ticktext"] = [escaped(name) for name in axis.categories]

@@ -129,7 +129,19 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     ]
     why = "" if inspected.verdict is ConformityVerdict.CONFORMS else f" ({'; '.join(reasons)})"
     words = verdict_words(inspected.verdict, feature.errors.machine)
-    return f"{_name(feature)}, {count}: {words}{why}"
+    return f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}"
+
+
+def _decided_value(inspected: InspectedFeature) -> str:
+    """The one value that was compared with a tolerance, with its U; nothing for several."""
+    if len(inspected.conformities) != 1:
+        return ""
+    name = inspected.conformities[0].name
+    found = next((q for q in _rows(inspected.feature) if q.name == name), None)
+    if found is None:
+        return ""
+    expanded = COVERAGE_FACTOR * found.u / MICROMETRE
+    return f"; {name} {found.value:.5f} mm, U = {expanded:.2f} µm (k = 2)"
 
 
 def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:

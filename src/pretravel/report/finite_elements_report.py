@@ -45,7 +45,9 @@ def finite_elements_document(
     azimuth = value_text(float(azimuth_angle(trigger.directions)[0]) / DEGREE, "°", significant(6))
     return Document(
         title=f"{probe_name}, finite elements",
-        verdict=f"{probe_name}, finite elements, touched at polar {polar}, azimuth {azimuth}",
+        verdict=f"{probe_name}, finite elements: touched at polar {polar}, azimuth {azimuth} it "
+        f"triggers after {value_text(float(trigger.pretravel[0]) / MICROMETRE, 'µm', decimals(3))} "
+        f"at {value_text(float(trigger.force[0]), 'N', decimals(3))}",
         figures=(
             KeyFigure("trigger force", float(trigger.force[0]), "N", decimals(4)),
             KeyFigure(

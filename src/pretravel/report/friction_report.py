@@ -11,7 +11,7 @@ from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Rule
 from pretravel.report.colours import Colour, series
 from pretravel.report.direction_charts import angles_deg, azimuth_axis, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
-from pretravel.report.formatting import decimals, significant
+from pretravel.report.formatting import decimals, significant, value_text
 from pretravel.trigger.friction import FrictionCycle
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -33,8 +33,9 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
     quantities = _quantities(cycle)
     return Document(
         title=title,
-        verdict=f"{probe_name}, seats with friction {cycle.friction:g}, {touches} touches in "
-        f"{len(cycle.directions)} directions",
+        verdict=f"{probe_name}, seats with friction {cycle.friction:g}: hysteresis up to "
+        f"{_largest(cycle.hysteresis)}, drift of zero up to {_largest(cycle.zero_drift)} "
+        f"({touches} touches in {len(cycle.directions)} directions)",
         figures=tuple(
             KeyFigure(f"{name}, touch {touch}", Span.of(values), unit, decimals(3))
             for name, touch, values, unit in quantities
@@ -44,6 +45,11 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
             Picture("Touch and return, hysteresis and drift", lambda: friction_view(cycle, title)),
         ),
     )
+
+
+def _largest(lengths: FloatArray) -> str:
+    """The largest of the last touch, without its sign."""
+    return value_text(float(np.abs(lengths[:, -1]).max()) / MICROMETRE, "µm", decimals(3))
 
 
 def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:

@@ -35,7 +35,8 @@ def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Doc
     changed = sum(bool(entry["changed"]) for entry in entries)
     return Document(
         title=title,
-        verdict=f"{title}: {len(entries)} verifications, {changed} of them found a change",
+        verdict=f"{title}: {len(entries)} verification{'' if len(entries) == 1 else 's'}, "
+        f"{changed or 'none'} of them found a change",
         tables=(_verifications_table(entries),),
         pictures=(Picture("Control chart", lambda: history_view(entries, title)),),
     )

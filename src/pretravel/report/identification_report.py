@@ -10,7 +10,7 @@ from pretravel.report.chart import Axis, PlaneChart, Scale, View
 from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.direction_charts import angles_deg, chart_by_place, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
-from pretravel.report.formatting import decimals, signed_decimals, significant
+from pretravel.report.formatting import decimals, signed_decimals, significant, value_text
 from pretravel.units import MICROMETRE
 
 
@@ -34,7 +34,9 @@ def identification_document(found: Identification, *, model: str, map_name: str 
     largest = float(np.abs(found.residuals).max())
     return Document(
         title=title,
-        verdict=f"{found.probe.name}, model {model}: from {len(found.directions)} directions",
+        verdict=f"{found.probe.name}, model {model}: with the identified numbers the map and the "
+        f"model differ by {value_text(rms / MICROMETRE, 'µm', decimals(3))} (rms of "
+        f"{len(found.directions)} directions)",
         figures=(
             KeyFigure("map less model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
             KeyFigure("largest difference", largest / MICROMETRE, "µm", decimals(3)),
@@ -66,7 +68,11 @@ def _numbers_table(found: Identification) -> Table:
             Column.of("key", keys),
             Column.of("value", found.values / units, digits=significant(6)),
             Column.of("u", found.standard_uncertainty / units, digits=significant(2)),
-        )
+            Column.of("U (k = 2)", 2.0 * found.standard_uncertainty / units, digits=significant(2)),
+        ),
+        title="Identified numbers",
+        explanation="The key names the unit (deg: degrees). u: standard uncertainty from the u of "
+        "the map.",
     )
 
 
@@ -89,7 +95,8 @@ def identification_view(found: Identification, title: str = "") -> View:
     by_place = chart_by_place(inside, residuals, scale, "map less model from above", labels=labels)
     polar, azimuth = angles_deg(inside)
     over = PlaneChart(
-        "map less model over the polar angle", Axis("polar angle (90° = wall)", "°"),
+        "map less model over the polar angle",
+        Axis("polar angle (90° = wall)", "°", ticks=tuple(15.0 * k for k in range(7))),
         Axis("map less model", "µm"),
         (Rule(0.0), Dots(polar, residuals, "", values=azimuth, labels=labels)),
         Scale("azimuth", "°", 0.0, 360.0),

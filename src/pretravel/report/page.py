@@ -34,6 +34,7 @@ from pretravel.report.formatting import (
 from pretravel.report.glossary import words_used
 from pretravel.report.page_content import (
     PageContent,
+    charts_of,
     content_values,
     image_address,
     packed_values,
@@ -258,6 +259,7 @@ def _environment() -> Environment:
     }
     environment.filters |= {
         "addition": addition_text,
+        "charts_of": charts_of,
         "expanded": expanded_text,
         "heading": heading_text,
         "name_of": _name,

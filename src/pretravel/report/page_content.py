@@ -92,6 +92,13 @@ def picture_figures(picture: Picture) -> list[PlotlyFigure]:
     return [plotly_figure(chart) for chart in picture.charts]
 
 
+def charts_of(picture: Picture) -> int:
+    """How many charts a picture shows; 0 where a picture that was read does not say it."""
+    if isinstance(picture, StoredPicture):
+        return len(picture.figures)
+    return len(picture.charts)
+
+
 def image_address(picture: Picture, *, small: bool = False) -> str:
     """The image of a picture as an address that contains it.
 

@@ -58,6 +58,7 @@ def polar_figure(chart: PolarChart) -> PlotlyFigure:
     radial: dict[str, Any] = {
         "angle": 112,
         "tickangle": 112,
+        "nticks": 5,
         "gridcolor": "@grid",
         "linecolor": "@grid",
     }

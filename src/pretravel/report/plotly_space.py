@@ -46,10 +46,11 @@ def space_figure(chart: SpaceChart) -> PlotlyFigure:
         own = {"title": title, "tickfont": {"size": 10}, "range": ends, "nticks": count}
         scene[f"{name}axis"] = axis | own
     turn, rise = math.radians(chart.azimuth), math.radians(chart.elevation)
-    eye = {"x": 2.3 * math.cos(turn) * math.cos(rise), "y": 2.3 * math.sin(turn) * math.cos(rise)}
-    eye["z"] = 2.3 * math.sin(rise)
     # Plotly's own "data" makes the sides' product one: a long part would leave the picture.
     ratio = sides / float(np.linalg.norm(sides)) * 1.7
+    far = 2.3 * max(1.0, float(ratio[2]) / 1.4)  # the titles below a high body need room
+    eye = {"x": far * math.cos(turn) * math.cos(rise), "y": far * math.sin(turn) * math.cos(rise)}
+    eye["z"] = far * math.sin(rise)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
     scene |= {"camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
     return {"data": data, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 64, "b": 8}}}
@@ -79,9 +80,8 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
         case SpaceArrow():
             end = mark.start + mark.vector
             u, v, w = (0.3 * mark.vector).tolist()
-            style = {"mode": "lines+text", "textposition": "middle right",
-                     "line": {"color": f"@{mark.colour}", "width": 6},
-                     "text": [escaped(mark.name), ""], "textfont": {"color": f"@{mark.colour}"},
+            style = {"mode": "lines+text", "line": {"color": f"@{mark.colour}", "width": 6},
+                     **_arrow_name(mark, chart), "textfont": {"color": f"@{mark.colour}"},
                      "hoverinfo": "skip", "showlegend": False}  # fmt: skip
             head = {"type": "cone", "u": [u], "v": [v], "w": [w], "anchor": "tip",
                     "sizemode": "raw", "showscale": False, "hoverinfo": "skip",
@@ -91,6 +91,17 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
                 _scattered(np.stack([mark.start, end])) | style,
                 head | {"x": x, "y": y, "z": z},
             ]
+
+
+def _arrow_name(arrow: SpaceArrow, chart: SpaceChart) -> dict[str, Any]:
+    """The name beside an arrow: at the upper end, or behind the tail of a level one."""
+    x, y, z = arrow.vector.tolist()
+    names = [escaped(arrow.name), ""]
+    if abs(z) >= 0.5 * math.hypot(x, y, z):
+        return {"text": names[::-1] if z > 0.0 else names, "textposition": "middle right"}
+    turn = math.radians(chart.azimuth)
+    to_right = y * math.cos(turn) - x * math.sin(turn) > 0.0
+    return {"text": names, "textposition": "top left" if to_right else "top right"}
 
 
 def _scattered(positions: FloatArray) -> dict[str, Any]:

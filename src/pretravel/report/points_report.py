@@ -71,7 +71,8 @@ def points_document(
         ]
     return Document(
         title=title,
-        verdict=f"{len(points)} points{_in_short(points)}",
+        verdict=f"{len(points)} points{_in_short(points)}; U of a point up to "
+        f"{value_text(2.0 * float(np.max(u)), 'µm')} (k = 2)",
         figures=tuple(figures),
         tables=before_and_after(points),
         sections=budget_section(budgets),

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.probe.description import Probe
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
-from pretravel.report.formatting import decimals, value_text
+from pretravel.report.formatting import decimals, number_text, value_text
 from pretravel.report.prediction_view import prediction_view
 from pretravel.report.probe_report import probe_picture
 from pretravel.trigger.predict import Trigger
@@ -32,7 +33,8 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
     where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
     return Document(
         title=title,
-        verdict=f"{title}, {len(trigger.force)} directions",
+        verdict=f"{title}: pretravel {_range(trigger.pretravel / MICROMETRE, 'µm', 2)}, trigger "
+        f"force {_range(trigger.force, 'N', 3)} in {len(trigger.force)} directions",
         figures=(
             KeyFigure("trigger force", Span.of(trigger.force), "N", decimals(3)),
             KeyFigure("sensing distance", Span.of(trigger.sensing_distance / MICROMETRE), "µm"),
@@ -69,6 +71,11 @@ def shares_table(trigger: Trigger) -> Table:
         title="Elastic parts of the pretravel",
         detail=True,
     )
+
+
+def _range(values: FloatArray, unit: str, digits: int) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{number_text(low, decimals(digits))} to {value_text(high, unit, decimals(digits))}"
 
 
 def _direction(trigger: Trigger, row: int) -> str:

@@ -206,7 +206,7 @@ def rig_view(calibration: RigCalibration, title: str = "") -> View:
     around = all(math.isfinite(d.azimuth) for d in directions)
     if around:
         places = np.array([d.azimuth for d in directions]) / DEGREE
-        axis = Axis("azimuth", "°", -10.0, 360.0)
+        axis = Axis("azimuth", "°", -10.0, 370.0, ticks=tuple(45.0 * k for k in range(9)))
         first: Chart = _around(calibration)
     else:
         places = np.arange(len(directions), dtype=np.float64)

@@ -46,8 +46,10 @@ def separation_document(
     title = f"{readings_name}: machine and probe" if readings_name else "Machine and probe"
     return Document(
         title=title,
-        verdict=f"{len(result.residuals)} readings, method {result.method}, "
-        f"{number_text(result.dof, decimals(0))} degrees of freedom left by the systematic errors",
+        verdict=f"The errors of the machine range over {_range(result.machine_error)}, those of "
+        f"the probe over {_range(result.probe_error)}: {len(result.residuals)} readings, method "
+        f"{result.method}, {number_text(result.dof, decimals(0))} degrees of freedom left by the "
+        "systematic errors",
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
@@ -60,6 +62,10 @@ def separation_document(
         notes=result.notes,
         warnings=tuple(warnings),
     )
+
+
+def _range(error: FloatArray) -> str:
+    return value_text(float(np.ptp(error)) / MICROMETRE, "µm", decimals(3))
 
 
 def _excluded_figure(result: Separation) -> tuple[KeyFigure, ...]:

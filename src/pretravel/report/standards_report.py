@@ -159,7 +159,7 @@ def check_view(check: StandardCheck, title: str = "") -> View:
     charts.append(
         PlaneChart(
             "residuals over the azimuth",
-            Axis("azimuth", "°", 0.0, 360.0),
+            Axis("azimuth", "°", -5.0, 365.0, ticks=tuple(45.0 * k for k in range(9))),
             Axis("distance less radius", "µm"),
             tuple(marks),
             note="several polar angles may lie at one azimuth",

@@ -64,7 +64,7 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     assert "outside the tolerance (diameter: too small by 2.0 µm, material is left)" in text
     assert "tip radius" in text
     assert "Gaussian association" in text
-    assert page.read_text(encoding="utf-8").count("<img") == 1
+    assert page.read_text(encoding="utf-8").count("<img") == 4
     assert picture.read_bytes().startswith(b"\x89PNG")
     run(*command, "-o", values, code=3)
     (bore,) = json.loads(values.read_text())["features"]
@@ -131,12 +131,14 @@ def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             if words[1] == "measure":
                 verdicts.append(text.splitlines()[0])
     assert verdicts[0] in guide
-    assert verdicts == [
+    assert [verdict.partition(";")[0] for verdict in verdicts] == [
         "bore1*, 12 points: conforms",
         "2 features: 1 conforms, 1 does not conform (bore2)",
         "boss1*, 12 points: conforms",
         "top*, 9 points: conforms",
     ]
+    # A verdict on one value states it with its U.
+    assert re.fullmatch(r".*; diameter \S+ mm, U = \S+ µm \(k = 2\)", verdicts[2])
     found = {r["feature"]: r for r in rows(Path("bores.csv")) if r["quantity"] == "diameter"}
     for name, diameter in DIAMETERS.items():
         # The noise of 0.3 µm of 12 touches and another kind of map: 1 µm of the diameter.

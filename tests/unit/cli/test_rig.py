@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pretravel.formats.csv_table import read_csv_table
+from pretravel.report.page_content import read_page
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
@@ -70,7 +71,18 @@ class TestRig:
             "expanded, 95 %", "may not be reproduced", "@page", "Serial number", "Temperature",
         ):  # fmt: skip
             assert words in page
-        assert page.count("data:image/") == 2
+        assert page.count("data:image/") == 3  # directions, a touch, budget
+
+    def test_a_certificate_warns_of_what_it_lacks_and_begins_with_results(
+        self, tmp_path: Path
+    ) -> None:
+        run("rig", *TRACES, "-o", tmp_path / "certificate.html")
+        (content,) = read_page(tmp_path / "certificate.html")
+        shown = " ".join(content.document.warnings)
+        assert "of another laboratory" in shown
+        assert "fields of the certificate are not stated" in shown
+        assert "µm in" in content.document.verdict
+        assert "U up to" in content.document.verdict
 
     def test_a_moved_mark_moves_the_result_and_widens_u(self, tmp_path: Path) -> None:
         before, after = tmp_path / "before.csv", tmp_path / "after.csv"

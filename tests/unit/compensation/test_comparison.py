@@ -34,6 +34,12 @@ class TestComparison:
         assert left["four directions", "equator"].rms > left["eight sectors", "equator"].rms
         assert left["full map", "all"].largest == 0.0
 
+    def test_all_directions_contain_the_equator(self) -> None:
+        found = compare_corrections(lobes(3, phase=90 * DEGREE)).rows
+        left = {(row.method, row.where): row.largest for row in found}
+        for (method, where), largest in left.items():
+            assert left[method, "all"] >= largest, where
+
     def test_wozniak_finds_itself(self) -> None:
         basis = WozniakBasis(17 * DEGREE)
         own = PretravelMap(

@@ -179,3 +179,26 @@ def test_bars_of_u_have_a_colour_that_changes_with_the_page() -> None:
     chart = PlaneChart("", Axis("x"), Axis("y"), (dots,), Scale.of("x", "", places))
     (trace,) = plotly_figure(chart)["data"]
     assert trace["error_y"]["color"] == "@reference"
+
+
+@pytest.mark.parametrize(
+    ("vector", "names", "place"),
+    [
+        ((1.0, 0.0, 0.1), ["push", ""], "top left"),
+        ((-1.0, 0.0, 0.1), ["push", ""], "top right"),
+        ((0.0, 0.0, -2.0), ["push", ""], "middle right"),
+        ((0.5, 0.0, 2.0), ["", "push"], "middle right"),
+    ],
+)
+def test_the_name_of_an_arrow_is_beside_it(
+    vector: tuple[float, float, float], names: list[str], place: str
+) -> None:
+    arrow = SpaceArrow(np.zeros(3), np.array(vector), "push")
+    line = plotly_figure(SpaceChart("space", (arrow,)))["data"][0]
+    assert (line["text"], line["textposition"]) == (names, place)
+
+
+def test_a_logarithmic_axis_has_plain_numbers() -> None:
+    axis = Axis("stress", "MPa", logarithmic=True)
+    chart = PlaneChart("log", Axis("place", "mm"), axis, (LineMark(np.ones(2), np.ones(2), ""),))
+    assert plotly_figure(chart)["layout"]["yaxis"]["tickformat"] == "~g"

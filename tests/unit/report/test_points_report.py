@@ -66,4 +66,5 @@ def test_points_of_a_file_that_states_no_more() -> None:
     known = old_map()
     points = replace(apply(embed(NOMINAL, NORMALS, known), known), uncompensated=None)
     document = points_document(points)
-    assert (document.tables, document.verdict) == ((), "24 points")
+    assert document.tables == ()
+    assert document.verdict.startswith("24 points; U of a point up to ")
