@@ -95,7 +95,7 @@ def test_long_work_shows_its_stage_and_is_cancelled(screen: Any) -> None:
     screen.get_by_role("button", name="Wait").click()
     screen.wait_for_selector("text=stage 5")
     screen.get_by_role("button", name="Cancel").click()
-    screen.wait_for_selector("text=cancelled after")
+    screen.wait_for_selector("text=Cancelled after")
 
 
 def test_what_is_no_number_is_said_and_not_stored(screen: Any) -> None:

@@ -76,7 +76,7 @@ def test_an_impossible_design_is_said_at_its_field_and_the_last_picture_stays(
     ball.fill("3")
     said = page.locator(".field-problem")
     said.first.wait_for()
-    assert "a tip of radius 1.5 mm is smaller than the stem of diameter 4.5 mm" in said.inner_text()
+    assert "a tip of 3 mm diameter is smaller than the stem of 4.5 mm diameter" in said.inner_text()
     assert said.count() == 1
     assert page.locator(".stale .plot .main-svg").count() > 0
     ball.fill("6")
@@ -123,4 +123,4 @@ def test_finite_elements_are_cancelled(page: Any, workbench: RunningWorkbench) -
     page.get_by_role("button", name="Compute with finite elements").click()
     page.wait_for_selector(".running-clock")
     page.get_by_role("button", name="Cancel").click()
-    page.wait_for_selector("text=cancelled after")
+    page.wait_for_selector("text=Cancelled after")

@@ -368,7 +368,8 @@ def _notes(
     of_variances = (
         "the variances' matrix lacks one rank too: variances of pairs are absolute, but no "
         "reading determines which part is the machine's and which the probe's, and no repeat "
-        "does. The shares are half each on average"
+        "does. Of the shares without a negative variance, the ones nearest to half each on average "
+        "are stated"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]
     if shares.negative:

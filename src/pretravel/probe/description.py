@@ -319,8 +319,8 @@ class Probe:
         carrier = self.stylus[-1]
         if self.tip.radius < 0.5 * carrier.diameter:
             raise DescriptionError(
-                f"a tip of radius {self.tip.radius:g} mm is smaller than the stem of diameter "
-                f"{carrier.diameter:g} mm that carries it: the stem would touch the part first"
+                f"a tip of {2.0 * self.tip.radius:g} mm diameter is smaller than the stem of "
+                f"{carrier.diameter:g} mm diameter that carries it: the stem would touch first"
             )
         if self.stylus_length <= self.tip.radius:
             raise DescriptionError(

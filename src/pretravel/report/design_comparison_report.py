@@ -113,8 +113,10 @@ def results_of(trigger: Trigger) -> dict[str, float]:
         "trigger force on walls, smallest / N": float(walls.force.min()),
         "trigger force on walls, largest / N": float(walls.force.max()),
         "trigger force, largest in all directions / N": float(trigger.force.max()),
+        "pretravel on walls, largest / µm": float(walls.pretravel.max()),
         "pretravel on walls, mean / µm": float(walls.pretravel.mean()),
         "pretravel on walls, lobe (largest less smallest) / µm": float(np.ptp(walls.pretravel)),
+        "pretravel in all directions, largest / µm": float(pretravel.max()),
         "pretravel in all directions, largest less smallest / µm": float(np.ptp(pretravel)),
         **shares,
     }

@@ -336,6 +336,6 @@ def _contact(trace: RigTrace, touch: RigTouch) -> PlaneChart:
         if np.isfinite(place):
             height = 0.9 * top if name == "r3" else top  # r3 is close to r0
             marks += [Rule(place, upright=True), Note(place, height, name)]
-    return PlaneChart("near the contact, with the events r0 to r3",
+    return PlaneChart("near the contact: r0 contact, r1 trigger, r2 stop, r3 contact lost",
                       Axis("push rod", "µm", float(low), float(high)), Axis("tip", "µm"),
                       tuple(marks))  # fmt: skip

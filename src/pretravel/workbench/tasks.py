@@ -105,6 +105,8 @@ class Work:
         Whether the inputs have changed since the result.
     warnings : tuple of str
         What the library said while it computed the result.
+    cancelled : str
+        What to say after a cancelled run; empty without one.
     progress : str
         The stage of the run.
     """
@@ -118,6 +120,7 @@ class Work:
     warnings: tuple[str, ...] = ()
     stale: bool = False
     progress: str = ""
+    cancelled: str = ""
     started: float = 0.0
     _listeners: list[Listener] = field(default_factory=list)
     _done: Any = None
@@ -165,7 +168,7 @@ class Work:
             return
         self._stop()
         self._wanted = self._snapshot()
-        self.running, self.progress = True, ""
+        self.running, self.progress, self.cancelled = True, "", ""
         if not self.task.live:  # the next result is there at once
             self.error = ""
         self.started = time.monotonic()
@@ -176,7 +179,7 @@ class Work:
         """End the run; the old result stays."""
         if self.running:
             self._stop()
-            self.error = f"cancelled after {self.elapsed():.0f} s"
+            self.cancelled = f"Cancelled after {self.elapsed():.0f} s. There is no new result."
             self._tell()
 
     def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:

@@ -84,6 +84,6 @@ def test_an_error_names_the_fields_that_can_correct_it() -> None:
         "design.tip.radius_mm": 5.0, "design.stylus.1.diameter_mm": 5.5,
         "design.spring.preload_N": 4.0,
     }  # fmt: skip
-    with pytest.raises(PretravelError, match=r"a tip of radius 2\.5 mm is smaller") as caught:
+    with pytest.raises(PretravelError, match=r"a tip of 5 mm diameter is smaller") as caught:
         designed_probe(text, changes)
     assert set(caught.value.inputs) == {"design.tip.radius_mm", "design.stylus.1.diameter_mm"}

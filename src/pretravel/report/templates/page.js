@@ -125,7 +125,7 @@
     if (value === null || typeof value !== "object") return value;
     return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, coloured(part)]));
   };
-  const settings = { displaylogo: false, responsive: true };
+  const settings = { displaylogo: false, responsive: true, scrollZoom: false };
   const fill = (picture) => {
     picture.plots.forEach((place, index) => {
       const figure = coloured(picture.figures[index]);

@@ -46,7 +46,7 @@ def outcome(
     def refresh() -> None:
         waiting = work.stale or work.running
         place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
-        now = (work.running, work.started, work.error, work.stale, work.ready())
+        now = (work.running, work.started, work.error, work.cancelled, work.stale, work.ready())
         if not said or said[0] != now:
             said[:] = [now]
             status.clear()
@@ -101,6 +101,8 @@ def _show_status(work: Work, missing: str, button: str) -> None:
         return
     if work.error:
         error_view(work.error)
+    if work.cancelled:
+        note(work.cancelled)
     if not work.task.automatic:
         if work.stale:
             note("The settings have changed since this result.")

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from pretravel.report.colours import DARK, LIGHT
 
-_CONFIG = {"config": {"displaylogo": False, "responsive": True}}
+_CONFIG = {"config": {"displaylogo": False, "responsive": True, "scrollZoom": False}}
 
 
 class ColouredPlot(ui.plotly, component="plot.js"):

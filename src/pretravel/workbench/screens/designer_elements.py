@@ -47,10 +47,10 @@ def _show(state: ScreenState, result: FiniteElementDesign) -> None:
     note("Rings in the pictures of force and pretravel above are these values.")
     text("h3", "Stress at the trigger")
     with ui.element("div").classes("field-row"):
-        slider_field(state, _AZIMUTH, "Azimuth of the touch", unit="°", limits=(0.0, 355.0),
-                     step=5.0, default=0.0)  # fmt: skip
-        slider_field(state, _POLAR, "Polar angle of the touch", unit="°", limits=(0.0, 90.0),
-                     step=5.0, default=90.0)  # fmt: skip
+        slider_field(state, _AZIMUTH, "Azimuth of the push on the tip (0° = to +X)", unit="°",
+                     limits=(0.0, 355.0), step=5.0, default=0.0)  # fmt: skip
+        slider_field(state, _POLAR, "Polar angle of the push (90° = from a wall)", unit="°",
+                     limits=(0.0, 90.0), step=5.0, default=90.0)  # fmt: skip
     figures = ui.element("div").classes("live")
     picture = plot({"data": [], "layout": {}}, "Stress of the bent probe at the trigger")
     remark = text("p", "", "note")

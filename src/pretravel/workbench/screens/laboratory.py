@@ -72,7 +72,12 @@ METHOD_NAMES = {
 EXAMPLE_TRACES = tuple(
     f"rig/rig_{azimuth:03d}_{repeat}.csv" for azimuth in (0, 60, 90) for repeat in (1, 2)
 )
-_MOVABLE = {"displaylogo": False, "responsive": True, "edits": {"shapePosition": True}}
+_MOVABLE = {
+    "displaylogo": False,
+    "responsive": True,
+    "scrollZoom": False,
+    "edits": {"shapePosition": True},
+}
 
 
 def show(state: ScreenState) -> None:

@@ -120,8 +120,19 @@ def _example(state: ScreenState) -> None:
         state.files["map"] = (StoredFile(name, content),)
         button.enable()
 
+    async def fill_bores() -> None:
+        """The same map; labelled touches in two bores, and what is measured of them."""
+        await fill()
+        state.settings["feature"], state.settings["by_prefix"] = "bore", True
+        state.files["part"] = ()
+        state.files["touches"] = (
+            StoredFile("bore_touches.csv", (example_folder() / "bore_touches.csv").read_bytes()),
+        )
+
     button = ui.button("Try it with example data", icon="school", on_click=fill)
     button.props("no-caps flat")
+    bores = ui.button("Example with two bores to measure", icon="school", on_click=fill_bores)
+    bores.props("no-caps flat")
 
 
 def _show_result(state: ScreenState, result: PartResult) -> None:
