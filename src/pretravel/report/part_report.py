@@ -38,9 +38,10 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
     usable = [row for row, problem in enumerate(values["problem"]) if not problem]
     low, high = part.box
     size = " x ".join(value_text(float(length)) for length in high - low)
+    count = len(values["face"])
     return Document(
         title=part.name,
-        verdict=f"{part.name}: {len(values['face'])} faces, {size} mm, from "
+        verdict=f"{part.name}: {count} face{'' if count == 1 else 's'}, {size} mm, from "
         f"{value_text(tuple(low.tolist()))} to {value_text(tuple(high.tolist()))}",
         tables=(
             _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),

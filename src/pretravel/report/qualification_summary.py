@@ -37,7 +37,7 @@ def verdict(result: Qualification) -> str:
     return (
         f"The probe is {grade}: a touch repeats to "
         f"{value_text(result.repeatability / MICROMETRE, 'µm')}, and a point on a part has "
-        f"u = {value_text(float(u_point) / MICROMETRE, 'µm')}"
+        f"U = {value_text(2.0 * float(u_point) / MICROMETRE, 'µm')} (k = 2)"
     )
 
 
@@ -56,8 +56,6 @@ def summary_figures(
     """
     pretravel_map = result.pretravel_map
     u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
-    radius = value_text(result.effective_radius, "mm", decimals(6))
-    u_radius = value_text(result.u_effective_radius / MICROMETRE, "µm")
     directions, value, u = over_support(pretravel_map)
     highest, worst = int(np.argmax(value)), int(np.argmax(u))
     return (
@@ -65,7 +63,10 @@ def summary_figures(
         KeyFigure(
             "centre", tuple(result.center.tolist()), "mm", decimals(5),
             tuple(u_center.tolist()), "µm", decimals(2),
-            remark=f"effective radius {radius}, u = {u_radius}",
+        ),
+        KeyFigure(
+            "effective radius", result.effective_radius, "mm", decimals(6),
+            result.u_effective_radius / MICROMETRE, "µm", decimals(2),
         ),
         KeyFigure(
             "pretravel", Span.of(value / MICROMETRE), "µm",

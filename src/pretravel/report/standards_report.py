@@ -17,7 +17,7 @@ from pretravel.report.chart import Axis, Chart, PlaneChart, Scale, SpaceChart, V
 from pretravel.report.chart_marks import Dots, Mark, Rule, SpaceLines, SpacePoints
 from pretravel.report.colours import series
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
-from pretravel.report.formatting import decimals
+from pretravel.report.formatting import decimals, value_text
 from pretravel.report.whiskers import magnification, whiskers
 from pretravel.uncertainty.fitting.sphere import SphereFit
 from pretravel.units import DEGREE, MICROMETRE
@@ -81,7 +81,11 @@ def _compared(check: StandardCheck) -> str:
     """The figures and their limits."""
     limited = [figure for figure in check.figures if figure.limit is not None]
     if not limited:
-        return "no limit given"
+        values = ", ".join(
+            f"{figure.name.partition(' (')[0]} {value_text(figure.value / MICROMETRE, 'µm')}"
+            for figure in check.figures
+        )
+        return f"{values}; no limit given"
     exceeding = _names(limited, LimitOutcome.EXCEEDS)
     undecided = _names(limited, LimitOutcome.UNDECIDED)
     if exceeding:

@@ -16,7 +16,7 @@ class TestFacesAndPlan:
     def test_faces(self, tmp_path: Path) -> None:
         out, picture = tmp_path / "faces.csv", tmp_path / "faces.png"
         text = run("faces", PART, "-o", out, "--plot", picture)
-        assert "1 faces, 60.00 x 40.00" in text
+        assert "1 face, 60.00 x 40.00" in text
         (row,) = rows(out)
         assert (row["face"], row["type"]) == ("1", "B-spline")
         assert float(row["nz"]) > 0.5
