@@ -48,7 +48,7 @@ def space_figure(chart: SpaceChart) -> PlotlyFigure:
     turn, rise = math.radians(chart.azimuth), math.radians(chart.elevation)
     # Plotly's own "data" makes the sides' product one: a long part would leave the picture.
     ratio = sides / float(np.linalg.norm(sides)) * 1.7
-    far = 2.3 * max(1.0, float(ratio[2]) / 1.4)  # the titles below a high body need room
+    far = 2.3 * max(1.0, float(ratio[2]) / 1.25)  # the titles below a high body need room
     eye = {"x": far * math.cos(turn) * math.cos(rise), "y": far * math.sin(turn) * math.cos(rise)}
     eye["z"] = far * math.sin(rise)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
