@@ -52,7 +52,11 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
 def test_a_trace_is_left_out_and_taken_back(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}laboratory")
     drop(page, "laboratory", "traces", *TRACES)
+    page.wait_for_selector(f"text={len(TRACES)} traces")
+    settled(page)  # a click while the page is built again would be lost
     page.get_by_role("button", name="Leave this trace out").click()
+    page.get_by_role("button", name="Include this trace").wait_for()
+    settled(page)
     page.get_by_role("button", name="Include this trace").click()
     page.get_by_role("button", name="Leave this trace out").wait_for()
 

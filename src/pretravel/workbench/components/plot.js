@@ -13,7 +13,10 @@ export default {
     await this.draw();
     for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
-    this.observer = new ResizeObserver(() => Plotly.Plots.resize(this.$el));
+    // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
+    this.observer = new ResizeObserver(() => {
+      if (this.$el.getClientRects().length) Plotly.Plots.resize(this.$el).catch(() => {});
+    });
     this.observer.observe(this.$el);
   },
   unmounted() {
