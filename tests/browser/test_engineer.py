@@ -70,7 +70,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     step(page, "Download the values")
     archive = downloaded(page, "Download fanuc.zip", tmp_path)
     page.get_by_text("Map and report", exact=True).click()
-    mine = downloaded(page, "Map (to use)", tmp_path)
+    mine = downloaded(page, "Map for pretravel (.nc)", tmp_path)
     assert serious_problems(page) == []
 
     touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.nc"
@@ -133,7 +133,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
 def downloaded_map(page: Any, folder: Path) -> Path:
     page.get_by_text("Map and report", exact=True).click()
     (folder / "mine").mkdir()
-    return downloaded(page, "Map (to use)", folder / "mine")
+    return downloaded(page, "Map for pretravel (.nc)", folder / "mine")
 
 
 @pytest.mark.parametrize("label", ["<img src=x onerror=alert(1)>"])

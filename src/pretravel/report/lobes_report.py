@@ -45,12 +45,19 @@ def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
         The errors are the largest ones; that of the full map is its expanded uncertainty (k = 2).
     """
     left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
+    anywhere = {row.method: row.largest for row in comparison.rows if row.where == "all"}
+    beyond = (
+        f". In all directions one radius leaves up to {_micrometres(anywhere['mean radius'])}"
+        if "mean radius" in anywhere
+        else ""
+    )
     expanded = _COVERAGE * comparison.u_map
     return (
-        f"The pretravel changes by {_micrometres(lobe_size(pretravel_map))} around the probe "
-        f"(lobes). One radius in the control leaves errors of up to "
+        f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
+        "around the probe (lobes). One radius in the control leaves errors of up to "
         f"{_micrometres(left['mean radius'])}, eight radii up to "
-        f"{_micrometres(left['eight sectors'])}, the full map {_micrometres(expanded)}"
+        f"{_micrometres(left['eight sectors'])}, the full map {_micrometres(expanded)} "
+        f"(U, k = 2){beyond}"
     )
 
 

@@ -34,7 +34,7 @@ def verdict(result: Qualification) -> str:
     grade = "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
     u_map = over_support(pretravel_map)[2]
     u_point = np.sqrt(np.mean(u_map**2) + size**2 + pretravel_map.u_tip_radius**2)
-    return (
+    return (  # the grade is of the repeats alone: a good probe can need its map
         f"The probe is {grade}: a touch repeats to "
         f"{value_text(result.repeatability / MICROMETRE, 'µm')}, and a point on a part has "
         f"U = {value_text(2.0 * float(u_point) / MICROMETRE, 'µm')} (k = 2)"

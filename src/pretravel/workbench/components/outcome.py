@@ -46,6 +46,8 @@ def outcome(
     def refresh() -> None:
         waiting = work.stale or work.running
         place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
+        # The files of an old result are not those of the fields: they cannot be taken.
+        place.props("inert" if work.error else "", remove="" if work.error else "inert")
         now = (work.running, work.started, work.error, work.cancelled, work.stale, work.ready())
         if not said or said[0] != now:
             said[:] = [now]
@@ -101,6 +103,8 @@ def _show_status(work: Work, missing: str, button: str) -> None:
         return
     if work.error:
         error_view(work.error)
+        if work.result is not None:
+            note("What stands below is the result of earlier inputs. It cannot be used.")
     if work.cancelled:
         note(work.cancelled)
     if not work.task.automatic:

@@ -34,7 +34,12 @@ def control_panel(state: ScreenState) -> None:
         live([state.listen], lambda: _settings(state), lambda: state.settings.get("control"))
         outcome(state, EXPORT, _download)
         fit = WORKS.of(state, FIT)
-        live([fit.listen], lambda: _map_files(fit.result), lambda: fit.result)
+        live(
+            [fit.listen],
+            # After an error the old result is not that of the fields.
+            lambda: _map_files(None if fit.error else fit.result),
+            lambda: (fit.result, fit.error),
+        )
 
 
 def _settings(state: ScreenState) -> None:
@@ -101,7 +106,7 @@ def _map_files(result: FitResult | None) -> None:
     made = result.qualified.pretravel_map
     with folded("Map and report"):
         for ending, words in (
-            ("nc", "Map (to use)"),
+            ("nc", "Map for pretravel (.nc)"),
             ("csv", "Map as table"),
             ("json", "Map, JSON"),
         ):
