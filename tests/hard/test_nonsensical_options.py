@@ -28,9 +28,9 @@ def test_every_command_is_tried() -> None:
         for path, group in (((), nonsensical_options.commands()), (("program",), None))
         for name in (group or nonsensical_options.commands("program"))
     }
-    # app, fem, laboratory: a server; minutes for each model; a text to edit.
+    # A server; minutes for each model; a text to edit; pages to bind.
     assert commands - {n.split(":")[0] for n in BY_NAME} == {
-            "program", "app", "fem", "laboratory",
+            "program", "app", "fem", "laboratory", "report",
         }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pretravel.cli.arguments import one_of
-from pretravel.cli.files import check_files
+from pretravel.cli.files import check_files, check_folder_of_texts
 from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
@@ -153,6 +153,8 @@ def export(
     _check_output(output, [map_file, template], to)
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
     files = export_map(pretravel_map, to, wish, written=date.today().isoformat())
+    if makes_folder(to):
+        check_folder_of_texts(output, files.texts, files.obsolete)
     write_export(output, files)
     names = ", ".join(sorted(files.texts)) if makes_folder(to) else ""
     typer.echo(f"{output}: {names}".rstrip())

@@ -291,7 +291,7 @@ def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     r"""The text of a file as `write_csv_table` writes it.
 
     >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
-    'name,x_mm\\na,0.5\\n'
+    'name,x_mm\na,0.5\n'
     """
     cells = []
     for values in columns.values():
