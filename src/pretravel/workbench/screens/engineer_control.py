@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from nicegui import ui
+
 from pretravel.jobs.export import makes_folder, settings_of, takes_feed, write_export
 from pretravel.workbench.components.downloads import download_button, download_folder_button
 from pretravel.workbench.components.fields import choice_field, number_field
-from pretravel.workbench.components.layout import folded, live, note, panel, warning
+from pretravel.workbench.components.layout import folded, live, note, panel, text, warning
 from pretravel.workbench.components.outcome import outcome
 from pretravel.workbench.project import ScreenState
+from pretravel.workbench.screens.control_steps import control_steps
 from pretravel.workbench.screens.engineer_settings import EXPORT_DEFAULTS, export_name
 from pretravel.workbench.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
 from pretravel.workbench.tasks import WORKS
@@ -93,6 +96,10 @@ def _download(result: ExportResult) -> None:
     else:
         button = download_button(f"Download {name}", name, write)
     button.props(remove="outline", add="unelevated").classes("main-download")
+    text("h3", "At the control")
+    with ui.element("ol").classes("steps"):
+        for step in control_steps(result.to, result.files.texts):
+            text("li", step)
 
 
 def _map_files(result: FitResult | None) -> None:
