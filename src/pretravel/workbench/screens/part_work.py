@@ -27,7 +27,7 @@ from pretravel.jobs.map_argument import map_or_prediction
 from pretravel.jobs.measure import FeatureWish, measure_features
 from pretravel.report.document import Document
 from pretravel.report.feature_report import features_document
-from pretravel.surface.specification import parse_surface
+from pretravel.surface.cad.part_file import read_part
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 from pretravel.whole_file import temporary_folder
@@ -81,7 +81,7 @@ class PartResult:
         reading = f"tip_radius={found.pretravel_map.tip_radius!r}"
         if "--units" in self.options:
             reading += f", units={self.options[self.options.index('--units') + 1]!r}"
-        setup = f"parse_surface({self.part_name!r})" if self.part_name else "None"
+        setup = f"read_part({self.part_name!r})" if self.part_name else "None"
         setup += f", extrapolate={found.setup.extrapolate}, feed={found.setup.feed!r}"
         return "\n".join(
             (
@@ -90,7 +90,7 @@ class PartResult:
                 "from pretravel.formats.several_files import read_series",
                 "from pretravel.jobs.compensate import CompensationSetup, compensate_readings",
                 "from pretravel.jobs.map_argument import map_or_prediction",
-                "from pretravel.surface.specification import parse_surface",
+                "from pretravel.surface.cad.part_file import read_part",
                 "",
                 f"probe_map = map_or_prediction({self.map_name!r})",
                 f"options = ReadingOptions({reading})",
@@ -125,7 +125,7 @@ def compensate_part(inputs: Inputs) -> PartResult:
     options = ReadingOptions(units=units, tip_radius=pretravel_map.tip_radius)
     readings = read_series([touches], options)
     setup = CompensationSetup(
-        None if part is None else parse_surface(str(part)),
+        None if part is None else read_part(part),
         bool(settings.get("extrapolate", False)),
         feed=settings.get("feed"),
     )
