@@ -8,6 +8,7 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from pretravel.report.demonstration_report import DEMONSTRATION_FILES
@@ -43,5 +44,6 @@ def test_demo_keeps_files_that_are_there(tmp_path: Path) -> None:
     assert (tmp_path / "points.csv").read_text() == "mine"
 
 
-def test_demo_elsewhere() -> None:
+def test_demo_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # the folder of the tests can have a demo-output
     assert "no such folder" in run("demo", "--data", "nowhere", code=2)
