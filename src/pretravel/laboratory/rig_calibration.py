@@ -169,7 +169,12 @@ def azimuth_of(trace: str) -> float:
     return math.radians(float(found.group(1))) if found else math.nan
 
 
-def _direction_name(trace: str) -> str:
+def direction_name(trace: str) -> str:
+    """The direction of a trace: its name without the number of the repeat.
+
+    >>> direction_name("rig_030_2")
+    'rig_030'
+    """
     return re.sub(r"_\d+$", "", trace)
 
 
@@ -249,7 +254,7 @@ def _trace_outliers(evaluated: Sequence[RigTouch]) -> list[TraceOutlier]:
     """Touches with a gross error, against repeats and against the map of all directions."""
     names = [touch.trace for touch in evaluated]
     _, groups, count = np.unique(
-        [_direction_name(name) for name in names], return_inverse=True, return_counts=True
+        [direction_name(name) for name in names], return_inverse=True, return_counts=True
     )
     found = outlying_rows(
         np.array([touch.pretravel for touch in evaluated]),
@@ -329,7 +334,7 @@ def _touches_by_direction(touches: Sequence[RigTouch]) -> dict[str, list[RigTouc
     """Touches grouped by the name of their direction; each azimuth has one name."""
     groups: dict[str, list[RigTouch]] = {}
     for touch in touches:
-        groups.setdefault(_direction_name(touch.trace), []).append(touch)
+        groups.setdefault(direction_name(touch.trace), []).append(touch)
     name_of: dict[float, str] = {}
     for name, group in groups.items():
         azimuth = azimuth_of(group[0].trace)

@@ -80,8 +80,7 @@ def rig_touch(trace: RigTrace) -> RigTouch:
     made, lost = _contact_made(record), _contact_lost(record)
     fired, displacement = _trigger(record)
     notes = [*_signal_notes(record), *made.notes, *fired.notes, *lost.notes]
-    if fired.position.value < made.position.value:
-        notes.append("the trigger comes before the contact: check the wiring of the signals")
+    notes += wrong_order(made.position.value, fired.position.value)
     return RigTouch(
         trace=trace.name,
         r0=made.position.value,
@@ -96,6 +95,22 @@ def rig_touch(trace: RigTrace) -> RigTouch:
         feed=motion.speed * 60.0,
         notes=tuple(notes),
     )
+
+
+def wrong_order(r0: float, r1: float) -> tuple[str, ...]:
+    """The note on a trigger before the contact; none where the order is right or unknown.
+
+    Parameters
+    ----------
+    r0, r1 : float
+        Ruler at the contact and at the trigger. [mm]
+
+    >>> wrong_order(1.0, 1.01), len(wrong_order(1.01, 1.0))
+    ((), 1)
+    """
+    if r1 < r0:
+        return ("the trigger comes before the contact: check the wiring of the signals",)
+    return ()
 
 
 def _record(trace: RigTrace) -> _Record:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from pretravel.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch
+from pretravel.laboratory.rig_events import wrong_order
 from pretravel.laboratory.rig_signals import AGREEMENT
 from pretravel.units import MICROMETRE
 
@@ -29,7 +30,9 @@ def with_marks(touch: RigTouch, marks: Mapping[str, float]) -> RigTouch:
     RigTouch
         The standard uncertainty of a moved event covers the old and the new position, as where
         contact signal and laser differ; of one that the trace does not show it is that of their
-        agreement. Its notes state each event that was moved.
+        agreement. The stop r2 has no standard uncertainty. The tip's displacement up to the
+        trigger is nan where r1 was moved: the laser was read at the old trigger. The notes state
+        each event that was moved, and the order of the events as it is now.
 
     Raises
     ------
@@ -42,7 +45,7 @@ def with_marks(touch: RigTouch, marks: Mapping[str, float]) -> RigTouch:
     (0.008, ('r0 was moved by hand by +2.00 µm; its u covers both positions',))
     """
     changes: dict[str, float] = {}
-    notes = list(touch.notes)
+    moved: list[str] = []
     for name, place in marks.items():
         if name not in MARKS or not math.isfinite(place):
             raise PretravelError(
@@ -54,16 +57,27 @@ def with_marks(touch: RigTouch, marks: Mapping[str, float]) -> RigTouch:
         if place == old:
             continue
         changes[name] = place
-        known = math.isfinite(old)
-        moved = (place - old) / MICROMETRE
-        notes.append(
-            f"{name} was moved by hand by {moved:+.2f} µm; its u covers both positions"
-            if known
-            else f"{name} was set by hand"
-        )
-        if name == "r2":
-            continue
-        distance = abs(place - old) if known else AGREEMENT
-        before = float(getattr(touch, f"u_{name}")) if known else 0.0
-        changes[f"u_{name}"] = math.hypot(before, distance / math.sqrt(3.0))
-    return replace(touch, **changes, notes=tuple(notes))  # type: ignore[arg-type]
+        if name != "r2":
+            changes[f"u_{name}"] = _u_of_both(touch, name, place)
+        moved.append(_note(name, old, place))
+    if "r1" in changes:
+        changes["tip_displacement"] = math.nan
+    before = wrong_order(touch.r0, touch.r1)
+    now = wrong_order(changes.get("r0", touch.r0), changes.get("r1", touch.r1))
+    notes = (*(note for note in touch.notes if note not in before), *now, *moved)
+    return replace(touch, **changes, notes=notes)  # type: ignore[arg-type]
+
+
+def _u_of_both(touch: RigTouch, name: str, place: float) -> float:
+    """Standard uncertainty that covers the determined and the new position. [mm]"""
+    old = float(getattr(touch, name))
+    if not math.isfinite(old):
+        return AGREEMENT / math.sqrt(3.0)
+    return math.hypot(getattr(touch, f"u_{name}"), abs(place - old) / math.sqrt(3.0))
+
+
+def _note(name: str, old: float, place: float) -> str:
+    if not math.isfinite(old):
+        return f"{name} was set by hand"
+    moved = f"{name} was moved by hand by {(place - old) / MICROMETRE:+.2f} µm"
+    return moved if name == "r2" else f"{moved}; its u covers both positions"

@@ -200,13 +200,14 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
     getattr(axes, f"set_{name}label")(axis.text)
     if axis.logarithmic:
         getattr(axes, f"set_{name}scale")("log")
-        _plain_numbers(axes, name)
     if axis.categories:
         getattr(axes, f"set_{name}ticks")(range(len(axis.categories)), axis.categories)
         axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
     if axis.ticks:
         getattr(axes, f"set_{name}ticks")(axis.ticks)
     getattr(axes, f"set_{name}lim")(axis.low, axis.high)
+    if axis.logarithmic and not axis.ticks:
+        _plain_numbers(axes, name)  # by the limits that are drawn
 
 
 def _plain_numbers(axes: Axes, name: str) -> None:

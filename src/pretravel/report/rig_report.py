@@ -10,7 +10,12 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.laboratory.rig import RigTouch, RigTrace
-from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration, Spread
+from pretravel.laboratory.rig_calibration import (
+    DirectionPerformance,
+    RigCalibration,
+    Spread,
+    direction_name,
+)
 from pretravel.laboratory.rig_left_out import left_out_sentences
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, expanded_figure
@@ -232,7 +237,7 @@ def _around(calibration: RigCalibration) -> PolarChart:
         azimuth, pretravel, labels = [], [], []
         for d in directions:
             for touch in calibration.touches:
-                if touch.trace.startswith(f"{d.name}_") and used == (
+                if direction_name(touch.trace) == d.name and used == (
                     touch.trace not in calibration.not_used
                 ):
                     azimuth.append(d.azimuth)

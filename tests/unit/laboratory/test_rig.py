@@ -20,6 +20,7 @@ from pretravel.laboratory.rig_budget import (
 )
 from pretravel.laboratory.rig_calibration import azimuth_of, calibrate_rig, spread_from
 from pretravel.laboratory.rig_events import rig_touch
+from pretravel.laboratory.rig_marks import with_marks
 from tests.support.examples import EXAMPLES
 
 UM = 1e-3
@@ -258,6 +259,55 @@ class TestEvents:
             trace.ruler * 1.000008
         )
         assert at_reference_temperature(trace, 20.0, 8e-6) is trace
+
+
+class TestMovedMarks:
+    """Events that a person moves, of a trace with known events."""
+
+    def test_a_moved_event_covers_both_positions(self) -> None:
+        touch = rig_touch(Made().trace())
+        moved = with_marks(touch, {"r3": touch.r3 + 0.3 * UM})
+        # GUM 4.3.7: the half width of a rectangle, 0.3 µm, over √3, beside the event's own u.
+        assert moved.u_r3 == pytest.approx(math.hypot(touch.u_r3, 0.3 * UM / math.sqrt(3.0)))
+        assert moved.notes == ("r3 was moved by hand by +0.30 µm; its u covers both positions",)
+
+    def test_the_stop_has_no_u_to_cover(self) -> None:
+        touch = rig_touch(Made().trace())
+        moved = with_marks(touch, {"r2": touch.r2 - 1.0 * UM})
+        assert moved.notes == ("r2 was moved by hand by -1.00 µm",)
+        assert (moved.u_r0, moved.u_r1, moved.u_r3) == (touch.u_r0, touch.u_r1, touch.u_r3)
+
+    def test_the_laser_at_a_moved_trigger_is_not_known(self) -> None:
+        touch = rig_touch(Made().trace())
+        assert math.isnan(with_marks(touch, {"r1": touch.r1 + UM}).tip_displacement)
+        assert with_marks(touch, {"r0": touch.r0 + UM}).tip_displacement == touch.tip_displacement
+
+    def test_the_order_is_judged_with_the_moved_events(self) -> None:
+        touch = rig_touch(Made().trace())
+        (note, _) = with_marks(touch, {"r1": touch.r0 - 0.5 * UM}).notes
+        assert note.startswith("the trigger comes before the contact")
+        trace = Made().trace()
+        trigger = trace.trigger.copy()
+        trigger[int(np.argmin(trace.contact)) - 60 : int(np.argmin(trigger))] = False
+        wrong = rig_touch(replace(trace, trigger=trigger))
+        assert note in wrong.notes
+        righted = with_marks(wrong, {"r1": wrong.r0 + 4.0 * UM})
+        assert note not in righted.notes
+        assert note in with_marks(wrong, {"r3": wrong.r3 + UM}).notes
+
+    def test_an_event_that_the_trace_does_not_show(self) -> None:
+        made, trace = Made(), Made().trace()
+        silent = rig_touch(replace(trace, trigger=np.ones(len(trace.time), dtype=bool)))
+        given = with_marks(silent, {"r1": made.r0 + made.pretravel})
+        assert given.pretravel == pytest.approx(made.pretravel, abs=NEAR)
+        assert given.notes[-1] == "r1 was set by hand"
+        assert given.u_r1 > 0.0
+
+    def test_other_events_and_positions_are_refused(self) -> None:
+        touch = rig_touch(Made().trace())
+        for marks in ({"r4": 1.0}, {"r0": math.inf}):
+            with pytest.raises(PretravelError, match="a mark is r0, r1, r2, r3"):
+                with_marks(touch, marks)
 
 
 class TestCalibration:

@@ -202,3 +202,17 @@ def test_a_logarithmic_axis_has_plain_numbers() -> None:
     axis = Axis("stress", "MPa", logarithmic=True)
     chart = PlaneChart("log", Axis("place", "mm"), axis, (LineMark(np.ones(2), np.ones(2), ""),))
     assert plotly_figure(chart)["layout"]["yaxis"]["tickformat"] == "~g"
+
+
+@pytest.mark.parametrize(("low", "high", "plain"), [(1.0, 50.0, True), (1e-4, 100.0, False)])
+def test_numbers_of_a_logarithmic_axis_suit_its_limits(
+    low: float, high: float, plain: bool
+) -> None:
+    """The values reach over six decades (two): the limits of the axis decide, not the values."""
+    values = np.array([1e-3, 1.0, 1e3]) if plain else np.array([2.0, 5.0, 20.0])
+    axis = Axis("probability", "%", low, high, logarithmic=True)
+    chart = PlaneChart("tests", Axis("x"), axis, (Dots(np.arange(3.0), values),))
+    axes = drawn_figure(View("", (chart,))).axes[0]
+    texts = [label.get_text() for label in axes.get_yticklabels()]
+    assert ("20" in texts) == plain
+    assert any("10^" in text for text in texts) != plain

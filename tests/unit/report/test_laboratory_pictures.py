@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,20 @@ def test_rig_shows_every_touch_and_no_line_between_directions(calibration: RigCa
     touches = next(m for m in chart.marks if isinstance(m, Dots) and m.name == "single touches")
     wanted = {touch.trace: 1e3 * touch.pretravel for touch in calibration.touches}
     assert dict(zip(touches.labels, touches.y.tolist(), strict=True)) == pytest.approx(wanted)
+
+
+def test_a_touch_is_at_its_own_direction_alone(calibration: RigCalibration) -> None:
+    """rig_000 is the beginning of rig_000_090, a direction of its own."""
+    touches = [
+        replace(touch, trace=f"{name}_{k}")
+        for name in ("rig_000", "rig_000_090")
+        for k, touch in enumerate(calibration.touches[:3])
+    ]
+    chart = rig_view(calibrate_rig(touches)).charts[0]
+    assert isinstance(chart, PolarChart)
+    dots = next(m for m in chart.marks if isinstance(m, Dots) and m.name == "single touches")
+    assert list(dots.labels) == [touch.trace for touch in touches]
+    assert np.degrees(dots.x) == pytest.approx([0.0] * 3 + [90.0] * 3)
 
 
 def test_intervals_of_the_repeatability_are_whole(calibration: RigCalibration) -> None:
