@@ -9,7 +9,7 @@ STAMP := .venv/.installed
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test hard benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test hard mutation benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -25,9 +25,10 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 
 check: browser-if-possible lint types contracts test  ## everything that must pass before a commit
 
-check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, and the benchmarks
+check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, the benchmarks, and single faults in the code
 	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
+	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 
 format: $(STAMP)  ## put the code in order
 	$(BIN)/ruff check --fix-only --quiet .
@@ -62,6 +63,9 @@ hard: $(STAMP)  ## 100,000 mutated files for each reader, interrupted commands: 
 	$(SINGLE) $(BIN)/python -m tests.hard.run --processes $$(nproc)
 	$(SINGLE) $(BIN)/python -m tests.hard.interrupted_writes
 	$(SINGLE) $(BIN)/python -m tests.hard.nonsensical_options
+
+mutation: $(STAMP)  ## single faults in the code, which the tests must notice: docs/reliability.md
+	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 30
 
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py

@@ -1,0 +1,157 @@
+"""Put single faults into rooms of pretravel: ``python -m tests.mutation.run trigger --number 30``.
+
+The faults are drawn by chance from the seed. Each runs the tests that execute its line, near and
+quick ones first, until one fails. ``docs/reliability.md`` has the figures and how they are made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+from tests.mutation.campaign import Verdict, try_fault
+from tests.mutation.faults import Fault, faults_of
+from tests.mutation.known_faults import accepted, named
+from tests.mutation.line_map import LineMap, make_line_map
+from tests.mutation.scratch import ROOMS, Scratch, load_libraries
+
+LEAST = 0.95
+"""Share of the faults with an effect that tests must notice."""
+
+
+def drawn(package: Path, room: str, number: int, seed: str) -> list[Fault]:
+    """Some faults of a room; the same ones whatever moves or is added elsewhere."""
+    found: list[Fault] = []
+    contents = {
+        path.relative_to(package).as_posix(): path.read_bytes()
+        for path in sorted((package / room).rglob("*.py"))
+    }
+    every = [fault for module, content in contents.items() for fault in faults_of(module, content)]
+    for fault in sorted(every, key=lambda f: f.rank(seed)):
+        if len(found) == number:
+            break
+        if fault.changes(contents[fault.module]):
+            found.append(fault)
+    return found
+
+
+def table(verdicts: Sequence[Verdict], reasons: dict[tuple[str, str, str, str], str]) -> str:
+    """The figures of each room."""
+    lines = [
+        "| room | faults | noticed | without effect | survived | share noticed |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    rooms = [*dict.fromkeys(v.fault.module.partition("/")[0] for v in verdicts), ""]
+    for room in rooms:
+        of_room = [v for v in verdicts if v.fault.module.startswith(f"{room}/") or not room]
+        killed = sum(bool(v.killer) for v in of_room)
+        equal = sum(not v.killer and v.fault.key in reasons for v in of_room)
+        left = len(of_room) - killed - equal
+        lines.append(
+            f"| {room or 'all'} | {len(of_room)} | {killed} | {equal} | {left} "
+            f"| {100.0 * killed / max(killed + left, 1):.0f} % |"
+        )
+    return "\n".join(lines)
+
+
+def survivors(
+    verdicts: Iterable[Verdict], reasons: dict[tuple[str, str, str, str], str]
+) -> list[Verdict]:
+    """Faults that no test noticed and that have no reason."""
+    return [v for v in verdicts if not v.killer and v.fault.key not in reasons]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("rooms", nargs="*", help=f"all, or some of {', '.join(ROOMS)}")
+    parser.add_argument("--number", type=int, default=30, help="faults of each room")
+    parser.add_argument("--seed", default="1")
+    parser.add_argument("--patience", type=float, default=60.0, help="s of tests for each fault")
+    parser.add_argument("--named", action="store_true", help="the faults of named.toml too")
+    parser.add_argument(
+        "--only", default="", help="only faults with this text in their description"
+    )
+    parser.add_argument("--kept", type=Path, default=user_cache_path("pretravel-mutation"))
+    parser.add_argument(
+        "--results", type=Path, help="append each verdict to this file (JSON lines)"
+    )
+    parser.add_argument("--list", action="store_true", help="only list the faults")
+    stated = parser.parse_args()
+    if unknown := set(stated.rooms) - set(ROOMS):
+        parser.error(f"there is no room {', '.join(sorted(unknown))}")
+    began = time.monotonic()
+    load_libraries()
+    with tempfile.TemporaryDirectory(prefix="pretravel-mutation-") as folder:
+        scratch = Scratch(Path(folder) / "scratch")
+        package = scratch.project / "src/pretravel"
+        faults = named(package) if stated.named else []
+        for room in stated.rooms or (ROOMS if stated.number else ()):
+            faults += drawn(package, room, stated.number, stated.seed)
+        faults = [f for f in faults if stated.only in str(f)]
+        if stated.list:
+            print(*faults, sep="\n")
+            return 0
+        make_line_map(scratch, stated.kept)
+        return _campaign(faults, scratch, stated, began)
+
+
+def _campaign(
+    faults: Sequence[Fault], scratch: Scratch, stated: argparse.Namespace, began: float
+) -> int:
+    reasons = accepted()
+    line_map = LineMap(scratch.project, stated.kept)
+    killers_file = stated.kept / "killers.json"
+    killers: dict[str, str] = {}
+    if killers_file.is_file():
+        killers = json.loads(killers_file.read_text(encoding="utf-8"))
+    verdicts = []
+    for number, fault in enumerate(faults, 1):
+        key = json.dumps(fault.key)
+        verdict = try_fault(fault, scratch, line_map, stated.patience, killers.get(key, ""))
+        verdicts.append(verdict)
+        if verdict.killer:
+            killers[key] = verdict.killer
+            killers_file.write_text(json.dumps(killers), encoding="utf-8")
+        _tell(verdict, f"{number}/{len(faults)}", reasons)
+        if stated.results:
+            with stated.results.open("a", encoding="utf-8") as file:
+                print(json.dumps(_flat(verdict)), file=file)
+    print(f"seed {stated.seed}, {(time.monotonic() - began) / 60.0:.0f} minutes")
+    print(table(verdicts, reasons))
+    left = survivors(verdicts, reasons)
+    for verdict in left:
+        print(f"survived {verdict.tests} of {verdict.executing} tests:", verdict.fault)
+    with_effect = sum(bool(v.killer) for v in verdicts) + len(left)
+    noticed = 1.0 - len(left) / max(with_effect, 1)
+    if noticed < LEAST:
+        print(f"{100.0 * noticed:.1f} % of the faults were noticed; {100.0 * LEAST:.0f} % must be")
+    return int(noticed < LEAST)
+
+
+def _tell(verdict: Verdict, number: str, reasons: dict[tuple[str, str, str, str], str]) -> None:
+    said = f"noticed by {verdict.killer}" if verdict.killer else reasons.get(verdict.fault.key, "")
+    said = said or f"SURVIVED {verdict.tests} tests ({verdict.executing} execute it)"
+    print(f"{number} {verdict.fault}\n    {said}, {verdict.seconds:.1f} s", flush=True)
+
+
+def _flat(verdict: Verdict) -> dict[str, object]:
+    module, function, before, after = verdict.fault.key
+    return {
+        "module": module, "line": verdict.fault.lines[0], "function": function, "before": before,
+        "after": after, "kind": verdict.fault.kind, "killer": verdict.killer,
+        "tests": verdict.tests, "executing": verdict.executing,
+        "seconds": round(verdict.seconds, 2),
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    raise SystemExit(main())
