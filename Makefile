@@ -8,6 +8,9 @@ STAMP := .venv/.installed
 # what the tests of a file share is made once.
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+# Bytecode is kept: without it each worker and each command that a test starts compiles everything.
+TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
+	--no-loadscope-reorder --durations=10
 
 .PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test hard mutation benchmark lock clean
 
@@ -23,10 +26,14 @@ $(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
 demo: $(STAMP)  ## run the main job on the example data and say where to look
 	$(BIN)/pretravel demo --output demo-output --force
 
-check: browser-if-possible lint types contracts test  ## everything that must pass before a commit
+# Types beside the tests: mypy uses one core. What it says comes after what the tests say.
+check: browser-if-possible lint contracts  ## everything that must pass before a commit
+	@mkdir -p .mypy_cache; $(MAKE) --no-print-directory types >.mypy_cache/output 2>&1 & types=$$!; \
+	$(MAKE) --no-print-directory test; tests=$$?; \
+	wait $$types; types=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$types = 0 ]
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, the benchmarks, and single faults in the code
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "slow or not slow"
+	$(TESTS) -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 
@@ -45,7 +52,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(SINGLE) $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow"
+	$(TESTS) -m "not slow"
 
 linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linuxcnc.md on it
 	examples/linuxcnc/install

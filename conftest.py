@@ -2,27 +2,53 @@
 
 from __future__ import annotations
 
+import gc
 import os
+from collections.abc import Generator
 from typing import Any
 
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
-MACHINE = "tests/machine/"
-LONGEST_FIRST = (MACHINE, "tests/validation/", "tests/laws/")
+TOGETHER = {
+    "tests/machine/": "the one LinuxCNC of this computer",
+    "tests/validation/test_rodrigues_2021_finite_elements.py": "finite elements of the catalogue",
+    "tests/validation/test_gallery.py": "finite elements of the catalogue",
+}
+"""Files whose tests run in the same worker, by what they share."""
+
+LONGEST_FIRST = (
+    "tests/machine/",
+    "tests/validation/",
+    "tests/laws/",
+    "tests/browser/",
+    "tests/unit/cli/",
+)
 """Folders of long tests. Started last, they would leave the other workers without work."""
 
 
-class FilesAndOneMachine(LoadFileScheduling):
-    """The tests of a file run in one worker; those on the one LinuxCNC all in the same one."""
+class FilesTogether(LoadFileScheduling):
+    """The tests of a file run in one worker; so do the files of `TOGETHER`."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return MACHINE if nodeid.startswith(MACHINE) else super()._split_scope(nodeid)
+        shared = [what for begin, what in TOGETHER.items() if nodeid.startswith(begin)]
+        return shared[0] if shared else super()._split_scope(nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling:
-    """Distribute the tests as `FilesAndOneMachine` states."""
-    return FilesAndOneMachine(config, log)
+    """Distribute the tests as `FilesTogether` states."""
+    return FilesTogether(config, log)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector: nothing that is made here goes before the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
