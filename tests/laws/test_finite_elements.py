@@ -168,7 +168,7 @@ def test_stylus_is_a_timoshenko_beam(omp40: Probe) -> None:
     probe = replace(omp40, stylus=(stem,))
     # The 2 mm of the socket are ball material; they are 4 % of the bar.
     solids = probe_solids(probe)
-    mesh = mesh_solids(solids, MeshSettings(refinement=0.6))
+    mesh = mesh_solids(solids, MeshSettings(refinement=0.4))
     reduced = condense(finite_element_model(probe, solids, mesh))
     statics = seat_statics(probe)
     forces = np.zeros((3, len(INTERFACE)))
@@ -348,7 +348,7 @@ def test_patch_radius_does_not_matter(omp40: Probe) -> None:
     """The half-space part is subtracted: 6 or 12 times the contact size gives the same."""
     found = []
     for patch_radius in (0.09, 0.18):
-        settings = replace(COARSE, patch_radius=patch_radius, patch=0.4)
+        settings = replace(COARSE, patch_radius=patch_radius, patch=0.8)
         solids = probe_solids(omp40, patch_radius * omp40.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
         reduced = condense(finite_element_model(omp40, solids, mesh))

@@ -57,7 +57,7 @@ def test_a_qualification_needs_memory_in_proportion_to_its_touches(kind):
         touches = _touches(count, count // 5)
         return lambda: qualify(touches, 25.0, tip_diameter=6.0, kind=kind, search_outliers=False)
 
-    assert _exponent(job, 2000, 8000) < LARGEST_EXPONENT
+    assert _exponent(job, 1000, 4000) < LARGEST_EXPONENT
 
 
 def test_many_repeats_of_few_directions_need_memory_in_proportion():
@@ -78,7 +78,7 @@ def test_directions_beside_a_long_edge_need_memory_in_proportion():
         outside = from_angles(np.radians(91.0), np.linspace(0.0, 6.0, count))
         return lambda: support.interpolation(outside)
 
-    assert _exponent(job, 2000, 8000) < LARGEST_EXPONENT
+    assert _exponent(job, 1000, 4000) < LARGEST_EXPONENT
 
 
 def test_comparisons_of_all_pairs_refuse_more_than_memory_holds():

@@ -78,7 +78,11 @@ def test_tables_4_1_to_4_9_with_seats_that_give_honest_miss(tables: CsvTable) ->
     assert 0.05 < off.min() < off.max() < 0.28
 
 
-@pytest.mark.parametrize("name", ["omp40-2-100mm", "omp40-2-thesis-100mm"])
+# Slow with seats that give: a mesh of its own, for what 50 mm with them and 100 mm without show.
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param("omp40-2-100mm", marks=pytest.mark.slow), "omp40-2-thesis-100mm"],
+)
 def test_table_2_3_experiment(name: str) -> None:
     """15.875 and 28.865 um measured with a 100 mm stylus: both extremes within 5 %, predicted."""
     azimuth = from_angles(np.pi / 2.0, np.radians(np.arange(0.0, 61.0, 2.5)))
