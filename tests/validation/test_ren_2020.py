@@ -14,37 +14,17 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.compliance import ren
-from pretravel.trigger.compliance.ren import RenPretravel, RenProbe, ren_pretravel
 from pretravel.trigger.loading import loaded
 from pretravel.trigger.seats import seat_coefficient, seat_statics
+from tests.support.ren_probe import ren_terms
 
 REFERENCE = Path(__file__).parent / "reference"
-
-
-def _terms(force: float) -> RenPretravel:
-    """Section 4's numbers: n_delta 0.9744, E 200 and 620 kN/mm², R1 = R2 = 1 mm, r = 4 mm,
-    L = 18 mm, L/La = 1.5, d = 2 mm, Poisson's ratios 0."""
-    return ren_pretravel(
-        force,
-        RenProbe(
-            lever=18.0,
-            lever_ratio=1.5,
-            stylus_diameter=2.0,
-            stylus_modulus=200e3,
-            contact_coefficient=0.9744,
-            seat_radii=(1.0, 1.0),
-            seat_moduli=(200e3, 200e3),
-            tip_radius=4.0,
-            tip_modulus=620e3,
-            part_modulus=200e3,
-        ),
-    )
 
 
 def test_equation_13_corrected() -> None:
     """The bending term as printed, to its five digits. The Hertz terms, from the paper's own
     equation 12 and numbers, are 6.41e-4 and 1.83e-4 mm/N^(2/3): ten times the printed values."""
-    terms = _terms(1.0)
+    terms = ren_terms(1.0)
     assert float(terms.bending) == pytest.approx(0.012376, abs=5e-7)
     assert float(terms.rigid) == pytest.approx(6.41e-4, abs=5e-7)
     assert float(terms.compression) == pytest.approx(1.83e-4, abs=5e-7)
@@ -53,7 +33,7 @@ def test_equation_13_corrected() -> None:
 
 
 def test_equation_12_powers_and_signs() -> None:
-    one, eight = _terms(0.01), _terms(0.08)
+    one, eight = ren_terms(0.01), ren_terms(0.08)
     assert float(eight.rigid / one.rigid) == pytest.approx(4.0)
     assert float(eight.compression / one.compression) == pytest.approx(4.0)
     assert float(eight.bending / one.bending) == pytest.approx(8.0)
@@ -66,11 +46,11 @@ def test_equation_11_is_hertz() -> None:
     """0.8255 is (9/16)^(1/3) to four digits, with r as the ball's radius."""
     modulus = 1.0 / (1.0 / 620e3 + 1.0 / 200e3)
     expected = ball_on_flat(0.082, 4.0, modulus)
-    assert float(_terms(0.082).compression) == pytest.approx(float(expected), rel=1e-4)
+    assert float(ren_terms(0.082).compression) == pytest.approx(float(expected), rel=1e-4)
 
 
 def test_vectorised() -> None:
-    assert _terms(np.array([0.1, 0.2])).pretravel.shape == (2,)  # type: ignore[arg-type]
+    assert ren_terms([0.1, 0.2]).pretravel.shape == (2,)
 
 
 def test_table_1_cannot_follow_from_equation_15() -> None:
@@ -86,7 +66,7 @@ def test_table_1_cannot_follow_from_equation_15() -> None:
     assert round(float(measured.mean()), 4) - true == pytest.approx(-0.00084, abs=1e-8)
     assert round(float(compensated.mean()), 4) - true == pytest.approx(-0.00004, abs=1e-8)
     assert np.ptp(compensated - measured) * 1e3 == pytest.approx(1.4, abs=0.01)
-    assert 2.0 * float(_terms(0.082).compression) * 1e3 == pytest.approx(0.069, abs=0.001)
+    assert 2.0 * float(ren_terms(0.082).compression) * 1e3 == pytest.approx(0.069, abs=0.001)
 
 
 def test_diameter_with_each_directions_pretravel() -> None:

@@ -8,8 +8,6 @@ His experiment is repeated in simulation: a small contact probe with a 0.6 N spr
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -19,31 +17,15 @@ from pretravel.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
-from pretravel.probe.materials import material
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
+from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 
 DEGREE = np.pi / 180.0
 XY = from_angles(np.full(40, 90.0 * DEGREE), np.arange(0, 360, 9) * DEGREE)
 _ELEVATION = np.arange(-90, 91, 9) * DEGREE
 XZ = from_angles(np.abs(_ELEVATION), np.where(_ELEVATION < 0, np.pi, 0.0))
-SPHERE, TIP = 12.5, 2.0
-
-
-def _contact_probe(length: float) -> Probe:
-    carbide = material("tungsten carbide")
-    return replace(
-        load_probe("omp40-2"),
-        tripod=Tripod(8.0 / np.sqrt(3.0), tuple(np.array([0, 120, 240]) * DEGREE), 1.0, carbide),
-        seats=Seats(30.0 * DEGREE, 1.25, carbide),
-        preload=0.6,
-        hub_offset=4.0,
-        hub=None,
-        stylus=(StylusSegment(length, 2.0, carbide),),
-        tip=Tip(TIP, material("ruby")),
-    )
+SPHERE, TIP = 12.5, TIP_RADIUS
 
 
 def _touches(pretravel: np.ndarray, n: np.ndarray) -> Touches:
@@ -126,13 +108,13 @@ def _reduction(probe_pretravel, lobe: float, transducer: str, n: np.ndarray) -> 
     ("length", "xy", "xz"),
     [(50.0, (2.5, 3.0), (3.0, 4.0)), (30.0, (1.3, 1.8), (2.3, 3.0))],
 )
-def test_figure_5_contact_probe(
+def test_figure_5small_contact_probe(
     length: float, xy: tuple[float, float], xz: tuple[float, float]
 ) -> None:
     """The paper: a reduction to less than half, 30 and 50 mm. The simulation agrees in the section
     along the axis, and across it with 50 mm. Across the axis with 30 mm the factor is only 1.5:
     the seats are then half of the deflection, and their lobes are flatter than 1 / cos."""
-    probe = _contact_probe(length)
+    probe = small_contact_probe(length)
     for turn in (0.0, 17.0, 40.0):
         c, s = np.cos(turn * DEGREE), np.sin(turn * DEGREE)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -148,7 +130,7 @@ def test_figure_5_contact_probe(
 def test_figure_5_piezo_probe() -> None:
     """The paper: more than fourfold (50 mm). A probe that triggers at one force everywhere has
     no lobes across its axis, so only the section along the axis has errors to correct."""
-    probe, force = _contact_probe(50.0), 0.08
+    probe, force = small_contact_probe(50.0), 0.08
 
     def pretravel(n: np.ndarray) -> np.ndarray:
         from pretravel.trigger.response import probe_response
@@ -165,7 +147,7 @@ def test_figure_5_piezo_probe() -> None:
 
 def test_compensated_sphere_is_better_than_a_mean_radius() -> None:
     """The complete chain with touches: five for the qualification, twenty-five to measure."""
-    probe = _contact_probe(50.0)
+    probe = small_contact_probe(50.0)
     five, n = five_point_pattern(), sphere_pattern_25()
     spread = {}
     for kind in (MeanKind(), WozniakKind(180.0 * DEGREE)):
