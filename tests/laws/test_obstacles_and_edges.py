@@ -22,7 +22,7 @@ from pretravel.probing.tip import PredictedTip, mapped_tip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
-from pretravel.surface.shapes import Reversed, Sphere
+from pretravel.surface.shapes import Ellipsoid, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Torus
 from pretravel.trigger.predict import predict, predicted_map
 
@@ -218,6 +218,17 @@ class TestFolded:
         with pytest.raises(PretravelError, match="beyond its centre of curvature"):
             _one_side(hollow, None)
         _one_side(SurfaceRecord("offset", Offset(Sphere([0, 0, 0], 5.0), 6.0)), None)
+        # The limit is the radius: 0.1 mm before the centre the offset is a ball of 0.1 mm.
+        ball, bore = Sphere([0, 0, 0], 5.0), Reversed(Sphere([0, 0, 0], 5.0))
+        for valid in (Offset(ball, -4.9), Offset(bore, 4.9), Offset(bore, -6.0)):
+            assert _one_side(SurfaceRecord("offset", valid), None).surface is valid
+        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
+            _one_side(SurfaceRecord("offset", Offset(ball, -5.1)), None)
+        # Of an ellipsoid it is the smallest radius of curvature, c²/a at the equator.
+        egg = Ellipsoid([0, 0, 0], [10.0, 10.0, 6.0])
+        _one_side(SurfaceRecord("offset", Offset(egg, -3.59)), None)
+        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
+            _one_side(SurfaceRecord("offset", Offset(egg, -3.61)), None)
 
 
 class TestEachForItself:

@@ -23,6 +23,18 @@ class TestPrintFile:
         assert found[0].tolerance == 0.1
         assert found[1].deviation == 0.01
 
+    def test_lengths_of_inches_are_mm_and_angles_stay(self, tmp_path: Path) -> None:
+        """An inch is 25.4 mm, which a printed angle does not contain."""
+        text = PRINT_FILE + "ANG X 45.0000   ACTUAL 45.0200   TOL 0.1000   DEV .0200\n"
+        size, position, angle = read_print_file(written(tmp_path, text), "inch")
+        assert size.nominal == pytest.approx(25.4 * 71.0, rel=1e-15)
+        assert size.actual == pytest.approx(25.4 * 71.9072, rel=1e-15)
+        assert size.deviation == pytest.approx(25.4 * 0.9072, rel=1e-15)
+        assert size.tolerance == pytest.approx(2.54, rel=1e-15)
+        assert position.nominal == pytest.approx(254.0, rel=1e-15)
+        assert (angle.nominal, angle.actual, angle.deviation) == (45.0, 45.02, 0.02)
+        assert angle.tolerance == 0.1
+
     def test_deviation_that_is_not_the_difference(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"line 4: DEV 0\.5 is not ACTUAL"):
             read_print_file(written(tmp_path, PRINT_FILE.replace("DEV 0.9072", "DEV 0.5")), "mm")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -106,6 +107,20 @@ class TestQif:
         assert found.points[0].tolist() == [0, 0, 3000]
         assert found.radii is not None
         assert found.radii[0] == 2500.0
+
+    @pytest.mark.parametrize(("name", "scale"), [("inch", 25.4), ("MM", 1.0), ("Metre", 1e3)])
+    def test_a_unit_without_a_factor_has_the_length_of_its_name(
+        self, tmp_path: Path, name: str, scale: float
+    ) -> None:
+        bare = re.sub("<UnitConversion>.*</UnitConversion>", "", MM).replace("mm", name)
+        text = QIF_FILE.replace("UNITS", bare)
+        (found,) = read_point_sets(written(tmp_path, text, "a.qif"))
+        assert found.points[1] == pytest.approx([10.0 * scale, 0.0, 3.0 * scale], rel=1e-15)
+        assert found.radii is not None
+        assert found.radii[0] == pytest.approx(2.5 * scale, rel=1e-15)
+        unknown = text.replace(f"<UnitName>{name}", "<UnitName>cubit")
+        with pytest.raises(InputError, match="'cubit' is not known and has no factor"):
+            read_point_sets(written(tmp_path, unknown, "b.qif"))
 
     def test_tip_centres_as_a_public_file_has_them(self, tmp_path: Path) -> None:
         """Figures of DMSC's sample: its reported deviation follows from centre and radius."""
