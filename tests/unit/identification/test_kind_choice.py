@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.directions import grid, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
-from pretravel.identification.kind_registry import KINDS, choose
+from pretravel.frames import probe_rotation
+from pretravel.identification.kind_choice import distances_from_reference
+from pretravel.identification.kind_registry import KINDS, choose, qualify
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.touches import Touches
 from tests.support.examples import SPHERE
 
 
@@ -19,3 +28,35 @@ def test_choice_among_kinds() -> None:
     assert {score.kind for score in chosen.scores} == set(KINDS)
     sectors = next(score for score in chosen.scores if score.kind == "sectors")
     assert "sector" in sectors.problem
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8)])
+def test_distances_in_a_ring_are_those_from_its_axis(axis: tuple[float, float, float]) -> None:
+    """Touches in planes 4 mm apart, without noise: only the displacement given to them, away from
+    the axis of the ring, is left."""
+    turn = probe_rotation(axis)
+    outward = grid(np.pi / 2.0, np.radians(np.arange(0.0, 360.0, 20.0)))
+    height = 4.0 * (np.arange(len(outward)) % 3)
+    off = 1e-3 * np.cos(np.arange(len(outward)))
+    places = outward * (25.0 - 3.0 + 0.012) + height[:, None] * [0.0, 0.0, 1.0]
+    center = np.array([100.0, -50.0, 20.0])
+    touches = Touches(center + places @ turn.T, -outward @ turn.T)
+    fitted = qualify(
+        touches, 50.0, tip_diameter=6.0, ring=True, kind="mean", axis=axis, search_outliers=False
+    )
+    distance, _ = distances_from_reference(fitted, touches)
+    assert distance == pytest.approx(0.0, abs=1e-9)
+    displaced = replace(touches, positions=touches.positions + (off[:, None] * outward) @ turn.T)
+    distance, u = distances_from_reference(fitted, displaced)
+    assert distance == pytest.approx(off, abs=1e-9)
+    assert np.all(u > 0.0)
+
+
+def test_distances_from_a_sphere_are_away_from_its_centre() -> None:
+    n = sphere_pattern_25()
+    off = 1e-3 * np.cos(np.arange(25))
+    exact = Touches(n * (12.5 + 3.0 - 0.012) + [3.0, 4.0, 5.0], n)
+    fitted = qualify(exact, 25.0, tip_diameter=6.0, kind="mean", search_outliers=False)
+    displaced = replace(exact, positions=exact.positions + off[:, None] * n)
+    distance, _ = distances_from_reference(fitted, displaced)
+    assert distance == pytest.approx(off, abs=1e-9)
