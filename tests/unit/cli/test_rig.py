@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,10 @@ class TestRig:
         # pretravel is r1 - r0 (Ren 2020, equation 2): 1 µm less, of this trace alone.
         assert moved[0] == pytest.approx(-1.0, abs=1e-6)
         assert moved[1:] == pytest.approx(0.0, abs=1e-12)
+        # It may lie anywhere within 1 µm of where it was: a rectangle on both sides (GUM 4.3.7).
+        u = [table.numbers("u_r0_um")[:, 0] for table in (first, second)]
+        assert u[1][0] == pytest.approx(math.hypot(u[0][0], 1.0 / math.sqrt(3.0)), rel=1e-8)
+        assert u[1][1:] == pytest.approx(u[0][1:], rel=1e-12)
         text = run("rig", *TRACES, "--mark", "rig_999_9:r0=1", code=2)
         assert "there is no trace rig_999_9 to mark" in text
 
