@@ -64,6 +64,7 @@ COMMANDS = tuple(
         ("predict", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.csv", ("predicted.csv",)),
         ("predict:nc", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.nc", ("predicted.nc",)),
         ("predict:html", "omp40-2 --azimuth 0:330:30 -o {0}/p.html", ("p.html",)),
+        ("report", "{0}/p.html -o {0}/bound.html", ("bound.html",), ("p.html",)),
         ("slide", "omp40-2 --surface convex --at 0.5,0.5 -o {0}/slide.csv", ("slide.csv",)),
         ("plan", "sphere:radius=12.5 --grid 6x4 --max-polar 60 -o {0}/plan.csv", ("plan.csv",)),
         ("simulate", (f"omp40-2 --surface sphere:radius=12.5 --targets {EXAMPLES}/targets.csv "

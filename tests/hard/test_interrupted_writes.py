@@ -16,7 +16,7 @@ BY_NAME = {command.name: command for command in COMMANDS}
 
 @pytest.mark.parametrize("name", ["pattern", "program mdi", "convert"])
 def test_the_old_file_or_the_new_one_and_no_litter(name: str) -> None:
-    outcome = try_command(BY_NAME[name], moments=8)
+    outcome = try_command(BY_NAME[name], moments=16)
     assert outcome.broken == []
 
 
