@@ -93,7 +93,10 @@ def test_pushed_along_x_the_tip_bends_along_x(model: str) -> None:
     """The deflection has the direction of the push, and the pretravel is positive."""
     trigger = predict(PROBE, [[1.0, 0.0, 0.0]], model)
     assert trigger.deflection[0, 0] > 0.0
-    assert abs(trigger.deflection[0, 1]) < 0.35 * trigger.deflection[0, 0]
+    # Rod A is in the plane of push and axis, which is one of symmetry: rounding is left, and of
+    # the finite elements the asymmetry of the mesh as above.
+    across = 1e-9 if model != "fem" else 2e-3
+    assert abs(trigger.deflection[0, 1]) < across * trigger.deflection[0, 0]
     assert trigger.pretravel[0] > 0.0
 
 

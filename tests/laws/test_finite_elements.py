@@ -86,15 +86,17 @@ def test_patch_uniform_strain_is_met_exactly() -> None:
 
 
 def test_volume_is_that_of_the_solids() -> None:
-    """Curved elements represent cylinders to 1e-4; straight elements err by some per cent."""
+    """A quadratic edge over an angle of 2a, with its three nodes on a circle, loses a⁴/30 of the
+    area, a straight one 2a²/3. Of the coarse mesh's edges of 22° on the hub that is 5e-5 instead
+    of 2 %, and of its edges of 45° on the ball, curved two ways, 1e-3 instead of 10 %."""
     mesh = coarse_model().mesh
     weights = quadrature(mesh).weights
     hub = load_probe("omp40-2").hub
     assert hub is not None
     disc = weights[mesh.regions == mesh.region_names.index("hub")].sum()
-    assert disc == pytest.approx(np.pi * hub.radius**2 * hub.height, rel=1e-3)
+    assert disc == pytest.approx(np.pi * hub.radius**2 * hub.height, rel=1e-4)
     ball = weights[mesh.regions == mesh.region_names.index("tip")].sum()
-    assert ball == pytest.approx(4.0 / 3.0 * np.pi * 3.0**3, rel=3e-3)
+    assert ball == pytest.approx(4.0 / 3.0 * np.pi * 3.0**3, rel=1.2e-3)
 
 
 def test_interface_loads_are_exact_in_force_and_moment(omp40: Probe) -> None:

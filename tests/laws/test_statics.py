@@ -135,7 +135,8 @@ def test_pushed_along_x_the_tip_bends_along_x(omp40: Probe) -> None:
     seats on the lifted side open (a push along +x lifts the tripod at rod A, at +x)."""
     trigger = predict(omp40, [[1.0, 0.0, 0.0]])
     assert trigger.deflection[0, 0] > 0.0
-    assert abs(trigger.deflection[0, 1]) < 0.35 * trigger.deflection[0, 0]
+    # The plane of push and axis is one of symmetry: across it only rounding is left, 1e-12.
+    assert abs(trigger.deflection[0, 1]) < 1e-9 * trigger.deflection[0, 0]
     assert trigger.pretravel[0] > 0.0
     up_down = trigger.reactions[0].reshape(3, 2).sum(axis=1)
     assert up_down.argmin() == 0

@@ -398,14 +398,25 @@ class TestStepByStep:
         assert rates == pytest.approx(2.0 / 3.0, abs=0.12)
 
     def test_history_fits_together(self) -> None:
-        tip, surface = _tip("omp40-2-100mm"), Ellipsoid([0, 0, 0], [10, 10, 6])
-        for kinematics in ("lateral", "full"):
+        tip, steel = _tip("omp40-2-100mm"), material("steel")
+        ball = load_probe("omp40-2-100mm").tip.material
+        for kinematics, surface in (
+            ("lateral", Ellipsoid([0, 0, 0], [10, 10, 6])),
+            ("full", Sphere([0, 0, 0], 10.0)),
+        ):
             h = slide(tip, surface, (0.3, 0.7), SlideSettings(2e-4, 60, kinematics=kinematics))
             before = ~h.triggered
             assert 10 < before.sum() < 60
             assert np.allclose(np.linalg.norm(h.center - h.spindle, axis=1), h.deflection)
             gap = np.linalg.norm(h.center - h.contact, axis=1)
-            assert np.abs(gap - 3.0).max() < (1e-9 if kinematics == "lateral" else 1e-3)
+            if kinematics == "lateral":
+                assert np.abs(gap - 3.0).max() < 1e-9
+            else:  # Hertz by hand: two balls of 3 and 10 mm under the force of the step
+                stiff = [(1 - m.poissons_ratio**2) / m.youngs_modulus for m in (ball, steel)]
+                modulus, radius = 1.0 / sum(stiff), 1.0 / (1.0 / 3.0 + 1.0 / 10.0)
+                pressed = np.cbrt(9.0 * h.force[before] ** 2 / (16.0 * modulus**2 * radius))
+                assert np.abs(3.0 - gap[before] - pressed).max() < 1e-9
+                assert pressed.max() > 1e-4
             assert np.all(np.diff(h.force[before]) > 0.0)
             assert np.all(h.reactions[before].min(axis=1) > 0.0)
             assert np.all(np.isnan(h.force[~before]))

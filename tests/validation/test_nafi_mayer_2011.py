@@ -167,13 +167,25 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
 
 
 def test_a_constant_is_not_told() -> None:
-    """Readings do not change when machine and probe errors share a constant."""
-    truth = _truth(8)
-    first = _readings(truth, np.random.default_rng(1))
-    shifted = MultiStepReadings(first.machine, first.probe, first.errors)
+    """Readings are machine less probe: they do not change when both share a constant. So 5 µm that
+    are added to every reading are the probe's, the other way round; an error of one direction
+    moves that direction, and the machine's errors still add up to zero. No variance changes."""
+    first = _readings(_truth(8), np.random.default_rng(1))
+    constant = first.errors + 5.0 * UM
+    of_one = first.errors + np.where(first.machine == 3, 8.0 * UM, 0.0)
     for method in METHODS:
-        a, b = separate(first, method=method), separate(shifted, method=method)
-        assert np.allclose(a.machine_error, b.machine_error)
+        a, b, c = (
+            separate(MultiStepReadings(first.machine, first.probe, errors), method=method)
+            for errors in (first.errors, constant, of_one)
+        )
+        assert b.machine_error == pytest.approx(a.machine_error, abs=1e-6 * UM)
+        assert b.probe_error == pytest.approx(a.probe_error - 5.0 * UM, abs=1e-6 * UM)
+        moved = 8.0 * UM * np.eye(8)[2]
+        assert c.machine_error == pytest.approx(a.machine_error + moved - 1.0 * UM, abs=1e-6 * UM)
+        assert c.probe_error == pytest.approx(a.probe_error - 1.0 * UM, abs=1e-6 * UM)
+        for other in (b, c):
+            assert other.machine_variance == pytest.approx(a.machine_variance, abs=1e-6 * UM2)
+            assert other.probe_variance == pytest.approx(a.probe_variance, abs=1e-6 * UM2)
         assert a.machine_error.sum() == pytest.approx(0.0, abs=1e-12)
         assert any("rank 15 of 16" in note for note in a.notes)
 

@@ -70,12 +70,20 @@ def test_table_1_cannot_follow_from_equation_15() -> None:
 
 
 def test_diameter_with_each_directions_pretravel() -> None:
-    """Two opposite touches of a sphere, compensated with one mean: the error is their pretravel
-    less the mean, and it is corrected."""
-    true, mean, first, second = 29.98604, 3.17e-3, 3.60e-3, 3.58e-3
-    measured = true - (first - mean) - (second - mean)
-    assert measured - true == pytest.approx(-0.00084, abs=1e-9)
-    assert float(compensated_diameter(measured, first, second, mean)) == pytest.approx(true)
+    """Two opposite touches of the sphere of Table 1, compensated with one effective radius as a
+    machine does: its mean pretravel is too small by 0.84 µm for both together, which the table's
+    mean of measured diameters lacks, and the pretravel of each direction gives the calibrated
+    diameter back."""
+    true, radius, mean = 29.98604, 1.0, 3.17e-3
+    normals = np.array([[0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]])
+    pretravel = np.array([3.60e-3, 3.58e-3])
+    latched = normals * (0.5 * true + radius - pretravel)[:, None]
+    by_mean = latched - (radius - mean) * normals
+    measured = float(np.linalg.norm(by_mean[0] - by_mean[1]))
+    printed = 29.9852  # mean of the measured diameters, Table 1
+    assert measured == pytest.approx(printed, abs=1e-9)
+    found = compensated_diameter(measured, pretravel[0], pretravel[1], mean)
+    assert float(found) == pytest.approx(true, abs=1e-12)
 
 
 def test_table_2() -> None:

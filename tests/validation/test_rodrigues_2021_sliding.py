@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from pretravel.probe.catalogue import load_probe
+from pretravel.probing.simulation import simulate_some
 from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, PredictedTip, predicted_tip
@@ -103,12 +104,22 @@ def test_section_4_5_4_compares_two_directions(tip: PredictedTip) -> None:
 
 
 def test_equation_3_36(tip: PredictedTip) -> None:
-    """T0 = S_t + (r - k d_f) N_in: back from the latched spindle by the feed at the trigger."""
+    """T0 = S_t + (r - k d_f) N_in: back from the latched spindle by the feed at the trigger.
+
+    S_t is what the simulated machine reports, k d_f the feed of the slide step by step: two
+    solutions of the same touch. Steps of a tenth of the feed are its error, below a nanometre."""
     convex = Convex()
     local = convex.local(np.array([[0.5, -0.5]]))
-    done = touch(LateralTip(tip), convex, Targets(local.point, local.normal))
-    spindle = local.point + (3.0 - done.pretravel[0]) * local.normal
-    into = -local.normal
-    assert spindle + (3.0 - done.pretravel[0]) * into == pytest.approx(local.point, abs=1e-12)
+    targets = Targets(local.point, local.normal)
+    done = touch(LateralTip(tip), convex, targets)
+    reported = simulate_some(LateralTip(tip), convex, targets).touches
+    assert reported is not None
     history = slide(tip, convex, (0.5, -0.5), SlideSettings(step=done.pretravel[0] / 9.5, steps=10))
+    found = reported.positions + (3.0 - history.trigger_feed) * -local.normal
+    assert found == pytest.approx(local.point, abs=1e-6)
     assert history.trigger_feed == pytest.approx(done.pretravel[0], abs=1e-6)
+    # The stylus is deflected across its axis only, and the ball touches where it has slid to.
+    center = reported.positions + done.deflection
+    assert done.deflection[0, 2] == pytest.approx(0.0, abs=1e-12)
+    assert center - 3.0 * done.normal == pytest.approx(done.point, abs=1e-9)
+    assert np.linalg.norm(done.point - local.point) > 1e-4

@@ -6,11 +6,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.optimize import least_squares
 from typer.testing import CliRunner
 
 from pretravel.cli import main
+from pretravel.formats.touches_csv import read_touches
 from tests.support.commands import rows, run
 from tests.support.examples import PART, SPHERE
+
+
+def _share_of_sector(normals: np.ndarray, twelfth: int) -> np.ndarray:
+    """One within 15° of the sector's angle, a half at its ends, zero elsewhere."""
+    azimuth = np.degrees(np.arctan2(normals[:, 1], normals[:, 0]))
+    off = np.abs((azimuth / 30.0 - twelfth + 6.0) % 12.0 - 6.0)
+    return np.where(np.abs(off - 0.5) < 1e-6, 0.5, np.where(off < 0.5, 1.0, 0.0))
 
 
 class TestMainJob:
@@ -46,6 +56,36 @@ class TestMainJob:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", kind, "-o",
             saved)  # fmt: skip
         run("compensate", PART, "--map", saved, "-o", tmp_path / "points.nc")
+        part, sphere = read_touches(PART), read_touches(SPHERE)
+        with xr.open_dataset(tmp_path / "points.nc", engine="h5netcdf") as points:
+            pretravel, found = points["pretravel"].to_numpy(), points["position"].to_numpy()
+        # Equation 3.36 with the approach against the normal.
+        by_hand = part.positions - (3.0 - pretravel[:, None]) * part.normals
+        assert found == pytest.approx(by_hand, abs=1e-9)
+
+        # The sphere by least squares; what its radius lacks is the mean pretravel.
+        def distances(x: np.ndarray) -> np.ndarray:
+            return np.asarray(np.linalg.norm(sphere.positions - x[:3], axis=1) - x[3])
+
+        start = [*sphere.positions.mean(axis=0), 15.0]
+        *center, radius = least_squares(distances, start, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        mean = 0.5 * 24.9987 + 3.0 - radius
+        if kind == "mean":
+            assert pretravel == pytest.approx(np.full(140, mean), abs=1e-9)
+            return
+        # A table of ten radii: the mean of the touches within 30° of the equator that lie in a
+        # sector of 30°, half of those between two; opposite sectors of X and of Y together.
+        of_touches = mean - distances(np.array([*center, radius]))
+        near = sphere.normals[:, 2] < 0.5 + 1e-6
+        expected = np.full(len(part), np.nan)
+        for twelfths in ((0, 6), (3, 9), *((k,) for k in (1, 2, 4, 5, 7, 8, 10, 11))):
+            weight = sum(_share_of_sector(sphere.normals, twelfth) for twelfth in twelfths) * near
+            inside = sum(_share_of_sector(part.normals, twelfth) for twelfth in twelfths) == 1.0
+            expected[inside] = np.average(of_touches, weights=weight)
+        # Along the axis there is no azimuth, and between two sectors the table has two values.
+        told = np.isfinite(expected) & (part.normals[:, 2] < 0.99)
+        assert np.count_nonzero(told) > 50
+        assert pretravel[told] == pytest.approx(expected[told], abs=1e-9)
 
     def test_without_a_tip_diameter_points_are_the_same_but_for_the_height(
         self, tmp_path: Path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE, MICROMETRE
+from pretravel.units import DEGREE
 from tests.support.commands import rows, run
 from tests.support.example_maps import example_map, lobes
 from tests.support.examples import EXAMPLES
@@ -66,7 +67,9 @@ class TestComparison:
             compare_corrections(cap)
 
     def test_command_and_its_picture(self, tmp_path: Path) -> None:
-        write_map(tmp_path / "map.nc", example_map())
+        small = lobes(3, phase=90 * DEGREE)
+        small = replace(small, coefficients=1e-3 * small.coefficients, tip_radius=3.0)
+        write_map(tmp_path / "map.nc", small)
         part = EXAMPLES / "part_touches.csv"
         for ending in ("csv", "json", "html"):
             told = run("compare", tmp_path / "map.nc", "--part", part, "-o",
@@ -76,5 +79,8 @@ class TestComparison:
         assert {row["where"] for row in table} == {"equator", "all", "part"}
         full = [float(row["largest_um"]) for row in table if row["method"] == "full map"]
         assert full == [0.0, 0.0, 0.0]
+        # Three lobes of 1 µm, which one radius leaves as they are; their mean square is a half.
+        (left,) = (r for r in table if r["method"] == "mean radius" and r["where"] == "equator")
+        assert float(left["largest_um"]) == pytest.approx(1.0, rel=1e-8)
+        assert float(left["rms_um"]) == pytest.approx(np.sqrt(0.5), rel=1e-8)
         assert (tmp_path / "c.png").stat().st_size > 20_000
-        assert MICROMETRE == 1e-3
