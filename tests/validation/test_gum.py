@@ -14,7 +14,7 @@ import pytest
 from scipy.stats import chi2, ncx2
 
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.gum import propagate
+from pretravel.uncertainty.gum import Budget, Component, propagate
 from pretravel.uncertainty.monte_carlo import (
     Input,
     independent,
@@ -61,6 +61,17 @@ def test_h1_end_gauge() -> None:
                "difference of temperatures": 16.6}  # fmt: skip
     for component in budget.components:
         assert component.contribution == pytest.approx(printed.get(component.name, 0.0), abs=0.05)
+
+
+def test_coverage_factors_of_expanded_uncertainties() -> None:
+    """JCGM 100 (GUM), Table G.2, the column of 95.45 %: k = 2 is that of a normal distribution."""
+    printed = {1: 13.97, 2: 4.53, 3: 3.31, 4: 2.87, 5: 2.65, 6: 2.52, 7: 2.43, 8: 2.37, 10: 2.28,
+               20: 2.13, 50: 2.05, math.inf: 2.0}  # fmt: skip
+    for dof, factor in printed.items():
+        budget = Budget((Component("repeats", "A", 1.0, dof=dof),))
+        # The table has two digits after the point.
+        assert budget.coverage_factor() == pytest.approx(factor, abs=0.005)
+        assert budget.expanded() == pytest.approx(factor, abs=0.005)
 
 
 def test_h1_against_gtc() -> None:

@@ -24,8 +24,6 @@ from pretravel.quantities import COORDINATE, UNCERTAINTY, checked, checked_value
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""
-COVERAGE_FACTOR = 2.0
-"""Of the expanded uncertainties that reports and files state: about 95 % for normal errors."""
 _TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.features.conformity import MACHINE_NOT_IN_U, Conformity, verdict_words
-from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.features.tolerances import InspectedFeature
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 from pretravel.units import DEGREE
 
 

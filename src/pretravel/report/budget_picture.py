@@ -36,9 +36,9 @@ def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) ->
     >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
     >>> chart = budget_view(budget).charts[0]
     >>> chart.y.categories
-    ('repeats', 'scale', 'combined u', 'expanded U (k = 2.08)')
+    ('repeats', 'scale', 'combined u', 'expanded U (k = 2.13)')
     >>> [mark.values.round(3).tolist() for mark in chart.marks]
-    [[0.4, 0.3], [0.5, 1.04]]
+    [[0.4, 0.3], [0.5, 1.063]]
     """
     names, values = _sources(budget)
     factor = budget.coverage_factor()

@@ -37,7 +37,7 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     repeats            A  0.4000            1           0.4000       64       9
     scale              B  0.3000            1           0.3000       36       ∞
     combined                                            0.5000               22
-    expanded, 95 %                                      1.0398           k 2.08
+    expanded, 95 %                                      1.0632           k 2.13
     """
     own = 1.0 if own_units else MICROMETRE
     total = (budget.combined / MICROMETRE, budget.expanded() / MICROMETRE)

@@ -81,6 +81,8 @@ class KeyFigure:
         Empty: the unit of the value.
     u_digits : Digits or None
         None: those of the value.
+    coverage_factor : float or None
+        k of the expanded uncertainty, from the degrees of freedom of u; None: `COVERAGE_FACTOR`.
     interval : Span or None
         Coverage interval of about 95 %, in the unit of the value.
     remark : str
@@ -96,6 +98,7 @@ class KeyFigure:
     u: float | tuple[float, ...] | None = None
     u_unit: str = ""
     u_digits: Digits | None = None
+    coverage_factor: float | None = None
     interval: Span | None = None
     remark: str = ""
     detail: bool = False

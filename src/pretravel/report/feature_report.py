@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from pretravel.features.conformity import Conformity, ConformityVerdict, verdict_words
 from pretravel.features.feature_budget import feature_budgets
 from pretravel.features.feature_uncertainty import FORM_OF_PART
-from pretravel.features.measured_feature import COVERAGE_FACTOR, MeasuredFeature, Quantity
+from pretravel.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.features.tolerances import InspectedFeature, side_of_failure
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.report.feature_picture import features_view
 from pretravel.report.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 from pretravel.units import DEGREE, MICROMETRE
 
 _MOST_BUDGETS = 6

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.report.document import Column, Digits, FigureValue, KeyFigure, Span
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
 UNKNOWN = "unknown"
 
@@ -127,18 +127,24 @@ def cell_texts(column: Column) -> list[str]:
 def expanded_text(figure: KeyFigure) -> str:
     """The expanded uncertainty U = k · u of a key figure with its unit; empty where u is unknown.
 
+    A coverage factor of the figure's own is stated.
+
     >>> expanded_text(KeyFigure("radius", 2.9836, "mm", decimals(4), 0.06, "µm", decimals(2)))
     '0.12 µm'
+    >>> expanded_text(KeyFigure("size", 3.0, "µm", u=0.5, coverage_factor=2.87))
+    '1.44 µm (k = 2.87)'
     """
     if figure.u is None:
         return ""
     u = figure.u if isinstance(figure.u, tuple) else (figure.u,)
-    expanded = tuple(COVERAGE_FACTOR * part for part in u)
-    return value_text(
+    own = figure.coverage_factor
+    expanded = tuple((COVERAGE_FACTOR if own is None else own) * part for part in u)
+    text = value_text(
         expanded if isinstance(figure.u, tuple) else expanded[0],
         figure.u_unit or figure.unit,
         figure.u_digits or figure.digits,
     )
+    return text if own is None else f"{text} (k = {number_text(own)})"
 
 
 def remark_text(figure: KeyFigure) -> str:

@@ -11,6 +11,7 @@ from pretravel.report.chart_marks import Dots, Rule
 from pretravel.report.direction_charts import angles_deg, chart_by_place, direction_words
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals, significant, value_text
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 from pretravel.units import MICROMETRE
 
 
@@ -68,7 +69,11 @@ def _numbers_table(found: Identification) -> Table:
             Column.of("key", keys),
             Column.of("value", found.values / units, digits=significant(6)),
             Column.of("u", found.standard_uncertainty / units, digits=significant(2)),
-            Column.of("U (k = 2)", 2.0 * found.standard_uncertainty / units, digits=significant(2)),
+            Column.of(
+                "U (k = 2)",
+                COVERAGE_FACTOR * found.standard_uncertainty / units,
+                digits=significant(2),
+            ),
         ),
         title="Identified numbers",
         explanation="The key names the unit (deg: degrees). u: standard uncertainty from the u of "

@@ -8,10 +8,8 @@ from pretravel.compensation.comparison import Comparison
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import equator
 from pretravel.report.formatting import decimals, value_text
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 from pretravel.units import MICROMETRE
-
-_COVERAGE = 2.0
-"""Coverage factor of the uncertainty that is stated for the full map."""
 
 
 def lobe_size(pretravel_map: PretravelMap) -> float:
@@ -51,7 +49,7 @@ def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
         if "mean radius" in anywhere
         else ""
     )
-    expanded = _COVERAGE * comparison.u_map
+    expanded = COVERAGE_FACTOR * comparison.u_map
     return (
         f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
         "around the probe (lobes). One radius in the control leaves errors of up to "

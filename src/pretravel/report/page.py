@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel import __version__
-from pretravel.features.measured_feature import COVERAGE_FACTOR
 from pretravel.report.chart_plotly import colour_names, plotly_script, plotly_script_gzip
 from pretravel.report.document import Column, Document, KeyFigure, Table
 from pretravel.report.formatting import (
@@ -43,6 +42,7 @@ from pretravel.report.page_content import (
 )
 from pretravel.report.page_pdf import write_pdf
 from pretravel.report.work_record import WorkRecord, inputs_table, record_figures, settings_table
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
 from pretravel.whole_file import whole_file
 
 if TYPE_CHECKING:

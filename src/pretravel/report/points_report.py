@@ -17,7 +17,7 @@ from pretravel.report.points_picture import points_view, touches_view
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.touches import Touches
-from pretravel.uncertainty.gum import Budget
+from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget
 from pretravel.units import MICROMETRE
 
 
@@ -72,7 +72,7 @@ def points_document(
     return Document(
         title=title,
         verdict=f"{len(points)} points{_in_short(points)}; U of a point up to "
-        f"{value_text(2.0 * float(np.max(u)), 'µm')} (k = 2)",
+        f"{value_text(COVERAGE_FACTOR * float(np.max(u)), 'µm')} (k = 2)",
         figures=tuple(figures),
         tables=before_and_after(points),
         sections=budget_section(budgets),

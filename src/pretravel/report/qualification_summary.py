@@ -10,6 +10,7 @@ from pretravel.directions import describe
 from pretravel.identification.kind_choice import KindScore
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
 from pretravel.report.document import KeyFigure, Span
 from pretravel.report.formatting import decimals, number_text, value_text
 from pretravel.units import MICROMETRE
@@ -32,12 +33,12 @@ def verdict(result: Qualification) -> str:
     pretravel_map = result.pretravel_map
     size = pretravel_map.single_touch
     grade = "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
-    u_map = over_support(pretravel_map)[2]
-    u_point = np.sqrt(np.mean(u_map**2) + size**2 + pretravel_map.u_tip_radius**2)
+    point = part_point_budget(result)
     return (  # the grade is of the repeats alone: a good probe can need its map
         f"The probe is {grade}: a touch repeats to "
         f"{value_text(result.repeatability / MICROMETRE, 'µm')}, and a point on a part has "
-        f"U = {value_text(2.0 * float(u_point) / MICROMETRE, 'µm')} (k = 2)"
+        f"U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
+        f"(k = {number_text(point.coverage_factor())})"
     )
 
 
@@ -67,6 +68,7 @@ def summary_figures(
         KeyFigure(
             "effective radius", result.effective_radius, "mm", decimals(6),
             result.u_effective_radius / MICROMETRE, "µm", decimals(2),
+            coverage_factor=radius_budget(result).coverage_factor(),
         ),
         KeyFigure(
             "pretravel", Span.of(value / MICROMETRE), "µm",

@@ -14,7 +14,12 @@ from pretravel.errors import PretravelError
 from pretravel.uncertainty.covariance import Covariance
 
 COVERAGE = 0.95
-"""Coverage probability that is used where none is given."""
+"""Coverage probability of intervals that is used where none is given."""
+COVERAGE_FACTOR = 2.0
+"""k of an expanded uncertainty U = k · u whose degrees of freedom are infinite or not known."""
+EXPANDED_COVERAGE = math.erf(COVERAGE_FACTOR / math.sqrt(2.0))
+"""Coverage probability of an expanded uncertainty: 95.45 %, that of k = 2 where errors are normally
+distributed. Fewer degrees of freedom need a larger k (GUM, Table G.2)."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ class Budget:
 
     >>> budget = Budget((Component("scale", "B", 0.3), Component("repeats", "A", 0.4, dof=9)))
     >>> budget.combined, round(budget.effective_dof, 1), round(budget.coverage_factor(), 2)
-    (0.5, 22.0, 2.08)
+    (0.5, 22.0, 2.13)
     """
 
     components: tuple[Component, ...]
@@ -94,7 +99,9 @@ class Budget:
         )
         return self.combined**4 / spread if spread > 0.0 else math.inf
 
-    def coverage_factor(self, probability: float = COVERAGE, *, whole_dof: bool = True) -> float:
+    def coverage_factor(
+        self, probability: float = EXPANDED_COVERAGE, *, whole_dof: bool = True
+    ) -> float:
         """Coverage factor k of the expanded uncertainty, from Student's t.
 
         Parameters
@@ -105,7 +112,7 @@ class Budget:
         """
         return coverage_factor(self.effective_dof, probability, whole_dof=whole_dof)
 
-    def expanded(self, probability: float = COVERAGE) -> float:
+    def expanded(self, probability: float = EXPANDED_COVERAGE) -> float:
         """Coverage factor times combined standard uncertainty."""
         return self.coverage_factor(probability) * self.combined
 
@@ -127,7 +134,9 @@ class Budget:
         ]
 
 
-def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: bool = True) -> float:
+def coverage_factor(
+    dof: float, probability: float = EXPANDED_COVERAGE, *, whole_dof: bool = True
+) -> float:
     """Half-width of a coverage interval, in standard uncertainties.
 
     Parameters
@@ -139,7 +148,7 @@ def coverage_factor(dof: float, probability: float = COVERAGE, *, whole_dof: boo
         Whether the degrees of freedom are rounded down first (GUM G.4.1).
 
     >>> round(coverage_factor(math.inf), 3), round(coverage_factor(16.7, 0.99), 2)
-    (1.96, 2.92)
+    (2.0, 2.92)
     """
     from scipy.stats import norm, t
 
@@ -184,7 +193,7 @@ class Propagated:
         """Of each output, (k,)."""
         return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
 
-    def expanded(self, probability: float = COVERAGE) -> FloatArray:
+    def expanded(self, probability: float = EXPANDED_COVERAGE) -> FloatArray:
         """Expanded uncertainty of each output, (k,)."""
         factors = [coverage_factor(float(dof), probability) for dof in self.effective_dof]
         return np.asarray(factors * self.standard_uncertainty)

@@ -168,6 +168,19 @@ def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
     json.dumps(document_values(document), allow_nan=False)
 
 
+def test_a_quantity_with_a_budget_has_the_u_of_its_budget() -> None:
+    """The repeats of a qualification have few degrees of freedom: its k is larger than 2."""
+    document = _qualification()
+    point, radius = document.budgets
+    assert point.coverage_factor() > 2.0
+    assert f"U = {1e3 * point.expanded():.2f} µm (k = {point.coverage_factor():.2f})" in (
+        document.verdict
+    )
+    figure = next(f for f in document.figures if f.name == "effective radius")
+    wanted = f"{1e3 * radius.expanded():.2f} µm (k = {radius.coverage_factor():.2f})"
+    assert expanded_text(figure) == wanted
+
+
 def test_the_key_figures_of_a_short_report_are_few() -> None:
     document = _qualification()
     assert len(terminal_text(document).splitlines()) <= 8
