@@ -115,12 +115,12 @@ def comparison_view(result: Comparison, title: str = "") -> View:
 
 
 def _curves_chart(result: Comparison) -> PlaneChart:
-    """Errors on the equator over the azimuth, and twice the uncertainty of the map."""
+    """Errors on the equator over the azimuth, and twice the map's uncertainty, an rms."""
     azimuth = result.azimuth_deg
     marks: list[Mark] = [Rule(0.0)]
     if result.u_map > 0.0:
         band = np.full(len(azimuth), 2.0 * result.u_map / MICROMETRE)
-        marks.append(Area(azimuth, -band, band, "full map, ± 2 u", _COLOURS[_FULL], 0.3))
+        marks.append(Area(azimuth, -band, band, "full map, ± 2 u (rms)", _COLOURS[_FULL], 0.3))
     marks += [
         LineMark(azimuth, result.curves[name] / MICROMETRE, name, _COLOURS[name])
         for name in _CURVES
@@ -130,7 +130,7 @@ def _curves_chart(result: Comparison) -> PlaneChart:
 
 
 def _largest_chart(result: Comparison, where: str) -> PlaneChart:
-    """The largest error of each correction in one place; of the map itself twice its u."""
+    """The largest error of each correction in one place; of the map itself twice its u, an rms."""
     rows = [row for row in result.rows if row.where == where]
     known = result.u_map > 0.0
     bars: list[Mark] = []
@@ -141,7 +141,11 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         name = row.method
         if row.method == _FULL:
             length = 2.0 * result.u_map / MICROMETRE
-            text = f"2 u = {value_text(length, 'µm')}" if known else "the reference, u not stated"
+            text = (
+                f"2 u (rms) = {value_text(length, 'µm')}"
+                if known
+                else "the reference, u not stated"
+            )
         names.append(name)
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _COLOURS[name],
                          horizontal=True, texts=(text,)))  # fmt: skip

@@ -12,10 +12,11 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.formats.probe_history import Entry
 from pretravel.report.chart import Axis, PlaneChart, View
-from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Rule, Symbol
+from pretravel.report.chart_marks import Dots, LineMark, Mark, Rule, Symbol
 from pretravel.report.colours import Colour, series
 from pretravel.report.document import Column, Document, Picture, Table
 from pretravel.report.formatting import decimals, signed_decimals
+from pretravel.report.whiskers import interval_lines
 
 
 def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Document:
@@ -125,13 +126,14 @@ def _labels(entries: Sequence[Entry]) -> tuple[str, ...]:
 def _sizes_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
     """Size against that of the map, with three standard uncertainties."""
     size, u = _values(entries, "size_um"), _values(entries, "u_size_um")
-    marks: list[Mark] = [Rule(0.0, "size of the map"),
-                         Bars(number, 6.0 * u, "± 3 u: no change is seen inside", "grid", 0.5,
-                              -3.0 * u)]  # fmt: skip
+    marks: list[Mark] = [
+        Rule(0.0, "size of the map"),
+        interval_lines(number, size - 3.0 * u, size + 3.0 * u, "± 3 u of the size"),
+    ]
     maps = np.array([str(entry["map_id"]) for entry in entries])
     for own in dict.fromkeys(maps.tolist()):  # values of different maps are not joined
         rows = maps == own
-        marks.append(LineMark(number[rows], size[rows], "", "reference", 1.0))
+        marks.append(LineMark(number[rows], size[rows], width=1.0))
     changed = np.array([bool(entry["changed"]) for entry in entries])
     labels = _labels(entries)
     for rows, symbol, colour, name in _verdicts(changed):
@@ -151,7 +153,7 @@ def _sizes_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
 def _verdicts(
     changed: npt.NDArray[np.bool_],
 ) -> tuple[tuple[npt.NDArray[np.bool_], Symbol, Colour, str], ...]:
-    return (~changed, "dot", "after", "no change"), (changed, "diamond", "limit", "CHANGED")
+    return (~changed, "dot", "series1", "no change"), (changed, "diamond", "limit", "CHANGED")
 
 
 def _tests_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:

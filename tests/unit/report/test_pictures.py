@@ -80,6 +80,9 @@ class TestHistory:
         assert limit.y == pytest.approx(100.0 * result.false_alarm_rate / 3.0)
         assert form.y == pytest.approx(100.0 * result.p_form)
         assert tests.y.text == "probability without a change / %"
+        around = next(m for m in sizes.marks if isinstance(m, LineMark) and "± 3 u" in m.name)
+        size, u = result.size.value / MICROMETRE, result.size.u / MICROMETRE
+        assert around.y[:2] == pytest.approx([size - 3.0 * u, size + 3.0 * u])
         new_maps = [m.value for m in sizes.marks if isinstance(m, Rule) and m.upright]
         assert new_maps == [4.5]
         assert [name for name in sizes.x.categories if name] == [
