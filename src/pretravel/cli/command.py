@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperCommand, TyperOption
 
 from pretravel.cli.files import replace_all
-from pretravel.cli.running import names_of_command, running
+from pretravel.cli.running import names_of_command, running, typed_name
 from pretravel.errors import PretravelError
 from pretravel.made_files import made_by
 from pretravel.quantities import decimal_point_advice
@@ -49,12 +49,12 @@ class Command(TyperCommand):
         except typer.BadParameter as error:
             if not error.message or error.param is None:  # an option is missing: typer's message
                 raise
-            raise PretravelError(f"{_typed_name(error.param)} {_reason(error)}") from error
+            raise PretravelError(f"{typed_name(error.param)} {_reason(error)}") from error
         for parameter in self.params:
             value = ctx.params.get(parameter.name)
             numbers = value if isinstance(value, tuple) else (value,)
             if any(isinstance(n, float) and not math.isfinite(n) for n in numbers):
-                raise PretravelError(f"{_typed_name(parameter)} {value}: it must be finite")
+                raise PretravelError(f"{typed_name(parameter)} {value}: it must be finite")
         return rest
 
     def invoke(self, ctx: Any) -> Any:
@@ -75,7 +75,7 @@ class Command(TyperCommand):
         """The longest spelling of the option for an input; empty where there is none."""
         for parameter in self.params:
             if isinstance(parameter, TyperOption):
-                longest = _typed_name(parameter)
+                longest = typed_name(parameter)
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
@@ -100,12 +100,6 @@ def _parameters_of_writing() -> list[Any]:
     alone = typer.Typer(add_completion=False)
     alone.command()(writing)
     return list(typer.main.get_command(alone).params)
-
-
-def _typed_name(parameter: Any) -> str:
-    """An option as it is typed; an argument as the help shows it."""
-    longest: str = max(parameter.opts, key=len)
-    return longest if longest.startswith("-") else longest.upper()
 
 
 def _reason(error: typer.BadParameter) -> str:

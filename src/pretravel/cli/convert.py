@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
     from pretravel.formats.file_format import (
         FeatureResult,
-        FileFormat,
         FileReadings,
         ReadingOptions,
     )
@@ -113,10 +112,10 @@ def convert(
     """
     from pretravel.errors import PretravelError
     from pretravel.formats.file_format import ReadingOptions
-    from pretravel.formats.format_registry import format_named, format_of
     from pretravel.formats.machine_file import read_machine
     from pretravel.formats.readings import touch_endings
     from pretravel.formats.source_file import opened
+    from pretravel.jobs.look import format_of_touches
 
     files, _ = files_of_touches(readings)
     check_files([(output, (*touch_endings(), *PAGES))], [*files, plan, machine])
@@ -135,13 +134,11 @@ def convert(
         decimal=decimal,
         exclude=tuple(exclude or ()),
     )
-    if file_format is None and columns:  # they are those of a table
-        file_format = "parquet" if files[0].suffix.lower() == ".parquet" else "csv"
-    file = opened(files[0])
-    known = format_of(file) if file_format is None else format_named(file_format)
     if output is None or is_page(output):
-        _preview(files, options, known, output)
+        _preview(files, options, file_format, output)
         return
+    file = opened(files[0])
+    known = format_of_touches(file, options, file_format=file_format)
     if known.parse_features is not None:
         if output.suffix.lower() != ".csv":
             raise PretravelError("a print-out is converted to a table of features: -o features.csv")
@@ -149,7 +146,7 @@ def convert(
         _write_features(features, output)
         typer.echo(f"{len(features)} results of features (mm, degrees): no touches to compensate")
         return
-    found = read_and_show(files, options, file_format=file_format)
+    found = read_and_show(files, options, file_format=known.name if columns else file_format)
     _write(found, output, frame, feed, tip_diameter)
     typer.echo(f"{len(found.touches)} touches ({known.name})")
     for note in found.notes():
@@ -157,21 +154,20 @@ def convert(
 
 
 def _preview(
-    files: list[Path], options: ReadingOptions, known: FileFormat, output: Path | None
+    files: list[Path], options: ReadingOptions, file_format: str | None, output: Path | None
 ) -> None:
     """Show how files are understood, and what is missing; on a page that of one file."""
     from pretravel.errors import PretravelError
-    from pretravel.formats.preview import look_at
-    from pretravel.report.preview_report import preview_document
+    from pretravel.jobs.look import look_at_touches
 
     if output is not None and len(files) > 1:
         raise PretravelError(
             f"{output}: a page shows the preview of one file, and there are {len(files)}: name one"
         )
-    typer.echo(f"{files[0]}: format {known.name}, {known.what}")
     for path in files:
-        found, unit_known = look_at(path, options, known)
-        report = preview_document(path.name, found, unit_known=unit_known)
+        looked = look_at_touches(path, options, file_format=file_format)
+        typer.echo(f"{path}: format {looked.known.name}, {looked.known.what}")
+        report = looked.document()
         save_page(report, output)
         show(report, verbose=False)
 

@@ -1,9 +1,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -12,9 +13,6 @@ from pretravel.cli.files import check_files, check_folder_of_texts
 from pretravel.errors import PretravelError
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
-
-if TYPE_CHECKING:
-    from pretravel.jobs.export import ExportWish
 
 
 def _controls() -> list[str]:
@@ -129,7 +127,7 @@ def export(
     """
     from pretravel.controls.heidenhain import heidenhain_template
     from pretravel.formats.map_file import read_map
-    from pretravel.jobs.export import ExportWish, export_map, makes_folder, write_export
+    from pretravel.jobs.export import ExportWish, export_map, makes_folder, misapplied, write_export
     from pretravel.units import MICROMETRE
 
     if show_template:
@@ -142,34 +140,28 @@ def export(
         program=program,
         units=units,
         angles=angles,
-        template=None if template is None else _read_template(template),
+        template=None if template is None else "",  # it is read when the options are right
         azimuth=None if azimuth is None else azimuth * DEGREE,
         form=form,
         criterion=criterion,
         tolerance=None if tolerance is None else tolerance * MICROMETRE,
         feed=feed,
     )
-    _check_options(to, wish)
+    if wrong := misapplied(to, wish):
+        raise PretravelError(f"--{wrong}")
     _check_output(output, [map_file, template], to)
+    if template is not None:
+        wish = replace(wish, template=_read_template(template))
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
     files = export_map(pretravel_map, to, wish, written=date.today().isoformat())
     if makes_folder(to):
         check_folder_of_texts(output, files.texts, files.obsolete)
     write_export(output, files)
-    names = ", ".join(sorted(files.texts)) if makes_folder(to) else ""
-    typer.echo(f"{output}: {names}".rstrip())
-    typer.echo("\n".join(files.remarks))
+    remarks = list(files.remarks)
+    made = ", ".join(sorted(files.texts)) if makes_folder(to) else remarks.pop(0)
+    typer.echo("\n".join([f"{output}: {made}", *remarks]))
     for warning in files.warnings:
         typer.echo(f"Warning: {warning}", err=True)
-
-
-def _check_options(to: str, wish: ExportWish) -> None:
-    """Refuse options that the files of a control do not use."""
-    from pretravel.jobs.export import settings_of, users_of
-
-    for name in wish.stated():
-        if name not in settings_of(to):
-            raise PretravelError(f"--{name} does not apply to {to}; it is for {users_of(name)}")
 
 
 def _check_output(output: Path, inputs: Sequence[Path | None], to: str) -> None:

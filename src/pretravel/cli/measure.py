@@ -20,9 +20,7 @@ from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from pretravel.features.tolerances import InspectedFeature
+    from pretravel.jobs.measure import MeasuredFeatures
     from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.report.document import Document
 
@@ -39,19 +37,22 @@ class ToleranceText(NamedTuple):
     def __str__(self) -> str:
         """As it can be typed."""
         if self.are_limits:
-            return f"{self.low:.12g}..{self.high:.12g}"
+            ends = (f"{end:.12g}" if math.isfinite(end) else "" for end in self[:2])
+            return "..".join(ends)
         return f"{self.high:+.12g}/{self.low:+.12g}"
 
 
 @parser(ToleranceText)
 def tolerance(text: str) -> ToleranceText:
-    """Limits ``20.000..20.021``, or deviations ``+0.021/0`` or ``±0.01``.
+    """Limits ``20.000..20.021``, ``20..`` or ``..20.021``, or deviations ``+0.021/0``, ``±0.01``.
 
     >>> tolerance("20..20.021"), tolerance("+0.021/0")
     (ToleranceText(low=20.0, high=20.021, are_limits=True), \
 ToleranceText(low=0.0, high=0.021, are_limits=False))
     >>> str(tolerance("+0.021/0")), str(tolerance("20..20.021"))
     ('+0.021/+0', '20..20.021')
+    >>> str(tolerance("20..")), str(tolerance("..20.021"))
+    ('20..', '..20.021')
     >>> tolerance("±0.01")
     ToleranceText(low=-0.01, high=0.01, are_limits=False)
     """
@@ -59,19 +60,23 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
     if both := re.fullmatch(rf"(?:±|\+-|\+/-)({_NUMBER})", tight):
         half = abs(float(both[1]))
         return _nonempty(text, -half, half, False)
-    if limits := re.fullmatch(rf"({_NUMBER})\.\.({_NUMBER})", tight):
-        return _nonempty(text, float(limits[1]), float(limits[2]), True)
+    if limits := re.fullmatch(rf"({_NUMBER})?\.\.({_NUMBER})?", tight):
+        typed = [float(limit) for limit in limits.groups() if limit]
+        if typed and all(map(math.isfinite, typed)):  # a limit that is not typed is open
+            return _nonempty(
+                text, float(limits[1] or -math.inf), float(limits[2] or math.inf), True
+            )
     if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
         return _nonempty(text, float(parts[2]), float(parts[1]), False)
     advice = "; the decimal sign is a point" if "," in text else ""
     raise typer.BadParameter(
-        f"{text}: expected limits as 20.000..20.021, or with a nominal size the upper and lower "
-        f"deviation as +0.021/0 or ±0.01, in mm{advice}"
+        f"{text}: expected limits as 20.000..20.021, one limit as 20.. or ..20.021, or with a "
+        f"nominal size the upper and lower deviation as +0.021/0 or ±0.01, in mm{advice}"
     )
 
 
 def _nonempty(text: str, low: float, high: float, are_limits: bool) -> ToleranceText:
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+    if not low < high or (not are_limits and math.isinf(high - low)):
         order = "the lower limit comes first" if are_limits else "the upper deviation comes first"
         raise typer.BadParameter(f"{text}: this tolerance is empty; {order}")
     return ToleranceText(low, high, are_limits)
@@ -130,7 +135,8 @@ def measure(
             "--tolerance",
             parser=tolerance,
             metavar="LIMITS",
-            help="Of the diameter, in mm: 20.000..20.021; or with --nominal +0.021/0, ±0.01.",
+            help="Of the diameter, in mm: 20.000..20.021, 20.. or ..20.021; or with --nominal "
+            "+0.021/0, ±0.01.",
         ),
     ] = None,
     nominal: Annotated[
@@ -180,12 +186,9 @@ def measure(
     Example: pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021
     -o bore.html
     """
-    from pretravel.features.conformity import ConformityVerdict
     from pretravel.features.tolerances import FeatureTolerances
     from pretravel.formats.points_reading import read_points
     from pretravel.jobs.measure import FeatureWish, measure_features
-    from pretravel.report.feature_report import features_document
-    from pretravel.report.laboratory_report import with_laboratory
     from pretravel.units import MICROMETRE
 
     check_files(
@@ -207,13 +210,12 @@ def measure(
             "geometry, of temperature and clamping: --u-machine"
         )
     warnings += statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
-    report = features_document(found, points_name=points.name, warnings=warnings)
-    report = with_laboratory(report, statements)
+    report = found.document(points.name, warnings=warnings, statements=statements)
     if output is not None:
         _write(output, found, report, statements)
     save_picture(report, plot)
     show(report, verbose=verbose)
-    if any(feature.verdict is ConformityVerdict.DOES_NOT_CONFORM for feature in found):
+    if found.some_fail:
         raise typer.Exit(ANSWER)
 
 
@@ -234,12 +236,10 @@ def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, f
 
 def _write(
     output: Path,
-    found: Sequence[InspectedFeature],
+    found: MeasuredFeatures,
     report: Document,
     statements: LaboratoryStatements | None,
 ) -> None:
-    from pretravel.formats.feature_results import features_json, features_table
-    from pretravel.formats.laboratory_file import with_laboratory_values
     from pretravel.formats.tables import write_table
     from pretravel.whole_file import write_json
 
@@ -247,6 +247,6 @@ def _write(
     if is_page(output):
         save_page(report, output)
     elif ending == ".json":
-        write_json(output, with_laboratory_values(features_json(found), statements))
+        write_json(output, found.values(statements))
     else:
-        write_table(output, features_table(found))
+        write_table(output, found.table())

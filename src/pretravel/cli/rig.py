@@ -90,10 +90,9 @@ def rig(
     from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import write_map
     from pretravel.formats.rig_csv import read_budget, rig_table, rig_traces
-    from pretravel.jobs.rig import REN_SOURCE, CalibratedRig, RigSetup, read_touches_of_rig
+    from pretravel.jobs.rig import REN_SOURCE, RigSetup, calibrate_touches, read_touches_of_rig
     from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.rig_budget import REN_BUDGET
-    from pretravel.laboratory.rig_calibration import calibrate_rig
     from pretravel.laboratory.rig_map import rig_map
     from pretravel.whole_file import write_json
 
@@ -117,7 +116,7 @@ def rig(
         read, touches = read_touches_of_rig(traces, setup)
     if output is not None and ending == ".csv":  # single touches need no calibration
         write_csv_table(output, rig_table(touches))
-    found = CalibratedRig(read, touches, calibrate_rig(touches, exclude=setup.exclude), setup)
+    found = calibrate_touches(read, touches, setup)
     calibration = found.calibration
     missing = (statements or LaboratoryStatements()).missing if is_page(output) else 0
     lacking = [*_missing_information(missing, own_budget=budget is not None)]

@@ -94,7 +94,7 @@ def _settings(context: Any) -> Iterator[Setting]:
             continue
         source = context.get_parameter_source(parameter.name)
         yield Setting(
-            _typed_name(parameter),
+            typed_name(parameter),
             _value_text(context.params[parameter.name]),
             given="DEFAULT" not in source.name,
             meaning=_meaning(parameter),
@@ -108,7 +108,8 @@ def _meaning(parameter: Any) -> str:
     return sentence.rstrip(".")
 
 
-def _typed_name(parameter: Any) -> str:
+def typed_name(parameter: Any) -> str:
+    """An option as it is typed; an argument as the help shows it."""
     longest: str = max(parameter.opts, key=len)
     if longest.startswith("-"):
         return longest
@@ -136,5 +137,5 @@ def _role(context: Any, path: Path) -> str:
         values = value if isinstance(value, list) else [value]
         for one in (one for one in values if isinstance(one, str | Path)):
             if Path(one) in (path, path.parent) or str(one).partition("#")[0] == str(path):
-                return _typed_name(parameter)
+                return typed_name(parameter)
     return ""

@@ -93,6 +93,17 @@ def users_of(setting: str) -> str:
     return ", ".join(name for name, control in CONTROLS.items() if setting in control.options)
 
 
+def misapplied(to: str, wish: ExportWish) -> str:
+    """The first stated setting that an export does not use, as a sentence; empty where none is.
+
+    >>> misapplied("siemens", ExportWish(base=500))
+    'base does not apply to siemens; it is for linuxcnc, renishaw, fanuc, haas'
+    """
+    used = settings_of(to)
+    wrong = next((name for name in wish.stated() if name not in used), None)
+    return "" if wrong is None else f"{wrong} does not apply to {to}; it is for {users_of(wrong)}"
+
+
 def export_map(
     pretravel_map: PretravelMap, to: str, wish: ExportWish = ExportWish(), *, written: str = ""
 ) -> ExportedFiles:
@@ -116,9 +127,8 @@ def export_map(
     PretravelError
         A setting that the control does not use; a map that it cannot hold.
     """
-    for name in wish.stated():
-        if name not in settings_of(to):
-            raise PretravelError(f"{name} does not apply to {to}; it is for {users_of(name)}")
+    if wrong := misapplied(to, wish):
+        raise PretravelError(wrong)
     control = CONTROLS.get(to)
     if control is None:
         table = effective_radius_table(pretravel_map, table_travel(pretravel_map, wish.feed))

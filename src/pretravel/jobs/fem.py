@@ -149,12 +149,9 @@ def state_at_trigger(
     PretravelError
         The probe never triggers in that direction.
     """
-    return FiniteElementState(
-        probe,
-        reduced,
-        field_at_trigger(probe, touch.normal, reduced),
-        stress_by_direction(probe, _directions_around(probe, touch), reduced),
-    )
+    field = field_at_trigger(probe, touch.normal, reduced)
+    stresses = stress_by_direction(probe, _directions_around(probe, touch), reduced, field)
+    return FiniteElementState(probe, reduced, field, stresses)
 
 
 def _directions_around(probe: Probe, touch: TouchDirection) -> FloatArray:

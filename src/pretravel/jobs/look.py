@@ -14,7 +14,8 @@ from pretravel.formats.column_roles import column_roles
 from pretravel.formats.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
 from pretravel.formats.format_registry import format_named, format_of
 from pretravel.formats.preview import look_at
-from pretravel.formats.source_file import opened
+from pretravel.formats.source_file import SourceFile, opened
+from pretravel.formats.table_formats import CSV, PARQUET
 from pretravel.formats.text_table import read_text_table
 from pretravel.report.document import Document
 from pretravel.report.preview_report import preview_document
@@ -85,12 +86,34 @@ def look_at_touches(
     InputError
         The file cannot be read.
     """
-    if file_format is None and options.columns:  # they are those of a table
-        file_format = "parquet" if path.suffix.lower() == ".parquet" else "csv"
     file = opened(path)
-    known = format_of(file) if file_format is None else format_named(file_format)
+    known = format_of_touches(file, options, file_format=file_format)
     found, unit_known = look_at(file, options, known)
     return LookedAt(path.name, known, found, unit_known)
+
+
+def format_of_touches(
+    file: SourceFile, options: ReadingOptions, *, file_format: str | None = None
+) -> FileFormat:
+    """The format of a file: the one that is stated, that of a table with columns, or detected.
+
+    Parameters
+    ----------
+    file : SourceFile
+    options : ReadingOptions
+        Columns that are stated are those of a table.
+    file_format : str, optional
+
+    Raises
+    ------
+    PretravelError
+        A name that no format has; a file of no known format.
+    """
+    if file_format is not None:
+        return format_named(file_format)
+    if options.columns:
+        return PARQUET if file.ending == ".parquet" else CSV
+    return format_of(file)
 
 
 def first_lines(path: Path) -> tuple[str, ...]:

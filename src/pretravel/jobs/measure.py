@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy.typing as npt
 
 from pretravel.compensation.points import Points
 from pretravel.errors import PretravelError
+from pretravel.features.conformity import ConformityVerdict
 from pretravel.features.measured_feature import measure_feature
 from pretravel.features.selection import points_of_features
 from pretravel.features.tolerances import FeatureTolerances, InspectedFeature, inspect_feature
+from pretravel.formats.feature_results import features_json, features_table
+from pretravel.formats.laboratory_file import with_laboratory_values
+from pretravel.laboratory.certificate import LaboratoryStatements
+from pretravel.report.document import Document
+from pretravel.report.feature_report import features_document
+from pretravel.report.laboratory_report import with_laboratory
 
 
 @dataclass(frozen=True)
@@ -41,7 +50,46 @@ class FeatureWish:
     tolerances: FeatureTolerances = field(default=FeatureTolerances())
 
 
-def measure_features(points: Points, wish: FeatureWish) -> list[InspectedFeature]:
+@dataclass(frozen=True)
+class MeasuredFeatures:
+    """The features of points, with what was wanted.
+
+    Attributes
+    ----------
+    features : tuple of InspectedFeature
+    wish : FeatureWish
+    """
+
+    features: tuple[InspectedFeature, ...]
+    wish: FeatureWish
+
+    @property
+    def some_fail(self) -> bool:
+        """Whether a feature does not conform to its tolerances."""
+        failed = ConformityVerdict.DOES_NOT_CONFORM
+        return any(feature.verdict is failed for feature in self.features)
+
+    def document(
+        self,
+        points_name: str = "",
+        *,
+        warnings: Sequence[str] = (),
+        statements: LaboratoryStatements | None = None,
+    ) -> Document:
+        """The report, with what the laboratory states."""
+        report = features_document(self.features, points_name=points_name, warnings=warnings)
+        return with_laboratory(report, statements)
+
+    def values(self, statements: LaboratoryStatements | None = None) -> dict[str, Any]:
+        """The features for JSON, with what the laboratory states."""
+        return with_laboratory_values(features_json(self.features), statements)
+
+    def table(self) -> dict[str, npt.ArrayLike]:
+        """The quantities of the features as columns."""
+        return features_table(self.features)
+
+
+def measure_features(points: Points, wish: FeatureWish) -> MeasuredFeatures:
     """Measure the features of points.
 
     Parameters
@@ -51,7 +99,7 @@ def measure_features(points: Points, wish: FeatureWish) -> list[InspectedFeature
 
     Returns
     -------
-    list of InspectedFeature
+    MeasuredFeatures
 
     Raises
     ------
@@ -77,4 +125,4 @@ def measure_features(points: Points, wish: FeatureWish) -> list[InspectedFeature
             if not label:
                 raise
             raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
-    return found
+    return MeasuredFeatures(tuple(found), wish)

@@ -171,5 +171,17 @@ def calibrate_traces(paths: Sequence[Path], setup: RigSetup = RigSetup()) -> Cal
     PretravelError
         As `read_touches_of_rig` and `calibrate_rig`.
     """
-    traces, touches = read_touches_of_rig(paths, setup)
+    return calibrate_touches(*read_touches_of_rig(paths, setup), setup)
+
+
+def calibrate_touches(
+    traces: tuple[RigTrace, ...], touches: tuple[RigTouch, ...], setup: RigSetup
+) -> CalibratedRig:
+    """Calibrate a probe from what `read_touches_of_rig` has read.
+
+    Raises
+    ------
+    PretravelError
+        As `calibrate_rig`.
+    """
     return CalibratedRig(traces, touches, calibrate_rig(touches, exclude=setup.exclude), setup)

@@ -144,7 +144,10 @@ class StressByDirection:
 
 
 def stress_by_direction(
-    probe: Probe, directions: npt.ArrayLike, reduced: ReducedModel
+    probe: Probe,
+    directions: npt.ArrayLike,
+    reduced: ReducedModel,
+    first: TriggerField | None = None,
 ) -> StressByDirection:
     """The highest stress of each part at the trigger.
 
@@ -157,6 +160,9 @@ def stress_by_direction(
         Outward surface normals, probe frame, unit vectors.
     reduced : ReducedModel
         Of this probe.
+    first : TriggerField, optional
+        The state in the first of the directions, where it is known: its stress is not computed
+        again.
 
     Returns
     -------
@@ -176,11 +182,15 @@ def stress_by_direction(
     centers = mesh.points[mesh.elements].mean(axis=1)
     highest, places = [], []
     for number in range(len(trigger.directions)):
-        found = stress(reduced.lift(_forces_at_trigger(probe, trigger, number)))
+        found = (
+            stress(reduced.lift(_forces_at_trigger(probe, trigger, number)))
+            if first is None or number > 0
+            else first.stress
+        )
         worst = [own[np.argmax(found[own])] for own in rows]
         highest.append(found[worst])
         places.append(centers[worst])
-    rest = stress(reduced.lift(_forces_at_rest(probe)))
+    rest = stress(reduced.lift(_forces_at_rest(probe))) if first is None else first.rest_stress
     return StressByDirection(
         directions=trigger.directions,
         parts=tuple(mesh.region_names),

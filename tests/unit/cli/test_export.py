@@ -40,7 +40,11 @@ class TestExportCommand:
             assert f"--to {name}" in page
 
     def test_csv_of_effective_radii(self, tmp_path: Path, map_file: Path) -> None:
-        run("export", map_file, "--to", "csv", "-o", tmp_path / "r.csv")
+        text = run("export", map_file, "--to", "csv", "-o", tmp_path / "r.csv")
+        assert " ".join(text.split()).endswith(
+            "r.csv: effective radii over the supported directions"
+        )
+        assert ":\n" not in text
         for row in rows(tmp_path / "r.csv")[:5]:
             radius = 3.0 - float(row["pretravel_um"]) * 1e-3
             assert float(row["effective_radius_mm"]) == pytest.approx(radius, abs=1e-9)
@@ -142,6 +146,8 @@ class TestExportCommand:
             ),
             (["--to", "haas", "-o", "x", "--base", "560"], "560 does not belong to the user"),
             (["--to", "siemens", "-o", "x", "--base", "500"], "--base does not apply to siemens"),
+            (["--to", "haas", "-o", "x", "--template", "none.txt"], "--template does not apply"),
+            (["--to", "heidenhain", "-o", "x.txt", "--template", "none.txt"], "none.txt: cannot"),
             (["--to", "haas", "-o", "x", "--azimuth", "5"], "it is for heidenhain"),
             (["--to", "fanuc", "-o", "x", "--criterion", "max"], "it is for renishaw"),
             (["--to", "siemens", "-o", "x", "--form", "table"], "it is for linuxcnc"),

@@ -55,6 +55,19 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
     assert found["bore2"]["verdict"] == "does not conform"
 
 
+@pytest.mark.parametrize(("limit", "fails"), [("20.000..", "bore2"), ("..20.000", "bore1")])
+def test_one_limit_alone(points_file: Path, tmp_path: Path, limit: str, fails: str) -> None:
+    """The diameters are 20.010 mm and 19.995 mm; five u at least from the limit."""
+    out = tmp_path / "bores.csv"
+    run("measure", points_file, "--feature", "bore", "--group", "--tolerance", limit,
+        "--u-machine", 1, "-o", out, code=3)  # fmt: skip
+    found = {row["feature"]: row for row in rows(out) if row["quantity"] == "diameter"}
+    for name, row in found.items():
+        assert row["verdict"] == ("does not conform" if name == fails else "conforms")
+        assert (row["lower"] == "") == limit.startswith("..")
+        assert (row["upper"] == "") == limit.endswith("..")
+
+
 def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> None:
     page, picture, values = (tmp_path / f"bore.{e}" for e in ("html", "png", "json"))
     command = ["measure", points_file, "--feature", "bore", "--select", "bore1*",
@@ -102,6 +115,9 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--nominal", 20], "--nominal needs the deviations"),
         (["--tolerance", "21..20"], "--tolerance 21..20: this tolerance is empty"),
         (["--tolerance", "H7"], "expected limits as 20.000..20.021"),
+        (["--tolerance", ".."], "expected limits as 20.000..20.021"),
+        (["--tolerance", "20..1e999"], "expected limits as 20.000..20.021"),
+        (["--tolerance", "1e999/0", "--nominal", 20], "this tolerance is empty"),
         (["--select", "hole*"], "no label of the 24 points matches 'hole.'.*--select"),
         (["--select", "bore1*", "--position-tolerance", 0.1], "nominal position .--at"),
         (["--group", "--at", "0,0,0"], "nominal position is that of one feature, and there are 2"),

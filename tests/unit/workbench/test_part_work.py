@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import shlex
 from pathlib import Path
 
 import pytest
 
+from pretravel.cli.measure import tolerance
 from pretravel.errors import PretravelError
-from pretravel.workbench.screens.part_work import compensate_part
+from pretravel.workbench.screens.part_work import compensate_part, measure_part
 from pretravel.workbench.tasks import Inputs
 from tests.support.examples import EXAMPLES
 
@@ -22,3 +25,23 @@ def test_a_python_file_as_part_is_not_executed(tmp_path: Path, name: str) -> Non
     with pytest.raises(PretravelError):
         compensate_part(Inputs({"probe": "omp40-2"}, files))
     assert not executed.exists()
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(None, 25.1), (24.9, None), (24.9, 25.1), (None, None)]
+)
+def test_the_command_has_the_limits_that_were_used(
+    lower: float | None, upper: float | None
+) -> None:
+    files = {"touches": (EXAMPLES / "part_touches.csv",)}
+    result = compensate_part(Inputs({"probe": "omp40-2"}, files))
+    settings = {"feature": "sphere", "lower": lower, "upper": upper, "u_machine_um": 1.23456789}
+    found = measure_part(result, Inputs(settings, files))
+    words = shlex.split(found.command)
+    assert words[words.index("--u-machine") + 1] == "1.23456789"
+    assert ("--tolerance" in words) == (lower is not None or upper is not None)
+    if "--tolerance" in words:
+        typed = tolerance(words[words.index("--tolerance") + 1])
+        wanted = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
+        assert (typed.low, typed.high) == wanted
+        assert found.features.wish.tolerances.size == wanted

@@ -12,7 +12,6 @@ from nicegui import ui
 
 from pretravel.errors import PretravelError
 from pretravel.features.association import ASSOCIATIONS
-from pretravel.formats.feature_results import features_table
 from pretravel.formats.tables import write_table
 from pretravel.jobs.example_data import example_folder
 from pretravel.probe.catalogue import catalogue_names
@@ -248,7 +247,7 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
 
 def _show_measured(state: ScreenState, task: Task, result: PartFeatures) -> None:
     document_view(result.document)
-    table = features_table(result.features)
+    table = result.features.table()
 
     def write(path: Path) -> None:
         write_table(path, table)

@@ -12,9 +12,8 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.compensation.contact_slide import contact_slide
 from pretravel.compensation.point_budget import point_budget
-from pretravel.compensation.point_errors import errors_of_points
 from pretravel.errors import PretravelError
-from pretravel.features.tolerances import FeatureTolerances, InspectedFeature
+from pretravel.features.tolerances import FeatureTolerances
 from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.points_reading import read_points
 from pretravel.formats.several_files import read_series
@@ -24,9 +23,8 @@ from pretravel.jobs.compensate import (
     compensate_readings,
 )
 from pretravel.jobs.map_argument import map_or_prediction
-from pretravel.jobs.measure import FeatureWish, measure_features
+from pretravel.jobs.measure import FeatureWish, MeasuredFeatures, measure_features
 from pretravel.report.document import Document
-from pretravel.report.feature_report import features_document
 from pretravel.surface.cad.part_file import read_part
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
@@ -65,9 +63,7 @@ class PartResult:
 
     def budget(self, row: int) -> Budget:
         """The uncertainty budget of a point. [mm]"""
-        found = self.compensated
-        seen = found.pretravel_map.seen_from(found.readings.placement)
-        return point_budget(errors_of_points(found.touches, found.points.normals, seen), row)
+        return point_budget(self.compensated.errors, row)
 
     def command(self, output: str = "points.csv") -> str:
         """The command that writes the same points."""
@@ -151,7 +147,7 @@ def _options(settings: object) -> tuple[str, ...]:
     if settings.get("units"):
         found += ["--units", str(settings.get("units"))]
     if settings.get("feed") is not None:
-        found += ["--feed", f"{settings.get('feed'):g}"]
+        found += ["--feed", f"{settings.get('feed'):.12g}"]
     if settings.get("extrapolate"):
         found.append("--extrapolate")
     return tuple(found)
@@ -163,12 +159,12 @@ class PartFeatures:
 
     Attributes
     ----------
-    features : tuple of InspectedFeature
+    features : MeasuredFeatures
     document : Document
     command : str
     """
 
-    features: tuple[InspectedFeature, ...]
+    features: MeasuredFeatures
     document: Document
     command: str
 
@@ -212,12 +208,13 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     for label in labels:
         words += ["--select", label]
     words += ["--group"] if by_prefix else []
-    if lower is not None and upper is not None:
-        words += ["--tolerance", f"{lower:.12g}..{upper:.12g}"]
+    if size is not None:
+        ends = ("" if end is None else f"{end:.12g}" for end in (lower, upper))
+        words += ["--tolerance", "..".join(ends)]
     words += [] if form is None else ["--form-tolerance", f"{form:.12g}"]
-    words += ["--u-machine", f"{u_machine:g}"] if u_machine else []
-    document = features_document(found, points_name=result.touches_name)
-    return PartFeatures(tuple(found), document, shlex.join([*words, "-o", "features.csv"]))
+    words += ["--u-machine", f"{u_machine:.12g}"] if u_machine else []
+    document = found.document(result.touches_name)
+    return PartFeatures(found, document, shlex.join([*words, "-o", "features.csv"]))
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:
