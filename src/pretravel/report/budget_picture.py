@@ -17,16 +17,14 @@ _NEGLIGIBLE = 1e-3
 """Of the combined uncertainty: sources below it share one bar."""
 
 
-def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) -> View:
+def budget_view(budget: Budget, title: str = "") -> View:
     """The contributions to an uncertainty as bars, the largest first, then u and U.
 
     Parameters
     ----------
     budget : Budget
-        Of a length in mm, or in another unit if `unit` is 1.
+        Of a length in mm.
     title : str
-    unit : float
-        What the bars are divided by: 1e-3 shows mm in µm.
 
     Returns
     -------
@@ -42,8 +40,8 @@ def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) ->
     """
     names, values = _sources(budget)
     factor = budget.coverage_factor()
-    totals = np.array([budget.combined, factor * budget.combined]) / unit
-    lengths = np.array(values) / unit
+    totals = np.array([budget.combined, factor * budget.combined]) / MICROMETRE
+    lengths = np.array(values) / MICROMETRE
     rows = np.arange(len(names) + 2.0)
     top = 1.25 * max(float(totals[1]), 1e-9)
     marks = (
@@ -54,7 +52,7 @@ def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) ->
     total_names = ("combined u", f"expanded U (k = {number_text(factor)})")
     chart = PlaneChart(
         "Contributions to the uncertainty",
-        Axis("u and U", "µm" if unit == MICROMETRE else "", 0.0, top),
+        Axis("u and U", "µm", 0.0, top),
         Axis("", categories=(*names, *total_names)),
         marks,
         note="squares of the contributions add up to the square of u",
@@ -62,7 +60,7 @@ def budget_view(budget: Budget, title: str = "", *, unit: float = MICROMETRE) ->
     return View(title, (chart,))
 
 
-def budget_picture(budget: Budget, what: str, *, unit: float = MICROMETRE) -> Picture:
+def budget_picture(budget: Budget, what: str) -> Picture:
     """A budget as a picture of a report.
 
     Parameters
@@ -70,8 +68,6 @@ def budget_picture(budget: Budget, what: str, *, unit: float = MICROMETRE) -> Pi
     budget : Budget
     what : str
         Whose uncertainty it is, such as "the diameter".
-    unit : float
-        As in `budget_view`.
 
     Returns
     -------
@@ -81,7 +77,7 @@ def budget_picture(budget: Budget, what: str, *, unit: float = MICROMETRE) -> Pi
     'Uncertainty of the diameter: its sources'
     """
     title = f"Uncertainty of {what}"
-    return Picture(f"{title}: its sources", lambda: budget_view(budget, title, unit=unit))
+    return Picture(f"{title}: its sources", lambda: budget_view(budget, title))
 
 
 def _sources(budget: Budget) -> tuple[list[str], list[float]]:

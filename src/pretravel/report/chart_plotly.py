@@ -111,34 +111,6 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
     return figure
 
 
-def coloured(figure: PlotlyFigure, *, dark: bool = False) -> PlotlyFigure:
-    """A figure in which the names of colours are replaced by colours.
-
-    Parameters
-    ----------
-    figure : dict
-        From `plotly_figure`; it is not changed.
-    dark : bool
-
-    Returns
-    -------
-    dict
-
-    >>> coloured({"data": [{"line": {"color": "@after"}}]})["data"][0]["line"]
-    {'color': '#0072b2'}
-    """
-    names = colour_names(dark=dark)
-
-    def replaced(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: replaced(part) for key, part in value.items()}
-        if isinstance(value, list):
-            return value if value and isinstance(value[0], float) else [*map(replaced, value)]
-        return names.get(value, value) if isinstance(value, str) else value
-
-    return {key: replaced(part) for key, part in figure.items()}
-
-
 def colour_names(*, dark: bool = False) -> dict[str, str]:
     """The colours behind the names with @; a name with ~18 at the end has an opacity of 18 %."""
     colours = DARK if dark else LIGHT

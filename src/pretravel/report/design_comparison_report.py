@@ -14,9 +14,10 @@ from pretravel.probe.description import Probe
 from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, Scale, TopView, View
 from pretravel.report.chart_marks import Area, Bars, LineMark, Mark
 from pretravel.report.colours import Colour
-from pretravel.report.direction_charts import angles_deg
+from pretravel.report.direction_charts import angles_deg, values_on_grid
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals, significant
+from pretravel.report.prediction_view import by_level, polar_axis
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
 
@@ -272,15 +273,13 @@ def _over_polar(
     marks: list[Mark] = []
     for trigger, value, name, colour in zip(triggers, values, names, (A, B), strict=True):
         polar = np.round(angles_deg(trigger.directions)[0], 6)
-        levels = np.unique(polar)
-        rows = [value[polar == level] for level in levels]
-        low, mean, high = (np.array([f(row) for row in rows]) for f in (np.min, np.mean, np.max))
+        levels, (low, mean, high) = by_level(value, polar)
         marks.append(Area(levels, low, high, "", colour))
         marks.append(LineMark(levels, mean, name, colour, dashed=colour == B))
-    x = Axis("polar angle (0° = from above, 90° = wall)", "°",
-             ticks=tuple(float(tick) for tick in range(0, 91, 15)))  # fmt: skip
     note = "Lines: mean over the azimuths, bands: smallest to largest."
-    return PlaneChart(f"{axis.label} over the polar angle", x, axis, tuple(marks), note=note)
+    return PlaneChart(
+        f"{axis.label} over the polar angle", polar_axis(levels), axis, tuple(marks), note=note
+    )
 
 
 def _parts(triggers: tuple[Trigger, Trigger], names: tuple[str, str]) -> PlaneChart:
@@ -306,12 +305,8 @@ def _parts(triggers: tuple[Trigger, Trigger], names: tuple[str, str]) -> PlaneCh
 def _difference(triggers: tuple[Trigger, Trigger]) -> tuple[TopView, ...]:
     """Pretravel of B less that of A over all directions, where they are a grid."""
     polar, azimuth = (np.round(angle, 6) for angle in angles_deg(triggers[0].directions))
-    levels, turns = np.unique(polar), np.unique(azimuth)
     change = (triggers[1].pretravel - triggers[0].pretravel) / MICROMETRE
-    values = np.full((len(levels), len(turns)), np.nan)
-    values[np.searchsorted(levels, polar), np.searchsorted(turns, azimuth)] = change
-    if levels[0] == 0.0:  # at the pole there is one direction, with any azimuth
-        values[0] = change[polar == 0.0][0]
+    levels, turns, values = values_on_grid(polar, azimuth, change)
     if np.isnan(values).any() or len(levels) < 3:
         return ()
     scale = Scale.of("B less A", "µm", values, signed=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -73,6 +73,39 @@ def angles_deg(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(polar_angle(directions) / DEGREE), azimuth
 
 
+def values_on_grid(
+    polar: FloatArray, azimuth: FloatArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values of directions as a table over their polar angles and azimuths.
+
+    Parameters
+    ----------
+    polar, azimuth : (n,) float
+        Of the directions. [deg]
+    values : (n,) float
+
+    Returns
+    -------
+    levels : (p,) float
+        Polar angles. [deg]
+    turns : (a,) float
+        Azimuths. [deg]
+    table : (p, a) float
+        Not a number where there is no such direction.
+
+    >>> polar, azimuth = np.array([0.0, 90.0, 90.0]), np.array([0.0, 0.0, 180.0])
+    >>> levels, _, table = values_on_grid(polar, azimuth, np.ones(3))
+    >>> levels.tolist(), table.tolist()
+    ([0.0, 90.0], [[1.0, 1.0], [1.0, 1.0]])
+    """
+    levels, turns = np.unique(polar), np.unique(azimuth)
+    table = np.full((len(levels), len(turns)), np.nan)
+    table[np.searchsorted(levels, polar), np.searchsorted(turns, azimuth)] = values
+    if levels[0] == 0.0:  # at the pole there is one direction, with any azimuth
+        table[0] = values[polar == 0.0][0]
+    return levels, turns, table
+
+
 def azimuth_axis(frame: str = "probe") -> Axis:
     """The azimuth in the frame of the probe or the machine, all around.
 
@@ -108,15 +141,31 @@ def labels_of(
     )
 
 
-def map_top_view(pretravel_map: PretravelMap, title: str = "pretravel from above") -> TopView:
+def top_view_grid(pretravel_map: PretravelMap) -> dict[str, FloatArray]:
+    """A map on the grid of a top view; see `map_grid`.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    """
+    return map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
+
+
+def map_top_view(
+    pretravel_map: PretravelMap,
+    title: str = "pretravel from above",
+    values: Mapping[str, FloatArray] | None = None,
+) -> TopView:
     """A map as seen from the spindle, with the directions that it was made from.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
     title : str
+    values : mapping, optional
+        Of `top_view_grid`, where they are known.
     """
-    values = map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
+    values = top_view_grid(pretravel_map) if values is None else values
     polar, azimuth = angles_deg(pretravel_map.support.nodes)
     nodes = (polar, azimuth) if len(polar) <= _MOST_NODES else (None, None)
     scale = Scale.of("pretravel", "µm", values["pretravel_um"])
@@ -187,16 +236,8 @@ def map_body(
                       note=chart.note)  # fmt: skip
 
 
-def body_chart(
-    polar_deg: FloatArray,
-    azimuth_deg: FloatArray,
-    values: FloatArray,
-    title: str = "pretravel as a body",
-    *,
-    name: str = "pretravel",
-    unit: str = "µm",
-) -> SpaceChart:
-    """A quantity over directions as a body about the origin.
+def body_chart(polar_deg: FloatArray, azimuth_deg: FloatArray, values: FloatArray) -> SpaceChart:
+    """Pretravel over directions as a body about the origin.
 
     Parameters
     ----------
@@ -204,15 +245,15 @@ def body_chart(
     azimuth_deg : (a,) float
         Increasing, below 360°, all around.
     values : (p, a) float
-        Distance of the body from the origin; it is not drawn where there is none, nor below zero.
-    title, name, unit : str
+        Pretravel, the distance of the body from the origin; it is not drawn where there is none,
+        nor below zero. [µm]
 
     >>> polar, azimuth = np.array([0.0, 90.0]), np.array([0.0, 120.0, 240.0])
     >>> body = body_chart(polar, azimuth, np.full((2, 3), 5.0))
     >>> float(np.linalg.norm(body.marks[0].vertices[4]))
     5.0
     """
-    scale = Scale.of(name, unit, values)
+    scale = Scale.of("pretravel", "µm", values)
     drawn = np.isfinite(values) & (values >= 0.0)
     directions = grid(polar_deg * DEGREE, azimuth_deg * DEGREE)
     radius = np.where(drawn, values, 0.0).ravel()
@@ -220,8 +261,8 @@ def body_chart(
     triangles = triangles[drawn.ravel()[triangles].all(axis=1)]
     mesh = SpaceMesh(radius[:, None] * directions, triangles, values=radius, outwards=True)
     below = np.isfinite(values) & (values < 0.0)
-    note = f"Where the {name} is below zero there is no body." if below.any() else ""
-    return SpaceChart(title, (mesh,), "probe", unit, scale, note=note)
+    note = "Where the pretravel is below zero there is no body." if below.any() else ""
+    return SpaceChart("pretravel as a body", (mesh,), "probe", "µm", scale, note=note)
 
 
 def grid_triangles(rows: int, columns: int) -> IntArray:

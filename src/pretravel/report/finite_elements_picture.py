@@ -17,7 +17,7 @@ from pretravel.report.chart_marks import (
 )
 from pretravel.report.colours import series
 from pretravel.report.formatting import decimals, number_text, value_text
-from pretravel.report.whiskers import round_number
+from pretravel.report.whiskers import magnification
 from pretravel.trigger.elastic_field import TriggerField
 from pretravel.units import MICROMETRE
 
@@ -42,16 +42,10 @@ def trigger_field_view(field: TriggerField, title: str = "") -> View:
     return View(title, (_bent(field), _solids(field), _seat_forces(field)))
 
 
-def displacement_scale(field: TriggerField) -> float:
-    """By how much displacements are magnified: 1, 2, 5, 10, …"""
-    largest = float(np.linalg.norm(field.displacement, axis=1).max())
-    extent = float(np.ptp(field.elastic.mesh.points, axis=0).max())
-    return round_number(0.12 * extent / max(largest, 1e-12))
-
-
 def _bent(field: TriggerField) -> SpaceChart:
     """The displaced mesh, magnified, in the colours of the stress, with its maximum."""
-    mesh, factor = field.elastic.mesh, displacement_scale(field)
+    mesh = field.elastic.mesh
+    factor = magnification(mesh.points, np.linalg.norm(field.displacement, axis=1))
     moved = mesh.points + factor * field.displacement
     rows, triangles = _surface(mesh.boundary[:, :3])
     highest = int(np.argmax(field.stress))

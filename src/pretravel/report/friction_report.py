@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.report.chart import Axis, PlaneChart, View
 from pretravel.report.chart_marks import Bars, Dots, LineMark, Mark, Rule
 from pretravel.report.colours import Colour, series
@@ -13,7 +12,7 @@ from pretravel.report.direction_charts import angles_deg, azimuth_axis, directio
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, significant, value_text
 from pretravel.trigger.friction import FrictionCycle
-from pretravel.units import DEGREE, MICROMETRE
+from pretravel.units import MICROMETRE
 
 
 def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
@@ -68,10 +67,10 @@ def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:
 def _direction_table(
     cycle: FrictionCycle, quantities: list[tuple[str, int, FloatArray, str]]
 ) -> Table:
-    azimuth = np.mod(azimuth_angle(cycle.directions) / DEGREE, 360.0)
+    polar, azimuth = angles_deg(cycle.directions)
     return Table(
         (
-            Column.of("polar", polar_angle(cycle.directions) / DEGREE, "°", significant(6)),
+            Column.of("polar", polar, "°", significant(6)),
             Column.of("azimuth", azimuth, "°", significant(6)),
             *(
                 Column.of(f"{name} {touch}", values, unit, decimals(3))

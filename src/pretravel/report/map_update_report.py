@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.maps.grid import map_grid
+from pretravel.arrays import FloatArray
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.prior_update import FoundDrift, MapUpdate
 from pretravel.report.chart import Axis, PlaneChart, Scale, TopView, View
@@ -19,6 +18,7 @@ from pretravel.report.direction_charts import (
     direction_words,
     labels_of,
     map_top_view,
+    top_view_grid,
 )
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, signed_decimals
@@ -102,11 +102,12 @@ def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
 
 def _touches_table(result: MapUpdate) -> Table:
     directions = result.contact_normals @ result.pretravel_map.rotation
+    polar, azimuth = angles_deg(directions)
     return Table(
         (
             Column.of("touch", [str(i + 1) for i in range(len(directions))]),
-            Column.of("polar", polar_angle(directions) / DEGREE, "°", decimals(1)),
-            Column.of("azimuth", azimuth_angle(directions) / DEGREE % 360.0, "°", decimals(1)),
+            Column.of("polar", polar, "°", decimals(1)),
+            Column.of("azimuth", azimuth, "°", decimals(1)),
             Column.of("less old map", result.changes / MICROMETRE, "µm", signed_decimals(2)),
             Column.of("less new map", result.residuals / MICROMETRE, "µm", signed_decimals(2)),
         ),
@@ -128,21 +129,20 @@ def map_update_view(result: MapUpdate, title: str = "") -> View:
     -------
     View
     """
+    new = top_view_grid(result.pretravel_map)
     return View(
         title or "An old map brought up to date",
         (
-            map_top_view(result.pretravel_map, "the new map from above"),
-            _change_chart(result),
+            map_top_view(result.pretravel_map, "the new map from above", new),
+            _change_chart(result, new),
             _touches_chart(result),
         ),
     )
 
 
-def _change_chart(result: MapUpdate) -> TopView:
-    new, old = (
-        map_grid(one, polar_step=2.0, azimuth_step=3.0)
-        for one in (result.pretravel_map, result.prior_map)
-    )
+def _change_chart(result: MapUpdate, new: Mapping[str, FloatArray]) -> TopView:
+    """The new map, on the grid of a top view, less the old one."""
+    old = top_view_grid(result.prior_map)
     change = new["pretravel_um"] - old["pretravel_um"]
     scale = Scale.of("change", "µm", change, signed=True)
     touched = result.contact_normals @ result.pretravel_map.rotation

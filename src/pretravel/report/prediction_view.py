@@ -9,7 +9,7 @@ from pretravel.directions import azimuth_angle
 from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, View
 from pretravel.report.chart_marks import Area, Bars, LineMark, Mark
 from pretravel.report.colours import series
-from pretravel.report.direction_charts import angles_deg, azimuth_axis, body_chart
+from pretravel.report.direction_charts import angles_deg, azimuth_axis, body_chart, values_on_grid
 from pretravel.report.formatting import number_text
 from pretravel.trigger.predict import Trigger
 from pretravel.units import DEGREE, MICROMETRE
@@ -105,18 +105,28 @@ def _around_chart(
 
 def _body(polar: FloatArray, azimuth: FloatArray, values: FloatArray) -> Chart | None:
     """The pretravel as a body, where the directions are a grid all around."""
-    levels, turns = np.unique(polar), np.unique(azimuth)
+    levels, turns, body = values_on_grid(polar, azimuth, values)
     if len(turns) < 8 or np.diff(np.append(turns, turns[0] + 360.0)).max() > 46.0:
         return None
-    body = np.full((len(levels), len(turns)), np.nan)
-    body[np.searchsorted(levels, polar), np.searchsorted(turns, azimuth)] = values
-    if levels[0] == 0.0:  # at the pole there is one direction, with any azimuth
-        body[0] = float(values[polar == 0.0][0])
     return None if np.isnan(body).any() else body_chart(levels, turns, body)
 
 
-def _by_level(values: FloatArray, polar: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Polar angles, and smallest, mean and largest value at each: (k,), (3, k)."""
+def by_level(values: FloatArray, polar: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Smallest, mean and largest value at each polar angle.
+
+    Parameters
+    ----------
+    values, polar : (n,) float
+
+    Returns
+    -------
+    levels : (k,) float
+        The polar angles.
+    values : (3, k) float
+
+    >>> by_level(np.array([1.0, 3.0, 5.0]), np.array([90.0, 90.0, 45.0]))[1].tolist()
+    [[5.0, 1.0], [5.0, 2.0], [5.0, 3.0]]
+    """
     levels = np.unique(polar)
     rows = [values[polar == level] for level in levels]
     return levels, np.array([[f(row) for row in rows] for f in (np.min, np.mean, np.max)])
@@ -124,17 +134,24 @@ def _by_level(values: FloatArray, polar: FloatArray) -> tuple[FloatArray, FloatA
 
 def _over_polar(name: str, unit: str, values: FloatArray, polar: FloatArray) -> PlaneChart:
     """Smallest, mean and largest value over the azimuths, at each polar angle."""
-    levels, (low, mean, high) = _by_level(values, polar)
+    levels, (low, mean, high) = by_level(values, polar)
     large = bool(unit == "N" and low.min() > 0.0 and high.max() > 6.0 * low.min())
     marks = (
         Area(levels, low, high, "range over the azimuths", "series1"),
         LineMark(levels, mean, "mean over the azimuths", "series1"),
     )
     axis = Axis(name, unit, None if large else 0.0, logarithmic=large)
-    return PlaneChart(f"{name} over the polar angle", _polar_axis(levels), axis, marks)
+    return PlaneChart(f"{name} over the polar angle", polar_axis(levels), axis, marks)
 
 
-def _polar_axis(levels: FloatArray) -> Axis:
+def polar_axis(levels: FloatArray) -> Axis:
+    """The polar angle, with a number every 15° of those that there are.
+
+    Parameters
+    ----------
+    levels : (k,) float
+        The polar angles that are drawn, from the smallest to the largest. [deg]
+    """
     ticks = tuple(float(t) for t in np.arange(0.0, 181.0, 15.0) if levels[0] <= t <= levels[-1])
     return Axis("polar angle (0° = from above, 90° = wall)", "°", ticks=ticks)
 
@@ -146,8 +163,8 @@ def _names(trigger: Trigger) -> list[str]:
 
 def _shares_over_polar(trigger: Trigger, polar: FloatArray) -> PlaneChart:
     levels = np.unique(polar)
-    shares = {name: _by_level(trigger.shares[name], polar)[1][1] for name in _names(trigger)}
-    return _stacked(shares, levels, _polar_axis(levels), "elastic parts, mean over the azimuths")
+    shares = {name: by_level(trigger.shares[name], polar)[1][1] for name in _names(trigger)}
+    return _stacked(shares, levels, polar_axis(levels), "elastic parts, mean over the azimuths")
 
 
 def _shares_over_azimuth(trigger: Trigger, polar: FloatArray, level: float) -> PlaneChart:

@@ -79,7 +79,7 @@ def qualification_document(
     budgets = (part_point_budget(result), radius_budget(result))
     return Document(
         title=title,
-        verdict=verdict(result),
+        verdict=verdict(result, budgets[0]),
         figures=(
             *summary_figures(result, scores, saved),
             *(() if result.delay is None else (_delay_figure(result.delay),)),

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pretravel.arrays import FloatArray
 from pretravel.directions import describe
 from pretravel.identification.kind_choice import KindScore
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.qualification.qualification_budget import radius_budget
 from pretravel.report.document import KeyFigure, Span
 from pretravel.report.formatting import decimals, number_text, value_text
+from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 
 GOOD_PROBE = 0.5 * MICROMETRE
@@ -23,17 +25,18 @@ _USUAL_DIRECTIONS = 25
 _UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
 
 
-def verdict(result: Qualification) -> str:
+def verdict(result: Qualification, point: Budget) -> str:
     """Whether the probe is good, and the uncertainty of a point that it measures.
 
     Parameters
     ----------
     result : Qualification
+    point : Budget
+        Of a point on a part, from `part_point_budget`.
     """
     pretravel_map = result.pretravel_map
     size = pretravel_map.single_touch
     grade = "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
-    point = part_point_budget(result)
     return (  # the grade is of the repeats alone: a good probe can need its map
         f"The probe is {grade}: a touch repeats to "
         f"{value_text(result.repeatability / MICROMETRE, 'µm')}, and a point on a part has "
@@ -79,7 +82,7 @@ def summary_figures(
             remark=f"largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
             f"{describe(directions[worst])}",
         ),
-        KeyFigure("next", _next(result, describe(directions[worst]), saved)),
+        KeyFigure("next", _next(result, u, describe(directions[worst]), saved)),
     )  # fmt: skip
 
 
@@ -92,10 +95,9 @@ def _weights(scores: Sequence[KindScore]) -> str:
     return f"weights {', '.join(shares)}, by directions that were left out" if shares else ""
 
 
-def _next(result: Qualification, worst: str, saved: bool) -> str:
-    """The most useful thing to do with this probe."""
+def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
+    """The most useful thing to do with this probe; u is that of the map over its directions."""
     pretravel_map, observation = result.pretravel_map, result.fit.observation
-    u = over_support(pretravel_map)[2]
     if result.outliers:
         return "see the outliers: touch there again, or exclude these touches for good"
     if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:

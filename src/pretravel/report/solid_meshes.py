@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import grid
 from pretravel.report.direction_charts import grid_triangles
 
 _AROUND = 36
@@ -52,7 +53,9 @@ def cylinder_mesh(
     return vertices.reshape(-1, 3), grid_triangles(len(along), _AROUND)[:, ::-1]
 
 
-def sphere_mesh(center: npt.ArrayLike, radius: float) -> tuple[FloatArray, IntArray]:
+def sphere_mesh(
+    center: npt.ArrayLike, radius: float, rings: int = 13, sectors: int = 24
+) -> tuple[FloatArray, IntArray]:
     """A sphere.
 
     Parameters
@@ -61,6 +64,8 @@ def sphere_mesh(center: npt.ArrayLike, radius: float) -> tuple[FloatArray, IntAr
         [mm]
     radius : float
         [mm]
+    rings, sectors : int
+        Vertices from pole to pole, and around.
 
     Returns
     -------
@@ -72,16 +77,9 @@ def sphere_mesh(center: npt.ArrayLike, radius: float) -> tuple[FloatArray, IntAr
     >>> bool(np.allclose(np.linalg.norm(vertices - [0.0, 0.0, 5.0], axis=1), 2.0))
     True
     """
-    polar, turn = np.meshgrid(
-        np.linspace(0.0, np.pi, 13),
-        np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False),
-        indexing="ij",
-    )
-    normals = np.stack(
-        [np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1
-    )
-    vertices = np.asarray(center, dtype=np.float64) + radius * normals.reshape(-1, 3)
-    return vertices, grid_triangles(13, 24)
+    around = np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False)
+    normals = grid(np.linspace(0.0, np.pi, rings), around)
+    return np.asarray(center, dtype=np.float64) + radius * normals, grid_triangles(rings, sectors)
 
 
 def joined(parts: list[tuple[FloatArray, IntArray]]) -> tuple[FloatArray, IntArray]:

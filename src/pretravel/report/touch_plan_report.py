@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.directions import azimuth_angle, polar_angle
 from pretravel.qualification.touch_plan import TouchPlan
 from pretravel.report.chart import Axis, PlaneChart, Scale, View
 from pretravel.report.chart_marks import Dots, LineMark
@@ -71,11 +70,12 @@ def _rms_text(values: FloatArray) -> str:
 
 
 def _directions_table(plan: TouchPlan) -> Table:
+    polar, azimuth = angles_deg(plan.directions)
     return Table(
         (
             Column.of("touch", [str(i + 1) for i in range(len(plan.directions))]),
-            Column.of("polar", polar_angle(plan.directions) / DEGREE, "°", decimals(1)),
-            Column.of("azimuth", azimuth_angle(plan.directions) / DEGREE % 360.0, "°", decimals(1)),
+            Column.of("polar", polar, "°", decimals(1)),
+            Column.of("azimuth", azimuth, "°", decimals(1)),
         ),
         title="Directions, in their order:",
         explanation="probe frame; the order varies the touch before each touch",

@@ -10,6 +10,9 @@ from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.report.chart import Scale, SpaceChart
 from pretravel.report.chart_marks import SpaceLines, SpaceMark, SpaceMesh, SpacePoints
 from pretravel.report.formatting import number_text, signed_decimals
+from pretravel.report.solid_meshes import sphere_mesh
+from pretravel.report.whiskers import round_number, whiskers
+from pretravel.units import MICROMETRE
 
 _LONGEST_WHISKER = 0.3
 """Of the largest residual, as a share of the radius."""
@@ -80,22 +83,22 @@ def touches_chart(
     used, named, dropped = touches.rows()
     kept = touches.residuals[used]
     largest = max(float(np.max(np.abs(kept), initial=0.0)), _SMALLEST_SPAN)
-    enlarged = _LONGEST_WHISKER * touches.radius / largest
-    ends = touches.positions + directions * (enlarged * touches.residuals)[:, None]
+    enlarged = round_number(_LONGEST_WHISKER * touches.radius / (largest * MICROMETRE))
+    lengths = enlarged * MICROMETRE * touches.residuals[used]
+    bars = whiskers(touches.positions[used], directions[used], lengths)
     marks: tuple[SpaceMark, ...] = (
         _circle(touches, out) if touches.ring else _sphere(touches.center, 0.985 * touches.radius),
-        SpaceLines(touches.positions[used], ends[used], colour="ink", width=1.2),
+        SpaceLines(*bars, colour="ink", width=1.2),
         _points(touches, used, _USED, with_values=True),
         _points(touches, named, _OUTLIER, with_values=False),
         _points(touches, dropped, _NOT_USED, with_values=False),
     )
-    factor = 1e3 * enlarged  # residuals are in µm
     return SpaceChart(
         title,
         marks,
         unit=unit,
         scale=Scale("pretravel less fit", "µm", -largest, largest, signed=True),
-        note=f"Bars show the residuals about {float(f'{factor:.1g}'):.0f} times enlarged.",
+        note=f"Bars show the residuals {enlarged:g} times enlarged.",
     )
 
 
@@ -127,15 +130,4 @@ def _circle(touches: TouchesInSpace, out: FloatArray) -> SpaceLines:
 
 
 def _sphere(center: FloatArray, radius: float) -> SpaceMesh:
-    polar = np.linspace(0.0, np.pi, _RINGS)
-    around = np.linspace(0.0, 2.0 * np.pi, _SECTORS, endpoint=False)
-    p, a = np.meshgrid(polar, around, indexing="ij")
-    directions = np.stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)], axis=-1)
-    i, j = np.meshgrid(np.arange(_RINGS - 1), np.arange(_SECTORS), indexing="ij")
-    next_j = (j + 1) % _SECTORS
-    a0, a1 = i * _SECTORS + j, i * _SECTORS + next_j
-    b0, b1 = a0 + _SECTORS, a1 + _SECTORS
-    triangles = np.concatenate(
-        [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a0, b0, b1), (a0, b1, a1))]
-    )
-    return SpaceMesh(center + radius * directions.reshape(-1, 3), triangles, opacity=0.35)
+    return SpaceMesh(*sphere_mesh(center, radius, _RINGS, _SECTORS), opacity=0.35)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -31,11 +32,7 @@ from pretravel.report.chart_marks import (
     SpaceMesh,
     SpacePoints,
 )
-from pretravel.report.chart_plotly import (
-    coloured,
-    plotly_figure,
-    plotly_script_gzip,
-)
+from pretravel.report.chart_plotly import colour_names, plotly_figure, plotly_script_gzip
 from pretravel.report.colours import DARK, LIGHT, SERIES
 from pretravel.report.document import Document, Picture
 
@@ -97,9 +94,12 @@ CHARTS = (_plane(), _bars(), _polar(), _top_view(), _space())
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
 def test_every_chart_is_drawn_for_files_and_pages(chart: Chart) -> None:
     drawn_figure(View("all", (chart,))).canvas.draw()
-    figure = coloured(plotly_figure(chart))
+    figure = plotly_figure(chart)
     text = json.dumps(figure, allow_nan=False)  # Plotly reads no NaN
-    assert "@" not in text.replace("@media", "")
+    names = set(re.findall(r'"(@[^"]*)"', text))
+    assert names
+    for dark in (False, True):
+        assert names <= set(colour_names(dark=dark))
     assert figure["data"]
 
 

@@ -30,8 +30,10 @@ def test_each_point_of_the_picture_is_found_again_in_the_table() -> None:
     assert [rows.tolist() for rows in touches.rows()] == [[0, 3, 5], [2], [1, 4]]
     bars = chart.marks[1]
     assert isinstance(bars, SpaceLines)
-    # The longest bar is 0.3 of the radius; a late trigger points out of the sphere.
-    assert np.allclose(np.linalg.norm(bars.ends, axis=1) - 10.0, [0.0, 1.8, 3.0])
+    # 500 is the largest of 1, 2, 5, … times with which 5 µm are not above 0.3 of the radius; a late
+    # trigger points out of the sphere.
+    assert chart.note == "Bars show the residuals 500 times enlarged."
+    assert np.allclose(np.linalg.norm(bars.ends, axis=1) - 10.0, [0.0, 1.5, 2.5])
     assert chart.scale is not None
     assert chart.scale.high == 5.0
 
