@@ -57,7 +57,6 @@ def attacked_content() -> PageContent:
             (Setting(ATTACK, ATTACK, given=True, meaning=ATTACK),),
             ATTACK,
             ((ATTACK, ATTACK),),
-            ((ATTACK, ATTACK),),
         ),
         (ATTACK,),
     )

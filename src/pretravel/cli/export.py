@@ -157,9 +157,9 @@ def export(
     if makes_folder(to):
         check_folder_of_texts(output, files.texts, files.obsolete)
     write_export(output, files)
-    remarks = list(files.remarks)
-    made = ", ".join(sorted(files.texts)) if makes_folder(to) else remarks.pop(0)
-    typer.echo("\n".join([f"{output}: {made}", *remarks]))
+    made = f"{output}: {', '.join(sorted(files.texts))}".rstrip()
+    separator = " " if len(files.remarks) == 1 and not makes_folder(to) else "\n"
+    typer.echo(separator.join([made, "\n".join(files.remarks)]))
     for warning in files.warnings:
         typer.echo(f"Warning: {warning}", err=True)
 

@@ -112,8 +112,8 @@ def refuse_files_of_others(paths: Iterable[Path]) -> None:
         reason = (
             f"pretravel {min(found)} made it"
             if found
-            else "it is not known that pretravel made it as it is now: it was written or changed "
-            "by hand, by another program or user, or on another computer"
+            else "pretravel has no record that it made the file as it is now. A person, another "
+            "program or another computer wrote or changed it"
         )
         raise PretravelError(
             f"cannot write {_as_typed(path)}: the file exists, and {reason}. Choose another name; "

@@ -48,12 +48,14 @@ from pretravel.report.style import ignore_settings_of_folder
 app = typer.Typer(
     name="pretravel",
     help="Predict, calibrate and compensate the pretravel of touch-trigger probes."
-    "\n\nThe first path: demo shows a result, app opens the workbench. Here: convert FILE shows "
-    "how your file of touches is read; then qualify (touches on a sphere), compensate and measure "
-    "(touches on a part).",
+    "\n\nThe command demo shows a result of example data. The command app opens the workbench in "
+    "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
+    "qualify makes a map from touches on a sphere, compensate and measure use the map on touches "
+    "on a part.",
     epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
-    f"\n\nExit codes: 0 done; {FAULT} a fault, with a message; {ANSWER} an answer to notice: "
-    f"changed (verify), does not conform (check, measure); {INTERRUPTED} interrupted.",
+    f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
+    "must notice: the probe has changed (verify), a value is outside its limit or tolerance "
+    f"(check, measure). {INTERRUPTED}: interrupted.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,

@@ -22,6 +22,7 @@ def qualify_with_prior(
     prior: Path,
     *,
     tip_diameter: float | None,
+    plan: Path | None,
     lab: Path | None,
     outputs: tuple[Path | None, Path | None],
     verbose: bool,
@@ -36,6 +37,8 @@ def qualify_with_prior(
     prior : Path
     tip_diameter : float or None
         It must be that of the old map. [mm]
+    plan : Path or None
+        That the options were read from.
     lab : Path or None
         What the laboratory states.
     outputs : pair of Path or None
@@ -53,7 +56,7 @@ def qualify_with_prior(
     from pretravel.report.map_update_report import map_update_document
 
     output, plot = outputs
-    check_files([(output, MAPS), (plot, PICTURES)], [*files, prior, lab])
+    check_files([(output, MAPS), (plot, PICTURES)], [*files, prior, plan, lab])
     statements = laboratory_statements(lab)
     old = read_map(prior)
     _refuse_other_tip(old, tip_diameter, prior)

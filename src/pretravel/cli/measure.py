@@ -28,16 +28,16 @@ _NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
 
 
 class ToleranceText(NamedTuple):
-    """Limits, or deviations from a nominal size, in mm."""
+    """Limits, or deviations from a nominal size, in mm; None: there is no such limit."""
 
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     are_limits: bool
 
     def __str__(self) -> str:
         """As it can be typed."""
         if self.are_limits:
-            ends = (f"{end:.12g}" if math.isfinite(end) else "" for end in self[:2])
+            ends = ("" if end is None else f"{end:.12g}" for end in (self.low, self.high))
             return "..".join(ends)
         return f"{self.high:+.12g}/{self.low:+.12g}"
 
@@ -51,8 +51,8 @@ def tolerance(text: str) -> ToleranceText:
 ToleranceText(low=0.0, high=0.021, are_limits=False))
     >>> str(tolerance("+0.021/0")), str(tolerance("20..20.021"))
     ('+0.021/+0', '20..20.021')
-    >>> str(tolerance("20..")), str(tolerance("..20.021"))
-    ('20..', '..20.021')
+    >>> str(tolerance("0..")), str(tolerance("..20.021"))
+    ('0..', '..20.021')
     >>> tolerance("±0.01")
     ToleranceText(low=-0.01, high=0.01, are_limits=False)
     """
@@ -61,11 +61,12 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
         half = abs(float(both[1]))
         return _nonempty(text, -half, half, False)
     if limits := re.fullmatch(rf"({_NUMBER})?\.\.({_NUMBER})?", tight):
-        typed = [float(limit) for limit in limits.groups() if limit]
-        if typed and all(map(math.isfinite, typed)):  # a limit that is not typed is open
-            return _nonempty(
-                text, float(limits[1] or -math.inf), float(limits[2] or math.inf), True
-            )
+        low, high = (None if limit is None else float(limit) for limit in limits.groups())
+        if low is not None and high is not None:
+            return _nonempty(text, low, high, True)
+        only = high if low is None else low
+        if only is not None and math.isfinite(only):
+            return ToleranceText(low, high, True)
     if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
         return _nonempty(text, float(parts[2]), float(parts[1]), False)
     advice = "; the decimal sign is a point" if "," in text else ""
@@ -76,7 +77,7 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
 
 
 def _nonempty(text: str, low: float, high: float, are_limits: bool) -> ToleranceText:
-    if not low < high or (not are_limits and math.isinf(high - low)):
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
         order = "the lower limit comes first" if are_limits else "the upper deviation comes first"
         raise typer.BadParameter(f"{text}: this tolerance is empty; {order}")
     return ToleranceText(low, high, are_limits)
@@ -228,9 +229,12 @@ def _limits(size: ToleranceText | None, nominal: float | None) -> tuple[float, f
     if size.are_limits:
         if nominal is not None:
             raise PretravelError("--tolerance has limits already; leave out --nominal")
-        return size.low, size.high
+        return (-math.inf if size.low is None else size.low,
+                math.inf if size.high is None else size.high)  # fmt: skip
     if nominal is None:
         raise PretravelError("deviations in --tolerance need the nominal diameter: --nominal 20")
+    assert size.low is not None
+    assert size.high is not None
     return nominal + size.low, nominal + size.high
 
 

@@ -162,6 +162,7 @@ def qualify(
             options,
             prior,
             tip_diameter=tip_diameter,
+            plan=plan,
             lab=lab,
             outputs=(output, plot),
             verbose=verbose,

@@ -76,8 +76,9 @@ def rig(
         typer.Option(
             parser=trace_mark,
             metavar="TRACE:r0=MM",
-            help="Ruler position of an event (r0 to r3) as you see it in the trace, in mm; its u "
-            "covers the determined position too. May be repeated.",
+            help="The ruler's position at an event (r0 to r3), in mm, where you see the event in "
+            "the trace. The uncertainty of a moved r0, r1 or r3 covers the old position too. May "
+            "be repeated.",
         ),
     ] = None,
     plot: PictureFile = None,

@@ -61,18 +61,17 @@ def note_inputs(paths: Iterable[Path | str | None]) -> None:
             command.inputs[path.resolve()] = input_file(path, _role(command.context, path))
 
 
-def record_of_command(statements: Iterable[tuple[str, str]] = ()) -> WorkRecord:
+def record_of_command() -> WorkRecord:
     """The record of the running command; without a command, that of the software alone."""
     from pretravel.report.work_record import record_now
 
     command = _running.get()
     if command is None:
-        return record_now(statements=statements)
+        return record_now()
     return record_now(
         shlex.join(["pretravel", *names_of_command(command.context), *command.typed]),
         command.inputs.values(),
         _settings(command.context),
-        statements,
     )
 
 

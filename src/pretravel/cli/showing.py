@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import typer
@@ -21,20 +20,14 @@ def show(document: Document, *, verbose: bool) -> None:
         typer.echo(f"Warning: {warning}", err=True)
 
 
-def save_page(
-    document: Document,
-    path: Path | None,
-    *,
-    template: str = "page.html",
-    statements: Iterable[tuple[str, str]] = (),
-) -> None:
+def save_page(document: Document, path: Path | None, *, template: str = "page.html") -> None:
     """Write a report as a page (.html or .pdf) with what was done, where a page is asked for."""
     if path is None or not is_page(path):
         return
     from pretravel.report.page import write_page
 
     with working(f"writing {path.name}"):
-        write_page(path, document, record=record_of_command(statements), template=template)
+        write_page(path, document, record=record_of_command(), template=template)
 
 
 def save_picture(document: Document, path: Path | None) -> None:

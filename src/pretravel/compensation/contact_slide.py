@@ -13,9 +13,9 @@ from pretravel.touches import Touches
 def contact_slide(touches: Touches, points: Points, pretravel_map: PretravelMap) -> FloatArray:
     """The slide of the tip on the part, from first contact to the latched point.
 
-    The tip's centre moves with the spindle, by the travel s along the approach a, less the
-    displacement of the tip in the probe. Without friction; exact on a plane, and to first order on
-    a curved part.
+    The tip's centre moves with the spindle, by the travel s along the approach a, and relative to
+    it by its own displacement in the probe; s is that with which the tip stays on the part. Without
+    friction; exact on a plane, and to first order on a curved part.
 
     Parameters
     ----------

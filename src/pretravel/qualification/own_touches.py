@@ -50,7 +50,7 @@ def touch_digests(positions: npt.ArrayLike, earlier: str = "") -> str:
 
 
 def touches_that_made(touches: Touches, digests: str) -> tuple[int, int]:
-    """How many touches are, to the last digit, among those of the digests.
+    """How many touches have exactly the position of a touch of the digests.
 
     Parameters
     ----------
@@ -107,10 +107,10 @@ def own_touches_warnings(
     if found <= _by_chance(touches.positions, pretravel_map, compared):
         return []
     part = "" if compared == len(touches) else " that were compared"
-    which = f"{found} of {compared} touches{part} are"
+    which = f"{found} of {compared} touches{part}"
     if found == compared == len(touches):
-        which = f"all {found} touches are"
-    return [f"{which}, to the last digit, touches that made the map: {consequence}"]
+        which = f"all {found} touches"
+    return [f"{which} are touches that the map was made from, to the last digit: {consequence}"]
 
 
 def _by_chance(positions: FloatArray, pretravel_map: PretravelMap, compared: int) -> float:

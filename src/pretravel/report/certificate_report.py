@@ -78,6 +78,7 @@ def certificate_document(
         ),
         notes=certificate.notes,
         warnings=tuple(warnings),
+        budgets=(certificate.budget,),
     )
 
 
@@ -89,7 +90,7 @@ def _mean_pretravel(certificate: CalibrationCertificate) -> str:
     return (
         f"pretravel {number_text(low, decimals(3))} to {value_text(high, 'µm', decimals(3))} in "
         f"{len(values)} directions, U up to {value_text(worst, 'µm', decimals(2))} (coverage "
-        "probability 95 %)"
+        "probability of about 95 %)"
     )
 
 

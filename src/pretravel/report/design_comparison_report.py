@@ -47,8 +47,8 @@ def design_comparison_document(
     mean = [float(values.mean()) for values in (first.pretravel, second.pretravel)]
     return Document(
         title=title,
-        verdict=f"{title}: on vertical walls the pretravel of B is {_more_or_less(mean)} than that "
-        f"of A: {number_text(mean[1])} instead of {number_text(mean[0])} µm in the mean",
+        verdict=f"{title}: on vertical walls the pretravel of B is {_against(mean)} that of A: "
+        f"{number_text(mean[1])} instead of {number_text(mean[0])} µm in the mean",
         figures=tuple(
             figure
             for name, one in (("A", first), ("B", second))
@@ -86,11 +86,11 @@ def _on_walls(trigger: Trigger) -> _Walls:
     return _Walls(trigger)
 
 
-def _more_or_less(mean: list[float]) -> str:
+def _against(mean: list[float]) -> str:
     share = 100.0 * (mean[1] / mean[0] - 1.0)
     if abs(share) < 0.05:
-        return "no other"
-    return f"{number_text(abs(share), decimals(1))} % {'larger' if share > 0.0 else 'smaller'}"
+        return "the same as"
+    return f"{number_text(abs(share), decimals(1))} % {'larger' if share > 0.0 else 'smaller'} than"
 
 
 def results_of(trigger: Trigger) -> dict[str, float]:

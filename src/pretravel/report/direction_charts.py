@@ -21,7 +21,7 @@ from pretravel.units import DEGREE, MICROMETRE
 _MOST_NODES = 400
 """Of more touched directions, the marks hide the map."""
 _RING = 10.0
-"""Directions whose polar angles differ by less are a ring: it is not seen from above. [deg]"""
+"""Directions whose polar angles differ by less lie on a ring; it has no view from above. [deg]"""
 _NEAR = 12.0
 """Distance from the outermost directions to which a scattered quantity is drawn. [deg]"""
 _BESIDE = 2.2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pretravel.laboratory.certificate import LaboratoryStatements, Statement
+from pretravel.laboratory.certificate import REPORT_TABLES, LaboratoryStatements, Statement
 from pretravel.report.document import Document, KeyFigure, Section
 
 NOT_STATED = "not stated"
@@ -18,19 +18,27 @@ def with_laboratory(document: Document, statements: LaboratoryStatements | None)
     ----------
     document : Document
     statements : LaboratoryStatements or None
-        None: no file of a laboratory was given, and the document stays as it is.
+        None: nothing is stated.
 
     Returns
     -------
     Document
-        The section is the first one.
+        The section is the first one; where nothing is stated it is the last one, and short.
 
     >>> with_laboratory(Document("Probe"), LaboratoryStatements()).sections[0].heading
     'Laboratory and instrument'
+    >>> [figure.name for figure in with_laboratory(Document("Probe"), None).sections[0].figures]
+    ['laboratory', 'instrument', 'reference', 'conditions', 'measurement']
     """
     if statements is None:
-        return document
+        return replace(document, sections=(*document.sections, _NOTHING_STATED))
     return replace(document, sections=(laboratory_section(statements), *document.sections))
+
+
+HEADING = "Laboratory and instrument"
+_NOTHING_STATED = Section(
+    HEADING, figures=tuple(KeyFigure(table, NOT_STATED) for table in REPORT_TABLES), detail=True
+)
 
 
 def laboratory_section(statements: LaboratoryStatements) -> Section:
@@ -46,7 +54,7 @@ def laboratory_section(statements: LaboratoryStatements) -> Section:
         It belongs to the full report: to pages, and to the terminal where that is asked for.
     """
     return Section(
-        "Laboratory and instrument",
+        HEADING,
         figures=tuple(map(stated_figure, statements.of_report())),
         detail=True,
     )

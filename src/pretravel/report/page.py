@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 LARGEST = 3_000_000
-"""Most bytes of a page whose pictures can be turned; a larger one shows them only."""
+"""Most bytes of a page whose pictures can be turned; a larger page has still pictures."""
 _MANY_COLUMNS, _MOST_COLUMNS = 8, 12
 """Columns of a table that is printed in small type; and in several parts, one below the other."""
 

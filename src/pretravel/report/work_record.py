@@ -78,8 +78,6 @@ class WorkRecord:
         Date and time with the time zone (ISO 8601).
     versions : tuple of pairs of str
         Software and its version.
-    statements : tuple of pairs of str
-        What the user states about instrument, reference and environment: meaning and text.
     """
 
     command: str
@@ -87,7 +85,6 @@ class WorkRecord:
     settings: tuple[Setting, ...]
     date: str
     versions: tuple[tuple[str, str], ...]
-    statements: tuple[tuple[str, str], ...] = ()
 
 
 def input_file(path: Path, role: str = "") -> InputFile:
@@ -122,7 +119,6 @@ def record_now(
     command: str = "",
     inputs: Iterable[InputFile] = (),
     settings: Iterable[Setting] = (),
-    statements: Iterable[tuple[str, str]] = (),
 ) -> WorkRecord:
     """The record of a work that is done now, with this software.
 
@@ -131,7 +127,6 @@ def record_now(
     command : str
     inputs : iterable of InputFile
     settings : iterable of Setting
-    statements : iterable of pairs of str
 
     Returns
     -------
@@ -150,12 +145,11 @@ def record_now(
             ("Python", platform.python_version()),
             *((name, metadata.version(name)) for name in _LIBRARIES),
         ),
-        statements=tuple(statements),
     )
 
 
 def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
-    """The command, the date, the software, the statements and the given settings of a record.
+    """The command, the date, the software and the given settings of a record.
 
     >>> [figure.name for figure in record_figures(record_now("pretravel formats"))]
     ['command', 'date', 'software']
@@ -165,7 +159,6 @@ def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
         *((KeyFigure("command", record.command),) if record.command else ()),
         KeyFigure("date", record.date),
         KeyFigure("software", versions),
-        *(KeyFigure(meaning, text) for meaning, text in record.statements if text),
         *(
             KeyFigure(setting.name, setting.value, remark=setting.meaning)
             for setting in _chosen(record)

@@ -58,7 +58,7 @@ def test_only_what_differs_is_listed(both: DesignComparison) -> None:
     assert described == ("lever / mm", "stylus 2")
     same = compare_designs(both.probes[0], both.probes[0]).document(("a", "b"))
     assert len(same.tables) == 1
-    assert "no other than that of A" in same.verdict
+    assert "the same as that of A" in same.verdict
 
 
 def test_every_number_of_a_description_counts() -> None:

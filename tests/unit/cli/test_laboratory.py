@@ -83,6 +83,17 @@ def test_a_page_contains_what_the_laboratory_states(
         assert "not stated" in after[: after.index("</tr>")]
 
 
+@pytest.mark.parametrize("name", ["qualify", "measure"])
+def test_a_page_without_statements_says_so(name: str, points: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    run(*_command(name, points), "-o", page)
+    text = page.read_text(encoding="utf-8")
+    section = text[text.index("Laboratory and instrument") :]
+    for table in ("instrument", "reference", "conditions"):
+        row = section[section.index(f'<th scope="row">{table}</th>') :]
+        assert "not stated" in row[: row.index("</tr>")]
+
+
 @pytest.mark.parametrize("name", ["check", "measure", "separate", "rig"])
 def test_json_contains_what_the_laboratory_states(
     name: str, lab: Path, points: Path, tmp_path: Path

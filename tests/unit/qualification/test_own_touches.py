@@ -42,7 +42,9 @@ def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> N
     write_map(tmp_path / "map.nc", _map(touches))
     stored = read_map(tmp_path / "map.nc")
     (found,) = own_touches_warnings(touches, stored, "why.")
-    assert found.startswith("all 25 touches are, to the last digit, touches that made the map")
+    assert found.startswith(
+        "all 25 touches are touches that the map was made from, to the last digit"
+    )
     assert own_touches_warnings(_touches(2), stored, "why.") == []
 
 
@@ -57,7 +59,7 @@ def test_a_part_of_them_is_counted() -> None:
     made, new = _touches(1), _touches(2)
     mixed = Touches(np.vstack([new.positions[:15], made.positions[15:]]), N)
     (found,) = own_touches_warnings(mixed, _map(made), "why.")
-    assert found.startswith("10 of 25 touches are, to the last digit,")
+    assert found.startswith("10 of 25 touches are touches that the map was made from")
 
 
 @pytest.mark.parametrize("seed", range(2, 6))
@@ -129,4 +131,4 @@ def test_touches_that_were_left_out_did_not_make_the_map() -> None:
         replace(good, positions=positions), 24.9987, kind="mean", tip_diameter=6.0
     ).pretravel_map
     (found,) = own_touches_warnings(good, made, "why.")
-    assert found.startswith(f"{len(good) - 1} of {len(good)} touches are")
+    assert found.startswith(f"{len(good) - 1} of {len(good)} touches are touches that")

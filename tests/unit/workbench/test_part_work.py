@@ -43,5 +43,5 @@ def test_the_command_has_the_limits_that_were_used(
     if "--tolerance" in words:
         typed = tolerance(words[words.index("--tolerance") + 1])
         wanted = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
-        assert (typed.low, typed.high) == wanted
+        assert (typed.low, typed.high) == (lower, upper)
         assert found.features.wish.tolerances.size == wanted
