@@ -7,10 +7,15 @@ from typing import Any
 
 import pytest
 
-from pretravel.workbench.project import Project
+from pretravel.workbench.project import Project, StoredFile
 from pretravel.workbench.project_file import read_project, write_project
 from pretravel.workbench.screens import SCREENS
-from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
+from tests.browser.workbench_server import (
+    RunningWorkbench,
+    opened,
+    running_workbench,
+    serious_problems,
+)
 
 PAGES = ("", "help", *(screen.name for screen in SCREENS))
 
@@ -63,3 +68,29 @@ def test_projects_are_named_downloaded_and_opened_again(
     path.write_bytes(b"x_mm")
     page.set_input_files(".file-drop-input", str(path))
     page.wait_for_selector("text=p.pretravel: this is no project of pretravel")
+
+
+@pytest.mark.parametrize("value", ["</script><script>alert(1)</script>", [1, {"a": []}], None])
+def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(
+    browser: Any, tmp_path: Path, value: Any
+) -> None:
+    """A project that was sent can have settings of any type; its files stay."""
+    project = Project("<script>alert(1)</script>")
+    names = ("diameter", "probe", "feed", "marks", "statements", "temperature", "standard")
+    for screen in SCREENS:
+        for name in names:
+            project.screen(screen.name).settings[name] = value
+    project.screen("laboratory").files["traces"] = (StoredFile("rig_000_1.csv", b"time_s"),)
+    path = tmp_path / "sent.pretravel"
+    write_project(path, project)
+    with running_workbench(tmp_path, str(path)) as workbench:
+        page = browser.new_page()
+        for screen in SCREENS:
+            opened(page, f"{workbench.address}{screen.name}")
+            assert page.locator("main h1").inner_text() == screen.title
+            assert page.evaluate("document.querySelectorAll('main script').length") == 0
+        opened(page, f"{workbench.address}laboratory")
+        page.get_by_role("button", name="Begin this screen with empty settings").click()
+        page.get_by_text("rig_000_1.csv").first.wait_for()
+        assert serious_problems(page) == []
+        page.close()

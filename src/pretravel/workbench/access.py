@@ -88,10 +88,20 @@ class Access:
 
 
 def _host_name(header: str) -> str:
+    """The name in a header Host; empty where it is no address with a port."""
     try:
-        return (urlsplit(f"//{header}").hostname or "").lower()
+        address = urlsplit(f"//{header}")
+        return (address.hostname or "").lower() if (address.port or 80) > 0 else ""
     except ValueError:
         return ""
+
+
+def _is_of(origin: str, host: str) -> bool:
+    """Whether the header Origin is that of a page of this host."""
+    try:
+        return urlsplit(origin).netloc.lower() == host.lower()
+    except ValueError:
+        return False
 
 
 def _is_address(name: str) -> bool:
@@ -144,7 +154,7 @@ class Guard:
                 f"{host[:100]!r} is no address of this workbench: open it by its address",
                 {},
             )
-        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+        if origin is not None and not _is_of(origin, host):
             return 403, "requests of other pages are refused", {}
         foreign = headers.get("sec-fetch-site", "none") in ("cross-site", "same-site")
         opened = headers.get("sec-fetch-mode") == "navigate" and scope.get("method") == "GET"

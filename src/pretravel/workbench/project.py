@@ -19,6 +19,8 @@ LARGEST_PROJECT = 500_000_000
 """Most bytes of all files of a project."""
 _MOST_SIGNS = 1_000_000
 """Of one setting as JSON."""
+_DEEPEST = 20
+"""Most lists and dicts within each other in a setting; deeper ones cannot be copied."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ def check_file_name(name: str) -> None:
     Raises
     ------
     PretravelError
-        The name has a folder, control characters, or more than 150 bytes.
+        The name has a folder, control characters, or more than 150 bytes; or it begins with a
+        hyphen, as the options of the commands that a screen shows.
 
     >>> check_file_name("touches.csv")
     >>> check_file_name("../touches.csv")
@@ -55,10 +58,11 @@ def check_file_name(name: str) -> None:
     """
     parts = set(name) & set('/\\:*?"<>|')
     reserved = name.strip(". ") in ("", *(f"{n}" for n in ("con", "nul", "aux", "prn")))
-    if parts or reserved or not name.isprintable() or len(name.encode(errors="replace")) > 150:
+    refused = parts or reserved or name.startswith("-") or not name.isprintable()
+    if refused or len(name.encode(errors="replace")) > 150:
         raise PretravelError(
             f"the file name {name!r} cannot be used: give the file a name of at most 150 bytes "
-            'without folders and without the signs / \\ : * ? " < > |'
+            'without folders, without the signs / \\ : * ? " < > | and without a hyphen before it'
         )
 
 
@@ -112,16 +116,31 @@ def _same(a: SettingValue, b: SettingValue) -> bool:
 def _plain(name: str, value: SettingValue) -> SettingValue:
     """The value as JSON gives it back."""
     try:
-        text = json.dumps(value, allow_nan=False)
+        text = json.dumps({name: value}, allow_nan=False, ensure_ascii=False)
+        text.encode()  # half of a pair of surrogates cannot be written
     except (TypeError, ValueError, RecursionError) as error:
         given = "not finite" if isinstance(value, float) and not math.isfinite(value) else error
-        raise PretravelError(f"the setting '{name}' cannot be stored: {given}") from error
+        raise PretravelError(f"the setting {name[:60]!r} cannot be stored: {given}") from error
     if len(text) > _MOST_SIGNS:
         raise PretravelError(
-            f"the setting '{name}' has {len(text)} signs, more than {_MOST_SIGNS}: "
+            f"the setting {name[:60]!r} has {len(text)} signs, more than {_MOST_SIGNS}: "
             "give large data as a file"
         )
-    return json.loads(text)
+    plain = json.loads(text)[name]
+    if _is_deeper(plain, _DEEPEST):
+        raise PretravelError(
+            f"the setting {name[:60]!r} cannot be stored: it has more than {_DEEPEST} lists within "
+            "each other"
+        )
+    return plain
+
+
+def _is_deeper(value: SettingValue, most: int) -> bool:
+    """Whether lists and dicts are nested deeper than that."""
+    if not isinstance(value, list | dict):
+        return False
+    parts = value.values() if isinstance(value, dict) else value
+    return most == 0 or any(_is_deeper(part, most - 1) for part in parts)
 
 
 class ProjectFiles(MutableMapping[str, tuple[StoredFile, ...]]):

@@ -148,8 +148,12 @@ class _Entries:
                 f"this is no project of pretravel: it is an archive without {_JSON}", path=path
             )
 
-    def content(self, name: str, largest: int) -> bytes:
+    def content(self, name: str, largest: object) -> bytes:
         """An entry; what its header says of its size is not believed."""
+        if type(largest) is not int or largest < 0:  # of a negative number zipfile reads all
+            raise PretravelError(
+                f"this project is damaged: the size of {name} is no number of bytes"
+            )
         if name not in self._archive.NameToInfo:
             raise InputError(f"this project is damaged: it has no entry {name}", path=self._path)
         most = min(largest, self._left)
@@ -176,8 +180,8 @@ def _project(entries: _Entries, path: str | Path) -> Project:
         raise InputError("this is no project of pretravel", path=path)
     if stated.get("version") != _VERSION:
         raise InputError(
-            f"the project has version {str(stated.get('version'))[:20]}, and this pretravel reads "
-            f"version {_VERSION}: use a newer pretravel",
+            f"the project has version {ascii(stated.get('version'))[:20]}, and this pretravel "
+            f"reads version {_VERSION}: use a newer pretravel",
             path=path,
         )
     try:
@@ -192,7 +196,8 @@ def _checked(stated: Mapping[str, Any], entries: _Entries) -> Project:
     identity = str(stated["identity"])
     if not re.fullmatch(r"[0-9a-f]{16}", identity):
         raise PretravelError("its identity is not 16 hexadecimal digits")
-    project = Project(" ".join(str(stated["name"]).split())[:100] or "Untitled", identity)
+    name = " ".join(str(stated["name"]).encode(errors="replace").decode().split())[:100]
+    project = Project(name or "Untitled", identity)
     for name, content in stated["screens"].items():
         state = project.screen(_checked_name(name))
         settings: Mapping[str, SettingValue] = content["settings"]

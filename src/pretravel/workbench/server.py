@@ -101,6 +101,8 @@ async def receive_file(screen: str, purpose: str, name: str, request: Request) -
         slot = UPLOADS.slot(screen, purpose)
         slot.check_name(name)
         content = await limited_content(request.stream(), slot.limit, name)
+        if slot.state is not SESSION.project.screen(screen):  # while it came, or before
+            raise PretravelError(f"another project is open now: give {name} again")
         slot.store(name, content, SESSION.project.size)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)

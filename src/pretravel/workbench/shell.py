@@ -9,9 +9,11 @@ from nicegui import ui
 from nicegui.element import Element
 
 from pretravel import __version__
-from pretravel.workbench.components.layout import here, text
+from pretravel.workbench.components.layout import here, panel, text, warning
+from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens import SCREENS, Screen
 from pretravel.workbench.session import SESSION
+from pretravel.workbench.tasks import flaw_message
 
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
 STATIC = f"/static/{__version__}"
@@ -130,10 +132,36 @@ def home_page() -> None:
 
 
 def screen_page(screen: Screen) -> None:
-    """A screen in its frame."""
+    """A screen in its frame; settings that it cannot show can be taken away."""
+    state = SESSION.project.screen(screen.name)
     with page_frame(screen.title, screen.name):
         text("p", screen.summary, "summary")
-        screen.show(SESSION.project.screen(screen.name))
+        slot = ui.context.slot
+        before = len(slot.children)
+        try:
+            screen.show(state)
+        except Exception:  # of a project that a stranger sent, settings can be anything
+            flaw_message()
+            for made in slot.children[before:]:
+                made.delete()
+            _without_settings(state)
+
+
+def _without_settings(state: ScreenState) -> None:
+    """What is said where a screen cannot be shown, with a way out."""
+
+    def clear() -> None:
+        state.settings.clear()
+        ui.navigate.reload()
+
+    with panel():
+        warning(
+            "This screen cannot be shown with the settings of this project: they are damaged, or "
+            "this is a flaw of pretravel, which the terminal shows. The files stay."
+        )
+        ui.button(
+            "Begin this screen with empty settings", icon="restart_alt", on_click=clear
+        ).props("no-caps unelevated")
 
 
 def help_page() -> None:

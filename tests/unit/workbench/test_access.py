@@ -57,6 +57,11 @@ def status(access: Access, path: str = "/", **more: str) -> int:
     return asked(access, path, **more)[0]
 
 
+def test_a_damaged_port_is_refused_before_the_token_is_asked_for() -> None:
+    for host in ("192.168.1.5:port", "192.168.1.5:99999999"):
+        assert status(SHARED, host=host) == 421
+
+
 def test_loopback_needs_no_token_and_another_address_a_random_one() -> None:
     assert LOCAL.token == ""
     assert Access.of("localhost").token == ""
@@ -66,8 +71,12 @@ def test_loopback_needs_no_token_and_another_address_a_random_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example", "127.0.0.1.evil.example:8765", "", "[", "10.0.0.1"]
-)
+    "host",
+    [
+        "evil.example", "127.0.0.1.evil.example:8765", "", "[", "10.0.0.1",
+        "127.0.0.1:port", "127.0.0.1:99999999",
+    ],
+)  # fmt: skip
 def test_names_that_a_stranger_points_here_are_refused(host: str) -> None:
     """DNS rebinding; 10.0.0.1 is no address of a server that listens on loopback."""
     for kind in ("http", "websocket"):
@@ -77,7 +86,13 @@ def test_names_that_a_stranger_points_here_are_refused(host: str) -> None:
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 @pytest.mark.parametrize(
     "origin",
-    ["http://evil.example", "null", "http://127.0.0.1:1", "http://127.0.0.1:8765.evil.com"],
+    [
+        "http://evil.example",
+        "null",
+        "http://127.0.0.1:1",
+        "http://127.0.0.1:8765.evil.com",
+        "http://[",
+    ],
 )
 def test_requests_of_other_pages_are_refused(kind: str, origin: str) -> None:
     assert status(LOCAL, "/_nicegui_ws/socket.io/", kind=kind, origin=origin) == 403

@@ -10,6 +10,8 @@ import pytest
 
 from pretravel.cli.measure import tolerance
 from pretravel.errors import PretravelError
+from pretravel.probe.catalogue import description_text
+from pretravel.workbench.screens.designer_work import start_text
 from pretravel.workbench.screens.part_work import compensate_part, measure_part
 from pretravel.workbench.tasks import Inputs
 from tests.support.examples import EXAMPLES
@@ -25,6 +27,28 @@ def test_a_python_file_as_part_is_not_executed(tmp_path: Path, name: str) -> Non
     with pytest.raises(PretravelError):
         compensate_part(Inputs({"probe": "omp40-2"}, files))
     assert not executed.exists()
+
+
+def test_a_path_as_a_probe_is_refused(tmp_path: Path) -> None:
+    """The field offers the catalogue alone, but a project that was sent can state anything."""
+    (tmp_path / "mine.toml").write_text(description_text("omp40-2"), encoding="utf-8")
+    files = {"touches": (EXAMPLES / "part_touches.csv",)}
+    with pytest.raises(PretravelError, match="choose a probe of the catalogue"):
+        compensate_part(Inputs({"probe": str(tmp_path / "mine.toml")}, files))
+
+
+@pytest.mark.parametrize("step", ["/etc/solids.step", "../../solids.step", "//host/share/a.step"])
+def test_a_description_names_no_file_of_this_computer(tmp_path: Path, step: str) -> None:
+    geometry = f'[geometry]\nstep = "{step}"\ntripod = "a"\nstylus = "b"\ntip = "c"\n'
+    sent = tmp_path / "sent.toml"
+    sent.write_text(f"{description_text('omp40-2')}\n{geometry}", encoding="utf-8")
+    files = {"touches": (EXAMPLES / "part_touches.csv",), "map": (sent,)}
+    with pytest.raises(PretravelError, match=f"takes its solids from {Path(step).name}"):
+        compensate_part(Inputs({}, files))
+    with pytest.raises(PretravelError, match=f"takes its solids from {Path(step).name}"):
+        start_text("omp40-2", sent)
+    sent.write_text(description_text("omp40-2"), encoding="utf-8")
+    assert start_text("omp40-2", sent) == description_text("omp40-2")
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,20 @@ def test_a_bomb_is_refused_in_little_memory(monkeypatch: pytest.MonkeyPatch) -> 
     assert most < 10e6
 
 
+@pytest.mark.parametrize("size", [-2, -1000, 1.5, True, "3", None, float("nan"), 1e30])
+def test_a_size_is_a_number_of_bytes(size: Any) -> None:
+    """zipfile reads the whole entry where it is asked for a negative number of bytes."""
+    entry = b"\0" * 50_000_000
+    bomb = archive(with_file("a.step", size), {"files/part/part/a.step": entry})
+    del entry
+    tracemalloc.start()
+    with pytest.raises(InputError, match="is no number of bytes"):
+        project_of(bomb, "p.pretravel")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 10e6
+
+
 def test_very_many_entries_are_refused() -> None:
     many = archive(stated(), {f"files/{n}": b"" for n in range(2001)})
     with pytest.raises(InputError, match="2002 entries"):
@@ -122,16 +136,59 @@ def test_very_many_entries_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["", ".", "..", "a/b", "a\\b", "C:a", "a\nb", "\x00", "x" * 151, "nul", "a\u202eb"]
+    "name",
+    [
+        "",
+        ".",
+        "..",
+        "a/b",
+        "a\\b",
+        "C:a",
+        "a\nb",
+        "\x00",
+        "x" * 151,
+        "nul",
+        "a\u202eb",
+        "--output=x.csv",
+    ],
 )
 def test_names_that_could_mean_something_else_are_refused(name: str) -> None:
     with pytest.raises(PretravelError, match="cannot be used"):
         StoredFile(name, b"")
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), {1, 2}, "x" * 1_000_001])
+def nested(levels: int) -> Any:
+    value: Any = 1.0
+    for _ in range(levels):
+        value = [value]
+    return value
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        float("nan"), float("inf"), object(), {1, 2}, "x" * 1_000_001,
+        "\ud800", {"\ud800": 1}, nested(21), nested(700),
+    ],
+)  # fmt: skip
 def test_settings_that_json_cannot_hold_are_refused(value: object) -> None:
     project = Project()
     with pytest.raises(PretravelError, match="the setting 'diameter'"):
         project.screen("engineer").settings["diameter"] = value
     assert dict(project.screen("engineer").settings) == {}
+
+
+def test_a_project_that_is_taken_can_always_be_saved() -> None:
+    """What cannot be copied or written would end the saving of all that follows."""
+    for settings in ({"a": nested(700)}, {"a": "\ud800"}, {"\ud800": 1}):
+        part = {"settings": settings, "files": {}}
+        with pytest.raises(InputError, match="cannot be stored"):
+            project_of(archive(stated(screens={"part": part})))
+    named = project_of(
+        archive(
+            stated(name="a\ud800", screens={"part": {"settings": {"a": nested(20)}, "files": {}}})
+        )
+    )
+    again = project_of(project_bytes(named.snapshot()))
+    assert again.screen("part").settings["a"] == nested(20)
+    assert again.name == "a?"

@@ -90,14 +90,15 @@ def start_text(name: str, file: Path | None) -> str:
     Raises
     ------
     PretravelError
-        A file that is no description of a probe.
+        A file that is no description of a probe, or that names another file.
     """
-    from pretravel.probe.catalogue import description_text, load_probe
+    from pretravel.probe.catalogue import description_text
     from pretravel.toml_file import read_toml
+    from pretravel.workbench.own_description import own_description
 
     if file is None:
         return description_text(name)
-    load_probe(file)
+    own_description(file)
     return read_toml(file, "probe description").text
 
 

@@ -24,11 +24,13 @@ from pretravel.jobs.compensate import (
 )
 from pretravel.jobs.map_argument import map_or_prediction
 from pretravel.jobs.measure import FeatureWish, MeasuredFeatures, measure_features
+from pretravel.probe.catalogue import catalogue_names
 from pretravel.report.document import Document
 from pretravel.surface.cad.part_file import read_part
 from pretravel.uncertainty.gum import Budget
 from pretravel.units import MICROMETRE
 from pretravel.whole_file import temporary_folder
+from pretravel.workbench.own_description import own_description
 from pretravel.workbench.tasks import Inputs
 
 PART_SETTINGS = ("probe", "units", "feed", "extrapolate")
@@ -109,13 +111,14 @@ def compensate_part(inputs: Inputs) -> PartResult:
     settings = inputs.settings
     map_file, part = inputs.optional_file("map"), inputs.optional_file("part")
     probe = str(settings.get("probe", ""))
-    if map_file is None and not probe:
+    if map_file is None and probe not in catalogue_names():  # not a path on this computer
         raise PretravelError(
             "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
             "probe of the catalogue"
         )
-    source = str(map_file or probe)
-    pretravel_map = map_or_prediction(source)
+    if map_file is not None and map_file.suffix.lower() == ".toml":
+        own_description(map_file)
+    pretravel_map = map_or_prediction(str(map_file or probe))
     units = settings.get("units") or None
     touches = inputs.file("touches")
     options = ReadingOptions(units=units, tip_radius=pretravel_map.tip_radius)
