@@ -12,7 +12,7 @@ from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError, RowError
 from pretravel.frames import Placement
-from pretravel.quantities import COORDINATE, FEED, as_numbers, checked
+from pretravel.quantities import ANGLE, COORDINATE, FEED, as_numbers, checked, checked_values
 from pretravel.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
@@ -88,6 +88,8 @@ class Touches:
         Name of the file or simulation, for messages.
     lines : n ints, optional
         Line numbers in that file.
+    spindle : (n,) float, optional
+        Orientations of the spindle, counter-clockwise about the probe's +z. [rad]
     reading : str, optional
         How a file of another form than this package's own was understood, in one line.
 
@@ -111,6 +113,7 @@ class Touches:
     source: str | None = None
     lines: tuple[int, ...] | None = None
     reading: str = ""
+    spindle: FloatArray | None = None
 
     def __post_init__(self) -> None:
         positions = as_numbers(self.positions, "touch positions")
@@ -133,6 +136,7 @@ class Touches:
             ("feeds", count if self.feeds is None else len(self.feeds)),
             ("labels", count if self.labels is None else len(self.labels)),
             ("lines", count if self.lines is None else len(self.lines)),
+            ("spindle orientations", count if self.spindle is None else len(self.spindle)),
             ("nominal points", count if self.nominal_points is None else len(self.nominal_points)),
         ):
             if rows != count:
@@ -153,6 +157,10 @@ class Touches:
                 )
                 raise RowError(f"{self.where(row)}: {problem}", row, in_file=problem)
             object.__setattr__(self, "feeds", frozen(self.feeds))
+        if self.spindle is not None:
+            object.__setattr__(
+                self, "spindle", frozen(checked_values(self.spindle, "the spindle's angle", ANGLE))
+            )
         if self.nominal_points is not None:
             nominal = as_numbers(self.nominal_points, "nominal points")
             _refuse_far(nominal, self.where, "nominal point")
@@ -203,6 +211,7 @@ class Touches:
             source=self.source,
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
             reading=self.reading,
+            spindle=None if self.spindle is None else self.spindle[index],
         )
 
 
@@ -317,6 +326,31 @@ def with_feed(touches: Touches, feed: float | None) -> Touches:
         )
     checked(feed, "the feed", FEED, inputs=("feed",))
     return replace(touches, feeds=np.full(len(touches), feed))
+
+
+def with_spindle(touches: Touches, angle: float) -> Touches:
+    """The same touches with the orientation of the spindle at which they were made.
+
+    Parameters
+    ----------
+    touches : Touches
+    angle : float
+        Counter-clockwise about the probe's +z. [rad]
+
+    Raises
+    ------
+    PretravelError
+        The touches state orientations already.
+
+    >>> with_spindle(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), 0.5).spindle.tolist()
+    [0.5]
+    """
+    if touches.spindle is not None:
+        raise PretravelError(
+            "the touches state the orientation of the spindle themselves: do not give it",
+            inputs=("spindle",),
+        )
+    return replace(touches, spindle=np.full(len(touches), angle))
 
 
 def moved(touches: Touches, placement: Placement) -> Touches:

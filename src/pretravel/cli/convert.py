@@ -230,6 +230,8 @@ def _warn_of_losses(touches: Touches, output: Path) -> None:
         lost.append("approaches that are not along the normal")
     if touches.feeds is not None:
         lost.append("feeds")
+    if touches.spindle is not None:
+        lost.append("orientations of the spindle")
     if touches.labels is not None and plain_labels(touches.labels) != touches.labels:
         lost.append("signs of labels other than letters, digits, space, _ . -")
     if lost:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -31,9 +32,9 @@ TableColumns: TypeAlias = Annotated[
     typer.Option(
         parser=stated_columns,
         metavar="x=X,nx=I,…",
-        help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,label,"
-        "nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other columns are "
-        "found by their names.",
+        help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
+        "label,nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other "
+        "columns are found by their names.",
     ),
 ]
 DecimalSign: TypeAlias = Annotated[
@@ -104,12 +105,16 @@ def files_of_touches(places: list[Path]) -> tuple[list[Path], str]:
 
 
 def read_and_show(
-    files: list[Path], options: ReadingOptions, *, file_format: str | None = None
+    files: list[Path],
+    options: ReadingOptions,
+    *,
+    file_format: str | None = None,
+    spindle: Sequence[float] | None = None,
 ) -> FileReadings:
     """Read touches, and print how the files were understood where that is not plain."""
     from pretravel.formats.several_files import read_series
 
-    readings = read_series(files, options, file_format=file_format)
+    readings = read_series(files, options, file_format=file_format, spindle=spindle)
     if readings.touches.reading:
         typer.echo(f"read: {readings.touches.reading}")
     return readings

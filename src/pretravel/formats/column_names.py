@@ -7,22 +7,31 @@ import unicodedata
 from dataclasses import dataclass
 from functools import cache
 
+from pretravel.units import DEGREE
+
 POSITION_ROLES = ("x", "y", "z")
 NORMAL_ROLES = ("nx", "ny", "nz")
 APPROACH_ROLES = ("ax", "ay", "az")
 NOMINAL_ROLES = ("nominal_x", "nominal_y", "nominal_z")
 LENGTH_ROLES = (*POSITION_ROLES, *NOMINAL_ROLES)
-NUMBER_ROLES = (*POSITION_ROLES, *NORMAL_ROLES, *APPROACH_ROLES, *NOMINAL_ROLES, "feed")
+NUMBER_ROLES = (
+    *POSITION_ROLES, *NORMAL_ROLES, *APPROACH_ROLES, *NOMINAL_ROLES, "feed", "spindle",
+)  # fmt: skip
 ROLES = (*NUMBER_ROLES, "label")
 """What a column of a table of touches can be."""
 
-OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {"feed": "feed_mm_min"}
+OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
+    "feed": "feed_mm_min",
+    "spindle": "spindle_deg",
+}
 """Names of columns with a unit, in written tables. Other columns are called as their role."""
 
 LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3}
 """Millimetres in the units of length that a column can state."""
 FEED_UNITS = {"mm/min": 1.0, "inch/min": 25.4, "mm/s": 60.0, "m/min": 1e3, "inch/s": 1524.0}
 """Millimetres per minute in the units that a column of feeds can state."""
+ANGLE_UNITS = {"deg": DEGREE}
+"""Radians in the units that a column of angles can state."""
 
 _UNIT_WORDS = {
     "mm": "mm millimeter millimeters millimetre millimetres milimetros",
@@ -35,6 +44,7 @@ _UNIT_WORDS = {
     "inch/s": "in/s inch/s ips",
     "mm/s": "mm/s mm_s mm/sec",
     "m/min": "m/min m_min",
+    "deg": "deg ° degree degrees",
     "1": "1 - –",
 }
 _UNITS = {word: unit for unit, words in _UNIT_WORDS.items() for word in words.split()}
@@ -59,6 +69,7 @@ _FEED_WORDS = (
     "feed", "feedrate", "f", "vorschub", "vorschubf", "antastvorschub", "messvorschub",
     "probefeed", "measuringfeed", "avance", "avanzamento", "feedspeed",
 )  # fmt: skip
+_SPINDLE_WORDS = ("spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung")
 _LABEL_WORDS = (
     "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
     "punktid", "id", "point", "punkt", "messpunkt", "touch", "punto", "designation", "nom",
@@ -85,7 +96,7 @@ class ColumnName:
     role : str or None
         One of `ROLES`, where the name is known.
     unit : str or None
-        One of `LENGTH_UNITS` or `FEED_UNITS`, where the name states it.
+        One of `LENGTH_UNITS`, `FEED_UNITS` or `ANGLE_UNITS`, where the name states it.
     rank : int
         Where several columns have one role, the lowest is taken: 0 for the names that this
         package writes, then the order of `_LABEL_WORDS` for labels, and 1 for all others.
@@ -151,11 +162,11 @@ def names_known_columns(cells: list[str]) -> bool:
     (True, False)
     """
     roles = {column_name(cell).role for cell in cells[:MOST_COLUMNS]}
-    return len(roles & {*NUMBER_ROLES} - {"feed"}) >= 3
+    return len(roles & {*NUMBER_ROLES} - {"feed", "spindle"}) >= 3
 
 
 def _own_unit(role: str) -> str | None:
-    return "mm" if role in LENGTH_ROLES else "mm/min" if role == "feed" else None
+    return "mm" if role in LENGTH_ROLES else {"feed": "mm/min", "spindle": "deg"}.get(role)
 
 
 def _without_unit(title: str) -> tuple[str, str | None]:
@@ -201,5 +212,6 @@ def _known() -> dict[str, tuple[str, int]]:
             if len(word) > 1:
                 known |= {letter + word: (f"n{axis}", 1)}
     known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
+    known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
     known |= {word: ("label", 1 + rank) for rank, word in enumerate(_LABEL_WORDS)}
     return known

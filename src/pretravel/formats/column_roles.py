@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from pretravel.errors import InputError
 from pretravel.formats.column_names import (
+    ANGLE_UNITS,
     FEED_UNITS,
     LENGTH_ROLES,
     LENGTH_UNITS,
@@ -26,6 +27,12 @@ from pretravel.formats.text_table import TextTable
 _LEFT_OUT = "none"
 """Stated for a role that no column has."""
 _MOST_DIGITS = 18
+_UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
+    **dict.fromkeys(LENGTH_ROLES, (LENGTH_UNITS, "length")),
+    "feed": (FEED_UNITS, "feed"),
+    "spindle": (ANGLE_UNITS, "angle"),
+}
+"""Units that the column of a role can state, and what they are units of."""
 _COUNT = re.compile(r"[0-9]{1,6}")
 
 
@@ -198,13 +205,12 @@ def _units_of_columns(
         unit = names[i].unit
         if unit is None and text.units:
             unit = unit_of(text.units[i])
-        known = FEED_UNITS if role == "feed" else LENGTH_UNITS if role in LENGTH_ROLES else {}
+        known, kind = _UNITS_OF.get(role, ({}, ""))
         if unit in known:
             found[role] = str(unit)
         elif unit not in (None, "1") and known:
             raise text.file.error(
-                f"the column {text.title(i)} has the unit {unit}, which is none of a "
-                f"{'feed' if role == 'feed' else 'length'}",
+                f"the column {text.title(i)} has the unit {unit}, which is none of a {kind}",
                 text.header_line,
             )
     return found

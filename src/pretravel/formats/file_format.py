@@ -47,9 +47,10 @@ class ReadingOptions:
     rotation : float or None
         Rotation of the work coordinates about the machine's z axis, for files of positions. [rad]
     columns : mapping of str to str, or None
-        Of a table: the column of x, y, z, nx, ny, nz, ax, ay, az, feed, label, nominal_x …, by
-        its name or its number from 1; with - before it, the numbers change their sign; none: the
-        table has no such column. Columns that are not stated are found by their names.
+        Of a table: the column of x, y, z, nx, ny, nz, ax, ay, az, feed, spindle, label,
+        nominal_x …, by its name or its number from 1; with - before it, the numbers change their
+        sign; none: the table has no such column. Columns that are not stated are found by their
+        names.
     decimal : str or None
         Of a table: comma or point, where its numbers do not show it.
     exclude : tuple of str
@@ -177,6 +178,8 @@ class FilePositions:
     labels : tuple of str or None
     feeds : (n,) float or None
         [mm/min]
+    spindle : (n,) float or None
+        Orientations of the spindle. [rad]
     understood : str
         How a table was understood, in one line.
     """
@@ -187,6 +190,7 @@ class FilePositions:
     contact: tuple[bool, ...] | None = None
     labels: tuple[str, ...] | None = None
     feeds: FloatArray | None = None
+    spindle: FloatArray | None = None
     understood: str = ""
 
     def error(self, message: str, row: int, *, inputs: tuple[str, ...] = ()) -> InputError:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from pretravel.arrays import FloatArray
 from pretravel.errors import InputError, PretravelError
 from pretravel.formats.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
@@ -143,10 +141,12 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
         )
     joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
     joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
+    at = {line: row for row, line in enumerate(found.lines)}
+    rows = [at[line] for line in joined.touches.lines or ()]
     if found.feeds is not None:
-        feeds = dict(zip(found.lines, found.feeds.tolist(), strict=True))
-        stated = np.array([feeds[line] for line in joined.touches.lines or ()])
-        joined = replace(joined, touches=replace(joined.touches, feeds=stated))
+        joined = replace(joined, touches=replace(joined.touches, feeds=found.feeds[rows]))
+    if found.spindle is not None:
+        joined = replace(joined, touches=replace(joined.touches, spindle=found.spindle[rows]))
     if options.rotation is not None:
         return replace(joined, rotation=options.rotation)
     warning = (

@@ -14,7 +14,7 @@ from pretravel.formats.file_format import FileReadings, ReadingOptions
 from pretravel.formats.format_registry import FORMATS
 from pretravel.formats.meant_files import files_meant
 from pretravel.formats.readings import read_readings
-from pretravel.touches import Touches, without
+from pretravel.touches import Touches, with_spindle, without
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
 """Endings of text files that can have touches, beside those of the formats."""
@@ -56,7 +56,11 @@ def _can_have_touches(path: Path) -> bool:
 
 
 def read_series(
-    paths: Sequence[Path], options: ReadingOptions | None = None, *, file_format: str | None = None
+    paths: Sequence[Path],
+    options: ReadingOptions | None = None,
+    *,
+    file_format: str | None = None,
+    spindle: Sequence[float] | None = None,
 ) -> FileReadings:
     """Read the touches of files one after the other, as one series.
 
@@ -67,6 +71,8 @@ def read_series(
         For every file. A touch is excluded by its label in the series, or as ``name.csv:17``.
     file_format : str, optional
         Of every file.
+    spindle : sequence of float, optional
+        Orientation of the spindle in each file. [rad]
 
     Returns
     -------
@@ -77,17 +83,28 @@ def read_series(
     Raises
     ------
     InputError
-        As `read_readings`; some files state feeds or nominal points and others do not.
+        As `read_readings`; some files state feeds, nominal points or the spindle's orientation and
+        others do not.
     """
+    angles = [None] * len(paths) if spindle is None else list(spindle)
+    if len(angles) != len(paths):
+        raise PretravelError(
+            f"{len(angles)} orientations of the spindle were given for {len(paths)} "
+            f"file{'s' if len(paths) > 1 else ''}: each file has one",
+            inputs=("spindle",),
+        )
     if len(paths) == 1:
-        return read_readings(paths[0], options, file_format=file_format)
+        return _at(read_readings(paths[0], options, file_format=file_format), angles[0])
     options = options or ReadingOptions()
     own = [tuple(n for n in options.exclude if _is_line_of(n, path)) for path in paths]
     found = [
         read_readings(path, replace(options, exclude=exclude), file_format=file_format)
         for path, exclude in zip(paths, own, strict=True)
     ]
-    found = [readings.in_machine_axes() for readings in found]
+    found = [
+        _at(readings.in_machine_axes(), angle)
+        for readings, angle in zip(found, angles, strict=True)
+    ]
     touches = _one_series(paths, [readings.touches for readings in found])
     rest = [name for name in options.exclude if not any(name in names for names in own)]
     for name in rest:
@@ -117,6 +134,13 @@ def read_series(
     )
 
 
+def _at(readings: FileReadings, angle: float | None) -> FileReadings:
+    """The readings with the orientation of the spindle, where one is given."""
+    if angle is None:
+        return readings
+    return replace(readings, touches=with_spindle(readings.touches, angle))
+
+
 def _is_line_of(name: str, path: Path) -> bool:
     place, _, line = name.rpartition(":")
     return line.isdecimal() and place in (path.name, str(path))
@@ -135,6 +159,7 @@ def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
         normals=np.vstack([part.normals for part in parts]),
         approaches=np.vstack([part.approach_directions for part in parts]),
         feeds=_joined_values(paths, [part.feeds for part in parts], "feeds"),
+        spindle=_joined_values(paths, [part.spindle for part in parts], "spindle's orientation"),
         labels=_unique_labels(paths, parts),
         nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
         source=f"{names[0]} … {names[-1]} ({len(names)} files)",

@@ -180,6 +180,7 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
         positions,
         offset / radius[:, None],
         feeds=found.feeds,
+        spindle=found.spindle,
         labels=found.labels,
         source=found.path.replace("\\", "/").rpartition("/")[2],
         lines=found.lines,

@@ -23,6 +23,7 @@ from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.parquet import read_parquet_table
 from pretravel.formats.source_file import SourceFile
 from pretravel.formats.text_table import SEPARATORS, TextTable, read_text_table
+from pretravel.units import DEGREE
 
 NO_UNIT = "unit"
 """Name of the unit of a table that is looked at and states none."""
@@ -213,6 +214,8 @@ def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:
         return scale * LENGTH_UNITS.get(unit.name, 1.0)
     if role == "feed":
         return scale * FEED_UNITS[_feed_unit(roles, unit)]
+    if role == "spindle":
+        return scale * DEGREE
     return scale
 
 

@@ -21,6 +21,7 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes import Sphere
 from pretravel.touches import Touches
+from pretravel.units import DEGREE
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
@@ -37,7 +38,8 @@ def read_touches(source: Source, options: ReadingOptions | None = None) -> Touch
 
     The table needs positions and normals. Its columns are found by their names, such as ``x_mm``,
     ``X [mm]``, ``nx``, ``I`` (see docs/formats.md), or as the options state them. Optional are
-    approaches, a feed, a label and nominal points. Other columns are ignored.
+    approaches, a feed, the spindle's orientation, a label and nominal points. Other columns are
+    ignored.
 
     Parameters
     ----------
@@ -93,6 +95,7 @@ def read_table_of_touches(
             table.lines,
             labels=_labels(table),
             feeds=_feeds(table),
+            spindle=_spindle(table),
             understood=_understood(columns),
         )
         on_sphere = options.reference_diameter is not None and not options.ring
@@ -136,6 +139,7 @@ def _touches(
             normals=normals,
             approaches=_optional_vectors(table, _APPROACH),
             feeds=_feeds(table),
+            spindle=_spindle(table),
             labels=_labels(table),
             nominal_points=nominal,
             source=file.name,
@@ -152,6 +156,10 @@ def _understood(columns: TouchColumns) -> str:
 
 def _feeds(table: CsvTable) -> FloatArray | None:
     return table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None
+
+
+def _spindle(table: CsvTable) -> FloatArray | None:
+    return table.numbers("spindle_deg")[:, 0] if table.has("spindle_deg") else None
 
 
 def read_targets(
@@ -277,6 +285,8 @@ def write_touches(path: str | Path, touches: Touches) -> None:
         columns |= {name: values[:, i] for i, name in enumerate(names)}
     if touches.feeds is not None:
         columns["feed_mm_min"] = touches.feeds
+    if touches.spindle is not None:
+        columns["spindle_deg"] = touches.spindle / DEGREE
     if touches.nominal_points is not None:
         columns |= {name: touches.nominal_points[:, i] for i, name in enumerate(_NOMINAL)}
     write_table(path, columns)

@@ -123,6 +123,8 @@ def test_forms_of_other_programs(text: str, labels: tuple[str, ...] | None) -> N
         ("nominal_z_mm", "nominal_z", "mm"),
         ("K", "nz", None), ("NormalY", "ny", None), ("Nx", "nx", None), ("ax", "ax", None),
         ("F", "feed", None), ("Vorschub [mm/min]", "feed", "mm/min"),
+        ("spindle_deg", "spindle", "deg"), ("Spindle angle [°]", "spindle", "deg"),
+        ("Spindle", None, None),
         ("feed_mm_min", "feed", "mm/min"),
         ("Avance (mm/min)", "feed", "mm/min"), ("Punkt-Nr.", "label", None), ("#", "label", None),
         ("Datum", None, None), ("dX", None, None), ("u_um", None, None), ("start_x_mm", None, None),
