@@ -168,11 +168,18 @@ def grid(polar: npt.ArrayLike, azimuth: npt.ArrayLike) -> FloatArray:
     return from_angles(p.ravel(), a.ravel())
 
 
-def sphere_pattern_25() -> FloatArray:
+def sphere_pattern_25(*, cumulative: bool = False) -> FloatArray:
     """The 25 directions of a sphere test: pole, 4, 8, 4 and 8 points.
 
-    There are 1 at the pole, 4 at 22.5°, 8 at 45°, 4 at 67.5° and 8 at 90° from it. The rings of
-    eight are rotated by 22.5° relative to the rings of four.
+    There are 1 at the pole, 4 at 22.5°, 8 at 45°, 4 at 67.5° and 8 at 90° from it. Each ring is
+    turned by 22.5° relative to the ring before it, which can be read in two ways.
+
+    Parameters
+    ----------
+    cumulative : bool
+        False: turned forth and back, so that both rings of four begin at the same azimuth. True:
+        turned further each time, so that the ring at 67.5° begins 45° after that at 22.5°. The
+        rings of eight are the same in both.
 
     Returns
     -------
@@ -185,8 +192,11 @@ def sphere_pattern_25() -> FloatArray:
 
     >>> sphere_pattern_25().shape
     (25, 3)
+    >>> (azimuth_angle(sphere_pattern_25(cumulative=True)[[1, 5, 13, 17]]) / DEGREE).tolist()
+    [0.0, 22.5, 45.0, 22.5]
     """
-    rings = [(0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 0.0), (90.0, 8, 22.5)]
+    fourth = 45.0 if cumulative else 0.0
+    rings = [(0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, fourth), (90.0, 8, 22.5)]
     return np.concatenate(
         [
             from_angles(polar * DEGREE, (start + 360.0 / count * np.arange(count)) * DEGREE)

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import Annotated, TypeAlias
 
 import typer
 
-from pretravel.cli.arguments import Vector, one_of, vector
+from pretravel.cli.arguments import Angles, Vector, angles, one_of, vector
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files
 from pretravel.cli.laboratory_option import (
@@ -30,10 +30,6 @@ from pretravel.cli.touch_files import (
 from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
-if TYPE_CHECKING:
-    from pretravel.laboratory.standard_check import StandardCheck
-    from pretravel.report.document import Document
-
 
 def _standards() -> list[str]:
     from pretravel.laboratory.standards import CHECKS
@@ -41,12 +37,19 @@ def _standards() -> list[str]:
     return list(CHECKS)
 
 
+def _patterns() -> list[str]:
+    from pretravel.laboratory.standards import PATTERNS
+
+    return list(PATTERNS)
+
+
 Standard: TypeAlias = Annotated[
     str,
     typer.Argument(
         parser=one_of(_standards),
         metavar="STANDARD",
-        help="iso10360-5 (25 touches on a sphere) or iso230-10 (36 on the equator).",
+        help="iso10360-5 (25 touches on a sphere), iso230-10 (36 on the equator) or "
+        "iso230-10-tip-offset (a circle at two or more orientations of the spindle).",
     ),
 ]
 
@@ -77,9 +80,29 @@ def check(
     repeat_limit: Annotated[
         float | None,
         typer.Option(
-            min=0.0, max=1e6, help="Maximum permissible range of repeats, in µm (iso230-10)."
+            min=0.0, max=1e6, help="Maximum permissible range of repeats, in µm (iso230-10…)."
         ),
     ] = None,
+    offset_limit: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=1e6,
+            help="Maximum permissible offset of the tip, in µm (iso230-10-tip-offset).",
+        ),
+    ] = None,
+    spindle: Annotated[
+        Angles | None,
+        typer.Option(
+            parser=angles,
+            metavar="ANGLES",
+            help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
+            "files have no column spindle_deg (iso230-10-tip-offset).",
+        ),
+    ] = None,
+    ring: Annotated[
+        bool, typer.Option("--ring", help="The reference is a ring (iso230-10-tip-offset).")
+    ] = False,
     u_diameter: Annotated[
         float | None,
         typer.Option(
@@ -110,22 +133,27 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
+    from pretravel.formats.csv_table import write_csv_table
     from pretravel.formats.map_file import read_map
-    from pretravel.jobs.check import CheckSetup, check_probe
+    from pretravel.formats.standard_figures import standard_table
+    from pretravel.jobs.check import CheckSetup, check_probe, not_stated, stated_limits
     from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome
-    from pretravel.units import MICROMETRE
+    from pretravel.whole_file import write_json
 
     files, name = files_of_touches(touches)
     inputs = [*files, map_file, plan, lab]
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], inputs)
     statements = laboratory_statements(lab)
-    sphere = CalibratedSphere(
-        diameter,
-        None if u_diameter is None else u_diameter * MICROMETRE,
-        None if sphere_form is None else sphere_form * MICROMETRE,
+    sphere = CalibratedSphere(diameter, _millimetres(u_diameter), _millimetres(sphere_form))
+    limits = stated_limits(
+        form=_millimetres(form_limit),
+        size=_millimetres(size_limit),
+        repeatability=_millimetres(repeat_limit),
+        offset=_millimetres(offset_limit),
     )
-    limits = _limits(form_limit, size_limit, repeat_limit)
     setup = CheckSetup(standard, sphere, tip_diameter, axis, limits)
+    given = {"map": map_file is not None, "spindle": spindle is not None, "ring": ring}
+    setup.check_inputs([name for name, there in given.items() if there])
     options = reading_options(
         columns=columns,
         units=units,
@@ -134,67 +162,50 @@ def check(
         plan=plan,
         tip_diameter=tip_diameter,
         reference_diameter=diameter,
+        ring=ring,
     )
-    readings = read_and_show(files, options).in_machine_axes()
+    turns = None if spindle is None else [angle * DEGREE for angle in spindle.degrees]
+    readings = read_and_show(files, options, spindle=turns).in_machine_axes()
     pretravel_map = None if map_file is None else read_map(map_file, tip_diameter=tip_diameter)
     found = check_probe(readings, setup, pretravel_map)
-    lacking = _not_stated(found.result)
+    lacking = not_stated(found.result, _reference_options())
     left_out = statements_left_out(lab, output, verbose=verbose, kept_in=(".json",))
     report = found.document(name, warnings=[*lacking, *left_out], statements=statements)
-    values = found.values(warnings=lacking, statements=statements)
-    if output is not None:
-        _write(output, found.result, with_reading(report, readings), values)
+    if output is not None and output.suffix.lower() == ".csv":
+        write_csv_table(output, standard_table(found.result))
+    elif output is not None and output.suffix.lower() == ".json":
+        write_json(output, found.values(warnings=lacking, statements=statements))
+    elif output is not None:
+        save_page(with_reading(report, readings), output)
     save_picture(report, plot)
     show(report, verbose=verbose)
     if any(figure.outcome is LimitOutcome.EXCEEDS for figure in found.result.figures):
         raise typer.Exit(ANSWER)
 
 
-def _not_stated(result: StandardCheck) -> list[str]:
-    """A warning where figures have a limit and the reference has no uncertainty for them."""
-    from pretravel.laboratory.standard_check import DIAMETER_OF_REFERENCE, FORM_OF_REFERENCE
-
-    options = {DIAMETER_OF_REFERENCE: "--u-diameter", FORM_OF_REFERENCE: "--sphere-form"}
-    lacking = {f.u_source for f in result.figures if f.limit is not None and f.u_test is None}
-    needed = " and ".join(option for source, option in options.items() if source in lacking)
-    if not needed:
-        return []
-    what = "the values are compared with their limits without an uncertainty zone"
-    return [f"{what}: state that of the reference with {needed}"]
-
-
-def _limits(
-    form_um: float | None, size_um: float | None, repeat_um: float | None
-) -> dict[str, float]:
-    """The maximum permissible errors that are stated, by figure. [mm]"""
+def _millimetres(micrometres: float | None) -> float | None:
     from pretravel.units import MICROMETRE
 
-    limits = {
-        "form": form_um,
-        "form2d": form_um,
-        "form3d": form_um,
-        "size": size_um,
-        "repeatability": repeat_um,
-    }
-    return {name: limit * MICROMETRE for name, limit in limits.items() if limit is not None}
+    return None if micrometres is None else micrometres * MICROMETRE
 
 
-def _write(output: Path, result: StandardCheck, report: Document, values: dict[str, Any]) -> None:
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.standard_figures import standard_table
-    from pretravel.whole_file import write_json
+def _reference_options() -> dict[str, str]:
+    """What states each source of uncertainty of the reference, as options."""
+    from pretravel.laboratory.standard_check import DIAMETER_OF_REFERENCE, FORM_OF_REFERENCE
 
-    ending = output.suffix.lower()
-    if ending == ".csv":
-        write_csv_table(output, standard_table(result))
-    elif ending == ".json":
-        write_json(output, values)
-    else:
-        save_page(report, output)
+    return {DIAMETER_OF_REFERENCE: "--u-diameter", FORM_OF_REFERENCE: "--sphere-form"}
 
 
 def pattern(
-    standard: Standard,
+    standard: Annotated[
+        str,
+        typer.Argument(
+            parser=one_of(_patterns),
+            metavar="STANDARD",
+            help="iso10360-5 (25 touches on a sphere; iso10360-5-cumulative: with each ring turned "
+            "further, see docs/laboratory.md) or iso230-10 (36 on the equator).",
+        ),
+    ],
     diameter: Annotated[
         float, typer.Option(min=0.001, max=1000.0, help="Diameter of the sphere, in mm.")
     ],

@@ -7,6 +7,7 @@ is recalled, and reports repeat it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +22,11 @@ from pretravel.laboratory.standard_check import (
     FORM_OF_REFERENCE,
     RECALLED,
     CalibratedSphere,
+    FittedSet,
     StandardCheck,
     StandardFigure,
     refuse_other_unit,
+    refuse_turned_spindle,
     surface_points,
 )
 from pretravel.maps.pretravel_map import PretravelMap
@@ -35,6 +38,38 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a touch and the nearest direction of the pattern. [rad]"""
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
+_READINGS = {
+    False: "the rings of the pattern are turned by 22.5° forth and back: those at 22.5° and 67.5° "
+    "begin at the same azimuth",
+    True: "the rings of the pattern are turned further by 22.5° each (read cumulatively): that at "
+    "67.5° begins 45° after that at 22.5°",
+}
+"""What the touches follow, by whether the pattern is read cumulatively."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Nearest:
+    """The direction of a pattern that is nearest to each touch.
+
+    Attributes
+    ----------
+    index : (n,) int
+    off : (n,) float
+        Angle between the touch and that direction. [rad]
+    """
+
+    index: IntArray
+    off: FloatArray
+
+    @property
+    def worst(self) -> float:
+        return float(self.off.max())
+
+    @classmethod
+    def of(cls, touches: Touches, directions: FloatArray) -> _Nearest:
+        index = np.argmax(touches.normals @ directions.T, axis=1)
+        cosine = np.sum(touches.normals * directions[index], axis=1)
+        return cls(index, np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def check_iso10360_5(
@@ -51,7 +86,8 @@ def check_iso10360_5(
     Parameters
     ----------
     touches : Touches
-        The 25 directions of `sphere_pattern_25` about the axis, once, or each equally often.
+        The 25 directions of `sphere_pattern_25` about the axis in either reading, begun at any
+        azimuth, once, or each equally often. A note states the reading.
     sphere : CalibratedSphere
     tip_diameter : float, optional
         Of the tip as the machine uses it (the effective one after qualification). Without
@@ -85,8 +121,8 @@ def check_iso10360_5(
     [('P_Form', 0.0), ('P_Size', -1.0)]
     """
     refuse_other_unit(touches, sphere)
-    angle = _angle_of_pattern(touches.normals @ probe_rotation(axis))
-    runs = _runs(touches, sphere_pattern_25() @ probe_rotation(axis, angle).T)
+    refuse_turned_spindle(touches)
+    runs, reading = _runs(touches, axis)
     points = surface_points(touches, tip_diameter, pretravel_map)
     fits = tuple(fit_sphere(points[rows]) for rows in runs)
     given = limits or {}
@@ -99,7 +135,7 @@ def check_iso10360_5(
         RECALLED,
         FORM_OF_REFERENCE,
     )
-    figures, notes = [form], []
+    figures, notes = [form], [reading]
     if len(fits) > 1:
         notes.append(f"there are {len(fits)} runs of 25 touches; the worst of them is stated")
     if tip_diameter is not None or pretravel_map is not None:
@@ -112,8 +148,11 @@ def check_iso10360_5(
             f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm (recalled); "
             f"this one has {sphere.diameter:g} mm"
         )
-    places = tuple(points[rows] for rows in runs)
-    return StandardCheck("ISO 10360-5, single stylus", tuple(figures), fits, tuple(notes), places)
+    sets = tuple(
+        FittedSet(f"run {run}", fit, points[rows], form.limit)
+        for run, (fit, rows) in enumerate(zip(fits, runs, strict=True), start=1)
+    )
+    return StandardCheck("ISO 10360-5, single stylus", tuple(figures), sets, tuple(notes))
 
 
 def _size_figure(
@@ -151,23 +190,33 @@ def _angle_of_pattern(directions: FloatArray) -> float:
     return float(np.angle(np.mean(np.exp(4j * azimuth_angle(directions[ring]))))) / 4.0
 
 
-def _runs(touches: Touches, directions: FloatArray) -> list[IntArray]:
-    """Rows of each run through the directions: the first touch of each, then the second, …"""
-    nearest = np.argmax(touches.normals @ directions.T, axis=1)
-    off = np.arccos(np.clip(np.sum(touches.normals * directions[nearest], axis=1), -1.0, 1.0))
-    if off.max() > PATTERN_TOLERANCE:
-        row = int(np.argmax(off))
+def _runs(touches: Touches, axis: npt.ArrayLike) -> tuple[list[IntArray], str]:
+    """Rows of each run through the pattern, and a note of the reading that the touches follow.
+
+    A run has the first touch of each direction, then the second, ….
+    """
+    angle = _angle_of_pattern(touches.normals @ probe_rotation(axis))
+    turned = probe_rotation(axis, angle).T
+    readings = [
+        _Nearest.of(touches, sphere_pattern_25(cumulative=cumulative) @ turned)
+        for cumulative in (False, True)
+    ]
+    cumulative = readings[1].worst < readings[0].worst
+    found = readings[cumulative]
+    if found.worst > PATTERN_TOLERANCE:
+        row = int(np.argmax(found.off))
         raise PretravelError(
-            f"the normal of {touches.where(row)} is {off[row] / DEGREE:.0f}° from the nearest "
-            f"direction of the pattern; {PATTERN_TOLERANCE / DEGREE:.0f}° is allowed. Either these "
-            "are not the 25 points of the test, or the given axis is not the probe's axis",
+            f"the normal of {touches.where(row)} is {found.worst / DEGREE:.0f}° from the nearest "
+            f"direction of the pattern, in either reading of it; {PATTERN_TOLERANCE / DEGREE:.0f}° "
+            "is allowed. Either these are not the 25 points of the test, or the given axis is not "
+            "the probe's axis",
             inputs=("axis",),
         )
-    counts = np.bincount(nearest, minlength=len(directions))
+    counts = np.bincount(found.index, minlength=25)
     if counts.min() != counts.max():
         raise PretravelError(
             f"directions of the pattern were touched {counts.min()} to {counts.max()} times; the "
             "test needs each once, or each equally often for several runs"
         )
-    order = np.argsort(nearest, kind="stable").reshape(len(directions), -1)
-    return [order[:, run] for run in range(order.shape[1])]
+    order = np.argsort(found.index, kind="stable").reshape(25, -1)
+    return [order[:, run] for run in range(order.shape[1])], _READINGS[cumulative]

@@ -22,14 +22,16 @@ from pretravel.laboratory.standard_check import (
     FORM_OF_REFERENCE,
     RECALLED,
     CalibratedSphere,
+    FittedSet,
     StandardCheck,
     StandardFigure,
     refuse_other_unit,
+    refuse_turned_spindle,
     surface_points,
 )
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
+from pretravel.uncertainty.fitting.sphere import fit_sphere
 from pretravel.units import DEGREE
 
 PLANE_TOLERANCE = 5.0 * DEGREE
@@ -43,12 +45,11 @@ _REPEATS = 10
 
 @dataclass(frozen=True, eq=False)
 class _ProbingTest:
-    """One test of ISO 230-10: its figure and fit, where the touches allow it, and a note."""
+    """One test of ISO 230-10: its figure and set, where the touches allow it, and a note."""
 
     figure: StandardFigure | None = None
-    fit: SphereFit | None = None
+    fitted: FittedSet | None = None
     note: str = ""
-    places: FloatArray | None = None
 
 
 def check_iso230_10(
@@ -95,6 +96,7 @@ def check_iso230_10(
     rotation = probe_rotation(axis)
     polar = polar_angle(touches.normals @ rotation)
     refuse_other_unit(touches, sphere)
+    refuse_turned_spindle(touches)
     points = surface_points(touches, tip_diameter, pretravel_map) @ rotation
     given = limits or {}
     tests = (
@@ -103,14 +105,13 @@ def check_iso230_10(
         _single_point_repeatability(touches, given.get("repeatability")),
     )
     figures = tuple(test.figure for test in tests if test.figure is not None)
-    fits = tuple(test.fit for test in tests if test.fit is not None)
+    sets = tuple(test.fitted for test in tests if test.fitted is not None)
     notes = tuple(test.note for test in tests if test.note)
     if not figures:
         raise PretravelError("these touches allow none of the tests: " + "; ".join(notes))
-    if tip_diameter is not None and fits:
-        _check_diameter(2.0 * fits[-1].radius, sphere.diameter)
-    places = tuple(test.places for test in tests if test.places is not None)
-    return StandardCheck("ISO 230-10, probing", figures, fits, notes, places)
+    if tip_diameter is not None and sets:
+        check_diameter(2.0 * sets[-1].fit.radius, sphere.diameter)
+    return StandardCheck("ISO 230-10, probing", figures, sets, notes)
 
 
 def _plane_form(
@@ -132,7 +133,8 @@ def _plane_form(
         FORM_OF_REFERENCE,
     )
     few = f"P_FTU,2D has {_TOUCHES_2D} touches as recalled; these are {count}"
-    return _ProbingTest(figure, fit, few if count < _TOUCHES_2D else "", points[equator, :2])
+    fitted = FittedSet("circle of P_FTU,2D", fit, points[equator, :2], limit, "probe")
+    return _ProbingTest(figure, fitted, few if count < _TOUCHES_2D else "")
 
 
 def _space_form(
@@ -153,7 +155,8 @@ def _space_form(
         FORM_OF_REFERENCE,
     )
     other = f"P_FTU,3D has {_TOUCHES_3D} touches as recalled; these are {count}"
-    return _ProbingTest(figure, fit, other if count != _TOUCHES_3D else "", points)
+    fitted = FittedSet("sphere of P_FTU,3D", fit, points, limit, "probe")
+    return _ProbingTest(figure, fitted, other if count != _TOUCHES_3D else "")
 
 
 def _single_point_repeatability(touches: Touches, limit: float | None) -> _ProbingTest:
@@ -190,11 +193,12 @@ def _repeat_ranges(touches: Touches) -> tuple[list[float], int]:
     return ranges, most
 
 
-def _check_diameter(found: float, calibrated: float) -> None:
+def check_diameter(found: float, calibrated: float) -> None:
+    """Refuse touches on a sphere or in a ring of another diameter than the reference's. [mm]"""
     if abs(found - calibrated) > _LARGEST_DIAMETER_DIFFERENCE:
         raise PretravelError(
-            f"the touches lie on a sphere of {found:.4f} mm, not of {calibrated:g} mm: check the "
-            "diameters of sphere and tip",
+            f"the touches lie on a diameter of {found:.4f} mm, not of {calibrated:g} mm: check the "
+            "diameters of reference and tip",
             inputs=("diameter", "tip_diameter"),
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,13 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import apply
 from pretravel.errors import PretravelError
+from pretravel.laboratory.tip_offset import TipOffset
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit
 from pretravel.uncertainty.gum import Budget, Component
+from pretravel.units import DEGREE
 
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
@@ -35,7 +37,7 @@ class LimitOutcome(Enum):
     NO_LIMIT = "no limit given"
     WITHIN = "within the limit"
     EXCEEDS = "exceeds the limit"
-    UNDECIDED = "undecided within U (k = 2)"
+    UNDECIDED = "undecided within U"
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,8 @@ class StandardFigure:
         ``verified`` or ``recalled``, of the definition used here.
     u_source : str
         Where `u_test` comes from, in words; empty where the reference does not matter.
+    components : tuple of Component
+        The parts of `u_test`, where it does not come from the reference alone. [mm]
     """
 
     name: str
@@ -95,6 +99,12 @@ class StandardFigure:
     limit: float | None
     status: str
     u_source: str = ""
+    components: tuple[Component, ...] = ()
+
+    @property
+    def coverage(self) -> float:
+        """The factor k of U: 2, or more where the uncertainty has few degrees of freedom."""
+        return max(2.0, self.budget.coverage_factor()) if self.components and self.budget else 2.0
 
     @property
     def outcome(self) -> LimitOutcome:
@@ -104,7 +114,7 @@ class StandardFigure:
         """
         if self.limit is None:
             return LimitOutcome.NO_LIMIT
-        expanded = 2.0 * (self.u_test or 0.0)
+        expanded = self.coverage * (self.u_test or 0.0)
         if abs(self.value) <= self.limit - expanded:
             return LimitOutcome.WITHIN
         if abs(self.value) > self.limit + expanded:
@@ -114,15 +124,44 @@ class StandardFigure:
     @property
     def verdict(self) -> str:
         """The outcome in words, with what it lacks."""
+        words = str(self.outcome.value)
+        if self.outcome is LimitOutcome.UNDECIDED:
+            return f"{words} (k = {self.coverage:.3g})"
         lacks_u = self.limit is not None and self.u_test is None
-        return self.outcome.value + (", u not stated" if lacks_u else "")
+        return words + (", u not stated" if lacks_u else "")
 
     @property
     def budget(self) -> Budget | None:
         """Of the test value, in mm; None where no uncertainty is stated, or none matters."""
+        if self.components:
+            return Budget(self.components, self.name)
         if self.u_test is None or not self.u_source:
             return None
         return Budget((Component(self.u_source, "B", self.u_test),), self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedSet:
+    """Points of touches with the sphere or circle through them.
+
+    Attributes
+    ----------
+    name : str
+        What the set is, in a few words.
+    fit : SphereFit
+    places : (n, d) float
+        The points as they were fitted: d = 3 for a sphere, 2 for a circle. [mm]
+    limit : float or None
+        Maximum permissible range of the residuals, where one was given. [mm]
+    frame : {"machine", "probe"}
+        Whose axes the places have.
+    """
+
+    name: str
+    fit: SphereFit
+    places: FloatArray
+    limit: float | None = None
+    frame: Literal["machine", "probe"] = "machine"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,18 +172,18 @@ class StandardCheck:
     ----------
     standard : str
     figures : tuple of StandardFigure
-    sets : tuple of SphereFit
-        One for each run of the pattern; the figures state the worst of them.
+    sets : tuple of FittedSet
+        One for each fit: runs of a pattern, of which the figures state the worst, or tests.
     notes : tuple of str
-    places : tuple of (n, d) float
-        Points of each set, as they were fitted. [mm]
+    tip_offset : TipOffset or None
+        Where the test determines it.
     """
 
     standard: str
     figures: tuple[StandardFigure, ...]
-    sets: tuple[SphereFit, ...]
+    sets: tuple[FittedSet, ...]
     notes: tuple[str, ...]
-    places: tuple[FloatArray, ...] = ()
+    tip_offset: TipOffset | None = None
 
     @property
     def why_no_conformity(self) -> tuple[str, ...]:
@@ -177,6 +216,30 @@ class StandardProcedure(Protocol):
     ) -> StandardCheck: ...
 
 
+def refuse_turned_spindle(touches: Touches) -> None:
+    """Refuse touches at several orientations of the spindle, where a test needs one.
+
+    Parameters
+    ----------
+    touches : Touches
+
+    Raises
+    ------
+    PretravelError
+        The tip may be elsewhere at each orientation, and the probe is turned.
+    """
+    if touches.spindle is None:
+        return
+    found = sorted({round(float(angle) / DEGREE % 360.0, 3) for angle in touches.spindle})
+    if len(found) > 1:
+        shown = ", ".join(f"{angle:g}°" for angle in found[:8]) + (" …" if found[8:] else "")
+        raise PretravelError(
+            f"the touches were made at {len(found)} orientations of the spindle ({shown}); this "
+            "test needs touches at one. The test of the stylus-tip offset is that of several"
+        )
+
+
+_SPREAD_NORMALS = 0.5  # range of a component of the normals, which is up to 2 on a sphere
 _OTHER_UNIT = (0.1, 5.0)
 """Spreads of the touches, in diameters of the sphere, beyond which the unit is another one."""
 
@@ -195,6 +258,8 @@ def refuse_other_unit(touches: Touches, sphere: CalibratedSphere) -> None:
     ------
     PretravelError
     """
+    if float(np.ptp(touches.normals, axis=0).max()) < _SPREAD_NORMALS:
+        return  # touches in one direction: their places do not show the sphere
     distance = np.abs(touches.positions - np.median(touches.positions, axis=0))
     spread = 2.0 * float(np.quantile(distance.max(axis=1), 0.9))  # one stray touch does not count
     least, most = _OTHER_UNIT

@@ -10,16 +10,22 @@ import numpy as np
 from pretravel.arrays import FloatArray
 from pretravel.compensation.measured_sphere import MeasuredSphere
 from pretravel.directions import from_angles
-from pretravel.laboratory.standard_check import LimitOutcome, StandardCheck, StandardFigure
+from pretravel.laboratory.standard_check import (
+    FittedSet,
+    LimitOutcome,
+    StandardCheck,
+    StandardFigure,
+)
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_table, sphere_section
-from pretravel.report.chart import Axis, Chart, PlaneChart, Scale, SpaceChart, View
+from pretravel.report.chart import Axis, Chart, PlaneChart, PolarChart, Scale, SpaceChart, View
 from pretravel.report.chart_marks import Dots, Mark, Rule, SpaceLines, SpacePoints
 from pretravel.report.colours import series
+from pretravel.report.direction_charts import azimuth_axis
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.report.formatting import decimals, value_text
+from pretravel.report.tip_offset_chart import tip_offset_chart
 from pretravel.report.whiskers import magnification, whiskers
-from pretravel.uncertainty.fitting.sphere import SphereFit
 from pretravel.units import DEGREE, MICROMETRE
 
 
@@ -60,7 +66,7 @@ def standards_document(
             ),
         ),
         pictures=(
-            Picture("Residuals at the places of the touches", lambda: check_view(check, title)),
+            *_residual_picture(check, title),
             *(budget_picture(b, b.result or "the test value") for b in check.budgets),
             *(() if sphere is None else (budget_picture(sphere.budget, "the diameter"),)),
         ),
@@ -68,6 +74,13 @@ def standards_document(
         warnings=tuple(warnings),
         budgets=(*check.budgets, *(() if sphere is None else (sphere.budget,))),
     )
+
+
+def _residual_picture(check: StandardCheck, title: str) -> tuple[Picture, ...]:
+    """None where nothing was fitted: repeats in one direction alone."""
+    if not check.sets:
+        return ()
+    return (Picture("Residuals at the places of the touches", lambda: check_view(check, title)),)
 
 
 def _verdict(check: StandardCheck) -> str:
@@ -91,7 +104,7 @@ def _compared(check: StandardCheck) -> str:
     if exceeding:
         return f"{exceeding} exceed{'' if ',' in exceeding else 's'} the limit"
     if undecided:
-        return f"undecided: {undecided} within U (k = 2) of the limit"
+        return f"undecided: {undecided} within U of the limit"
     count, all_figures = len(limited), len(check.figures)
     one = "figure is within its limit" if all_figures == 1 else "figures are within their limits"
     if count == all_figures:
@@ -129,8 +142,9 @@ def _figures_table(check: StandardCheck) -> Table:
             Column.of("definition", [figure.status for figure in figures]),
         ),
         explanation="u of test: standard uncertainty of the test value from the calibration of the "
-        "reference; empty where that is not stated. verdict: outside the zone of U = 2 u about the "
-        "limit (the rule of ISO 14253-1); without u the value alone is compared.",
+        "reference (of an offset: from the touches); empty where that is not stated. verdict: "
+        "outside the zone of U about the limit (the rule of ISO 14253-1; U = 2 u, or more where u "
+        "has few degrees of freedom); without u the value alone is compared.",
     )
 
 
@@ -145,65 +159,90 @@ def check_view(check: StandardCheck, title: str = "") -> View:
     Returns
     -------
     View
-        The run with the largest form in space, and the residuals of all runs over the azimuth.
+        The set with the largest range at its places, on a circle or in space (or the tip's offset
+        from the axis of the spindle), and the residuals of all sets over the azimuth.
     """
-    worst = int(np.argmax([fit.form for fit in check.sets]))
-    charts: list[Chart] = []
+    worst = int(np.argmax([fitted.fit.form for fitted in check.sets]))
     marks: list[Mark] = []
-    for index, (fit, places) in enumerate(zip(check.sets, check.places, strict=True)):
-        offset = places - fit.center
-        azimuth = np.arctan2(offset[:, 1], offset[:, 0]) / DEGREE % 360.0
-        residuals = fit.residuals / MICROMETRE
-        name = f"set {index + 1}, {len(residuals)} touches: range {fit.form / MICROMETRE:.2f} µm"
-        labels = tuple(f"touch {row + 1}" for row in range(len(residuals)))
-        marks.append(Dots(azimuth, residuals, name, series(index), labels=labels))
-        if index == worst:
-            charts.append(_sphere_chart(fit, offset, index))
-    marks += [Rule(0.0, colour="ink"), *_limits(check, worst)]
-    charts.append(
-        PlaneChart(
-            "residuals over the azimuth",
-            Axis("azimuth", "°", -5.0, 365.0, ticks=tuple(45.0 * k for k in range(9))),
-            Axis("distance less radius", "µm"),
-            tuple(marks),
-            note="several polar angles may lie at one azimuth",
-        )
+    for index, fitted in enumerate(check.sets):
+        fit, residuals = fitted.fit, fitted.fit.residuals / MICROMETRE
+        name = f"{fitted.name}, {len(residuals)} touches: range {fit.form / MICROMETRE:.2f} µm"
+        azimuth = _azimuth(fitted) / DEGREE
+        marks.append(Dots(azimuth, residuals, name, series(index), labels=_labels(fitted)))
+    drawn = check.sets[worst]
+    marks += [Rule(0.0, colour="ink"), *_limits(drawn)]
+    around = PlaneChart(
+        "residuals over the azimuth",
+        azimuth_axis(drawn.frame),
+        Axis("distance less radius", "µm"),
+        tuple(marks),
+        note="several polar angles may lie at one azimuth",
     )
-    return View(title or check.standard, tuple(charts), columns=2)
+    place: Chart
+    if check.tip_offset is not None:
+        place = tip_offset_chart(check.tip_offset)
+    elif drawn.places.shape[1] == 2:
+        place = _circle_chart(drawn, worst)
+    else:
+        place = _sphere_chart(drawn)
+    return View(title or check.standard, (place, around), columns=2)
 
 
-def _limits(check: StandardCheck, worst: int) -> list[Mark]:
-    """The limit of the form, laid about the middle of the set that has the largest form."""
-    limit = next((f.limit for f in check.figures if (f.limit is not None and "Form" in f.name)
-                  or (f.limit is not None and f.name.startswith("P_FTU"))), None)  # fmt: skip
-    if limit is None:
+def _azimuth(fitted: FittedSet) -> FloatArray:
+    """Of the places about the fitted centre, (n,). [rad]"""
+    offset = fitted.places - fitted.fit.center
+    return np.asarray(np.arctan2(offset[:, 1], offset[:, 0]) % (2.0 * np.pi))
+
+
+def _labels(fitted: FittedSet) -> tuple[str, ...]:
+    return tuple(f"touch {row + 1}" for row in range(len(fitted.places)))
+
+
+def _limits(fitted: FittedSet) -> list[Rule]:
+    """The limit of a set's range, laid about the middle of its residuals."""
+    if fitted.limit is None:
         return []
-    residuals = check.sets[worst].residuals
+    residuals = fitted.fit.residuals
     middle = 0.5 * float(residuals.max() + residuals.min())
-    text = f"limit of the range, {limit / MICROMETRE:g} µm"
+    text = f"limit of the range of the {fitted.name}, {fitted.limit / MICROMETRE:g} µm"
     return [
-        Rule((middle + side * 0.5 * limit) / MICROMETRE, text if side > 0 else "", "limit")
+        Rule((middle + side * 0.5 * fitted.limit) / MICROMETRE, text if side > 0 else "", "limit")
         for side in (-1.0, 1.0)
     ]
 
 
-def _sphere_chart(fit: SphereFit, offset: FloatArray, index: int) -> SpaceChart:
-    """Residuals as whiskers on the fitted sphere or circle."""
-    if offset.shape[1] == 2:
-        offset = np.column_stack([offset, np.zeros(len(offset))])
+def _circle_chart(fitted: FittedSet, index: int) -> PolarChart:
+    """Residuals of a circle over the azimuth, seen from the spindle."""
+    residuals = fitted.fit.residuals / MICROMETRE
+    rules = [Rule(0.0, "fitted circle", "ink"), *_limits(fitted)]
+    ends = [*residuals, *(rule.value for rule in rules)]
+    span = max(float(np.ptp(ends)), 1e-3)
+    return PolarChart(
+        f"{fitted.name}: residuals on the circle",
+        Axis("distance less radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
+        (Dots(_azimuth(fitted), residuals, "touches", series(index), labels=_labels(fitted)),
+         *rules),
+        fitted.frame,
+        note="about the centre of the fitted circle",
+    )  # fmt: skip
+
+
+def _sphere_chart(fitted: FittedSet) -> SpaceChart:
+    """Residuals as whiskers on the fitted sphere."""
+    fit, offset = fitted.fit, fitted.places - fitted.fit.center
     normals = offset / np.linalg.norm(offset, axis=1)[:, None]
     feet = fit.radius * normals
     factor = magnification(feet, fit.residuals)
     starts, ends = whiskers(feet, normals, factor * fit.residuals)
     residuals = fit.residuals / MICROMETRE
-    labels = tuple(f"touch {row + 1}" for row in range(len(residuals)))
     return SpaceChart(
-        f"set {index + 1}: residuals on the sphere",
+        f"{fitted.name}: residuals on the sphere",
         (
             _circles(fit.radius),
             SpaceLines(starts, ends, f"residual, magnified {factor:g} times", "ink", 1.4),
-            SpacePoints(ends, values=residuals, size=6.0, labels=labels),
+            SpacePoints(ends, values=residuals, size=6.0, labels=_labels(fitted)),
         ),
+        fitted.frame,
         scale=Scale.of("distance less radius", "µm", residuals, signed=True),
         note="about the centre of the fitted sphere",
     )

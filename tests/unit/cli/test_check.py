@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 
 from pretravel.formats.touches_csv import read_touches, write_touches
+from pretravel.laboratory.iso230_10 import plane_pattern_36
+from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
-from tests.support.examples import PART, SPHERE
+from tests.support.examples import EXAMPLES, PART, SPHERE
+
+NO_TOUCHES = EXAMPLES / "README.md"
+"""A file that exists and has no touches."""
 
 
 class TestStandards:
@@ -27,6 +32,14 @@ class TestStandards:
         assert "recalled" in text
         assert "within the limit" in text
         assert "exceeds the limit" in text  # wrong by a mean pretravel
+
+    def test_the_other_reading_of_the_pattern(self, tmp_path: Path) -> None:
+        targets, touches = tmp_path / "t.csv", tmp_path / "s.csv"
+        run("pattern", "iso10360-5-cumulative", "--diameter", 25, "--turn", 30, "-o", targets)
+        run("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets",
+            targets, "-o", touches)  # fmt: skip
+        text = run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6)
+        assert "read cumulatively" in text.replace("\n", " ")
 
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
@@ -137,7 +150,71 @@ class TestStandards:
                 "or a map (--tip-diameter",
             ),
             (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "only for iso10360-5"),
+            # Refused before the touches are read: that there are none is not the first thing told.
+            (["iso230-10", NO_TOUCHES, "--diameter", 25, "--size-limit", 1], "only for iso10360-5"),
+            (["iso10360-5", NO_TOUCHES, "--diameter", 25, "--size-limit", 1], "or a map"),
         ],
     )
     def test_errors_teach(self, arguments: list[object], words: str) -> None:
         assert words in run("check", *arguments, code=2)
+
+
+class TestTipOffset:
+    """A tip that is 4 µm in x and -3 µm in y beside the axis of the spindle."""
+
+    def _touches(self, degrees: float) -> Touches:
+        normals = plane_pattern_36()
+        half_turn = -1.0 if degrees else 1.0
+        return Touches(15.5 * normals - half_turn * np.array([0.004, -0.003, 0.0]), normals)
+
+    def test_a_file_for_each_orientation(self, tmp_path: Path) -> None:
+        files = [tmp_path / "at_0.csv", tmp_path / "at_180.csv"]
+        for path, degrees in zip(files, (0.0, 180.0), strict=True):
+            write_touches(path, self._touches(degrees))
+        command = ["check", "iso230-10-tip-offset", *files, "--diameter", 25, "--tip-diameter", 6]
+        result = tmp_path / "offset.json"
+        text = run(*command, "--spindle", "0,180", "--offset-limit", 4, "-o", result, code=3)
+        assert "tip offset exceeds the limit" in text.replace("\n  ", " ")
+        assert "no statement of conformity" in text.replace("\n  ", " ")
+        found = json.loads(result.read_text(encoding="utf-8"))
+        by_name = {figure["figure"]: figure for figure in found["figures"]}
+        assert by_name["tip offset, x"]["value_um"] == pytest.approx(4.0)
+        assert by_name["tip offset, y"]["value_um"] == pytest.approx(-3.0)
+        assert by_name["run-out of the tip"]["value_um"] == pytest.approx(10.0)
+        assert found["conformity_stated"] is False
+        run(*command, "--spindle", "0,180", "--offset-limit", 6, "-o", tmp_path / "c.html")
+        assert "column spindle_deg" in run(*command, code=2)
+        assert "3 orientations of the spindle were given for 2 files" in run(
+            *command, "--spindle", "0,90,180", code=2
+        )
+
+    def test_one_file_with_a_column(self, tmp_path: Path) -> None:
+        both = tmp_path / "both.csv"
+        parts = [self._touches(degrees) for degrees in (0.0, 180.0)]
+        touches = Touches(
+            np.vstack([part.positions for part in parts]),
+            np.vstack([part.normals for part in parts]),
+            spindle=np.repeat([0.0, np.pi], 36),
+        )
+        write_touches(both, touches)
+        assert rows(both)[40]["spindle_deg"] == "180"
+        assert read_touches(both).spindle == pytest.approx(touches.spindle)
+        command = ["check", "iso230-10-tip-offset", both, "--diameter", 25]
+        assert "tip offset" in run(*command)
+        assert "themselves" in run(*command, "--spindle", "0", code=2)
+        assert "2 orientations" in run("check", "iso230-10", both, "--diameter", 25, code=2)
+
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            (["iso230-10-tip-offset", "--map", NO_TOUCHES], "a map is only for"),
+            (["iso230-10-tip-offset", "--form-limit", 1], "a limit of the form is only for"),
+            (["iso230-10-tip-offset", "--sphere-form", 1], "form error of the sphere is only for"),
+            (["iso230-10", "--offset-limit", 1], "tip's offset is only for iso230-10-tip-offset"),
+            (["iso10360-5", "--spindle", "0"], "an orientation of the spindle is only for"),
+            (["iso230-10", "--ring"], "a ring is only for"),
+        ],
+    )
+    def test_refused_before_touches_are_read(self, options: list[object], words: str) -> None:
+        told = run("check", options[0], NO_TOUCHES, "--diameter", 25, *options[1:], code=2)
+        assert words in told.replace("\n  ", " ")

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.laboratory.iso230_10 import check_iso230_10
+from pretravel.arrays import FloatArray
+from pretravel.directions import from_angles, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.jobs.check import CheckSetup, not_stated, stated_limits
+from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso10360_5 import check_iso10360_5
 from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardFigure
 from pretravel.touches import Touches
@@ -88,13 +91,75 @@ def test_form_and_size_of_known_touches() -> None:
     assert {form.status, size.status} == {"recalled"}
 
 
-def test_the_patterns_azimuth_is_the_users_own() -> None:
-    c, s = np.cos(0.3), np.sin(0.3)
-    turned = N @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    check = check_iso10360_5(
-        Touches(turned * 15.5, turned), CalibratedSphere(25.0), tip_diameter=6.0
-    )
+def turned(directions: FloatArray, angle: float) -> FloatArray:
+    """Directions turned about +z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return directions @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("degrees", [0.0, 17.2, 22.5, 45.0, 80.0, -100.0])
+@pytest.mark.parametrize(
+    ("fourth_ring", "words"),
+    [(0.0, "forth and back"), (45.0, "cumulatively")],
+)
+def test_both_readings_of_the_pattern_at_any_azimuth(
+    fourth_ring: float, words: str, degrees: float
+) -> None:
+    """The rings are written out by their angles here: 1, 4, 8, 4, 8 at steps of 22.5°."""
+    rings = [(0, 1, 0.0), (22.5, 4, 0.0), (45, 8, 22.5), (67.5, 4, fourth_ring), (90, 8, 22.5)]
+    angles = [
+        (np.radians(polar), np.radians(start + 360.0 / count * k))
+        for polar, count, start in rings
+        for k in range(count)
+    ]
+    polar, azimuth = np.array(angles).T
+    n = turned(from_angles(polar, azimuth), np.radians(degrees))
+    n = np.random.default_rng(1).permutation(n)
+    check = check_iso10360_5(Touches(n * 15.5, n), CalibratedSphere(25.0), tip_diameter=6.0)
     assert check.figures[0].value == pytest.approx(0.0, abs=1e-9)
+    assert words in check.notes[0]
+
+
+def test_a_ring_between_the_readings_is_refused() -> None:
+    """A ring of four at 67.5°, turned by 22.5° from both readings, is 20.6° from the nearest
+    direction: cos = cos² 67.5° + sin² 67.5° cos 22.5°."""
+    n = N.copy()
+    n[13:17] = turned(n[13:17], np.radians(22.5))
+    with pytest.raises(PretravelError, match=r"is 21° from .* in either reading"):
+        check_iso10360_5(Touches(n * 15.5, n), CalibratedSphere(25.0))
+
+
+@pytest.mark.parametrize(
+    ("standard", "limits", "u_diameter", "words"),
+    [
+        ("iso10360-5", {"repeatability": UM}, None, "repeatability is only for iso230-10"),
+        ("iso230-10", {"size": UM}, None, "size is only for iso10360-5"),
+        ("iso230-10", {}, UM, "uncertainty of the diameter is only for iso10360-5"),
+    ],
+)
+def test_what_a_standard_does_not_have_is_refused_without_touches(
+    standard: str, limits: dict[str, float], u_diameter: float | None, words: str
+) -> None:
+    with pytest.raises(PretravelError, match=words):
+        CheckSetup(standard, CalibratedSphere(25.0, u_diameter), limits=limits)
+
+
+def test_a_size_limit_needs_a_tip_or_a_map() -> None:
+    setup = CheckSetup("iso10360-5", CalibratedSphere(25.0), limits=stated_limits(size=UM))
+    setup.check_inputs(["map"])
+    with pytest.raises(PretravelError, match="give the diameter of the tip, or a map"):
+        setup.check_inputs([])
+
+
+def test_a_limit_of_repeats_alone_asks_nothing_of_the_reference() -> None:
+    n = np.tile([[0.0, 0.0, 1.0]], (10, 1))
+    n = np.concatenate([n, plane_pattern_36()])
+    touches, sphere = Touches(n * 15.5, n), CalibratedSphere(25.0)
+    made = check_iso230_10(touches, sphere, limits=stated_limits(repeatability=UM))
+    assert not_stated(made) == ()
+    made = check_iso230_10(touches, sphere, limits=stated_limits(form=UM))
+    (warning,) = not_stated(made)
+    assert "needs the form error of the reference" in warning
 
 
 def test_iso230_10_figures() -> None:

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.directions import from_angles
 from pretravel.features.measured_feature import measure_feature
 from pretravel.features.tolerances import FeatureTolerances, inspect_feature
 from pretravel.formats.rig_csv import read_rig_trace
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.formats.touches_csv import read_touches
+from pretravel.laboratory.iso230_10 import plane_pattern_36
 from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
 from pretravel.laboratory.rig_events import rig_touch
 from pretravel.laboratory.separation import separate
@@ -24,7 +26,8 @@ from pretravel.report.chart_marks import Area, Bars, Dots, LineMark, Rule, Space
 from pretravel.report.feature_picture import features_view
 from pretravel.report.rig_report import rig_view, trace_view
 from pretravel.report.separation_report import separation_view
-from pretravel.report.standards_report import check_view
+from pretravel.report.standards_report import check_view, standards_document
+from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points, features
@@ -104,7 +107,7 @@ def test_residuals_of_a_standard_are_at_their_places() -> None:
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
     check = CHECKS["iso10360-5"](touches, CalibratedSphere(24.9987), limits={"form": 0.002})
     space, plane = check_view(check).charts
-    worst = max(check.sets, key=lambda fit: fit.form)
+    worst = max((fitted.fit for fitted in check.sets), key=lambda fit: fit.form)
     assert isinstance(space, SpaceChart)
     dots = next(mark for mark in space.marks if isinstance(mark, SpacePoints))
     assert dots.values == pytest.approx(1e3 * worst.residuals)
@@ -115,6 +118,34 @@ def test_residuals_of_a_standard_are_at_their_places() -> None:
     assert isinstance(plane, PlaneChart)
     limits = [m.value for m in plane.marks if isinstance(m, Rule) and m.colour == "limit"]
     assert np.ptp(limits) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_limit_is_drawn_at_the_set_that_is_drawn(whole: bool) -> None:
+    """The equator alone is a circle; with an upper ring that is 3 µm rougher, it is a sphere."""
+    ring = plane_pattern_36()
+    upper = from_angles(np.radians(30.0), np.radians(np.arange(0, 360, 45)))
+    n = np.concatenate([ring, upper]) if whole else ring
+    distance = np.full(len(n), 15.5)
+    distance[36::2] += 0.003  # every other touch of the upper ring: no sphere takes that up
+    limits = {"form2d": 0.010, "form3d": 0.020}
+    touches = Touches(n * distance[:, None], n)
+    check = CHECKS["iso230-10"](touches, CalibratedSphere(25.0), limits=limits)
+    place, plane = check_view(check).charts
+    assert isinstance(place, SpaceChart if whole else PolarChart)
+    assert place.frame == "probe"
+    assert isinstance(plane, PlaneChart)
+    drawn = [m.value for m in plane.marks if isinstance(m, Rule) and m.colour == "limit"]
+    assert np.ptp(drawn) == pytest.approx(20.0 if whole else 10.0)  # µm
+
+
+def test_repeats_alone_have_a_report_without_residuals() -> None:
+    """Ten touches in one direction are not spread as a sphere: their unit is not judged."""
+    n = np.tile([[0.0, 0.0, 1.0]], (10, 1))
+    distance = 15.5 + np.linspace(0.0, 0.001, 10)
+    check = CHECKS["iso230-10"](Touches(n * distance[:, None], n), CalibratedSphere(25.0))
+    assert [figure.name for figure in check.figures] == ["R_SPT"]
+    assert standards_document(check).pictures == ()
 
 
 def test_a_feature_shows_before_after_and_its_tolerance() -> None:

@@ -12,7 +12,7 @@ from pretravel.formats.standard_figures import standard_table
 from pretravel.whole_file import write_json
 from pretravel.workbench.components.document_view import document_view
 from pretravel.workbench.components.downloads import download_button
-from pretravel.workbench.components.fields import choice_field, number_field
+from pretravel.workbench.components.fields import choice_field, number_field, switch_field
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import (
     folded,
@@ -32,6 +32,7 @@ from pretravel.workbench.screens.metrologist_work import (
     CheckResult,
     check_by_standard,
     example_touches,
+    has_field,
 )
 from pretravel.workbench.tasks import Task
 
@@ -46,6 +47,7 @@ CHECK = Task(
 STANDARDS = {
     "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
     "iso230-10": "ISO 230-10: 36 touches on the equator",
+    "iso230-10-tip-offset": "ISO 230-10, stylus-tip offset: a circle at two orientations",
 }
 
 
@@ -59,7 +61,8 @@ def show(state: ScreenState) -> None:
                 state,
                 CHECK,
                 lambda result: _show_result(state, result),
-                missing="Drop the touches on the sphere, in the pattern of the standard.",
+                missing="Drop the touches on the sphere, in the pattern of the standard. Those of "
+                "the stylus-tip offset have a column spindle_deg.",
             )
 
 
@@ -74,14 +77,10 @@ def _inputs(state: ScreenState) -> None:
             state, "diameter", "Diameter of the sphere", unit="mm", default=25.0,
             limits=(0.1, 1000.0),
         )  # fmt: skip
-        live([state.listen], partial(_only_sphere, state), key=partial(_standard, state))
-        number_field(
-            state, "sphere_form_um", "Form error of the sphere", unit="µm", limits=(0.0, 1e3)
-        )
+        live([state.listen], partial(_reference, state), key=partial(_standard, state))
         number_field(state, "tip_diameter", "Diameter of the tip", unit="mm", limits=(0.01, 100.0))
     with panel("Limits"):
-        number_field(state, "form_limit_um", "Form error", unit="µm", limits=(0.0, 1e6))
-        live([state.listen], partial(_other_limit, state), key=partial(_standard, state))
+        live([state.listen], partial(_limits, state), key=partial(_standard, state))
     file_drop(
         state, "map", "Map of the probe, to check the compensated touches",
         endings=(".nc", ".csv", ".json"),
@@ -96,16 +95,27 @@ def _standard(state: ScreenState) -> str:
     return str(state.settings.get("standard", "iso10360-5"))
 
 
-def _only_sphere(state: ScreenState) -> None:
-    if _standard(state) == "iso10360-5":
-        number_field(state, "u_diameter_um", "u of the diameter", unit="µm", limits=(0.0, 1e3))
+def _reference(state: ScreenState) -> None:
+    standard = _standard(state)
+    for name, label in (
+        ("u_diameter_um", "u of the diameter"),
+        ("sphere_form_um", "Form error of the sphere"),
+    ):
+        if has_field(standard, name):
+            number_field(state, name, label, unit="µm", limits=(0.0, 1e3))
+    if has_field(standard, "ring"):
+        switch_field(state, "ring", "The reference is a ring")
 
 
-def _other_limit(state: ScreenState) -> None:
-    if _standard(state) == "iso10360-5":
-        number_field(state, "size_limit_um", "Size error", unit="µm", limits=(0.0, 1e6))
-    else:
-        number_field(state, "repeat_limit_um", "Range of repeats", unit="µm", limits=(0.0, 1e6))
+def _limits(state: ScreenState) -> None:
+    for name, label in (
+        ("form_limit_um", "Form error"),
+        ("size_limit_um", "Size error"),
+        ("repeat_limit_um", "Range of repeats"),
+        ("offset_limit_um", "Offset of the tip"),
+    ):
+        if has_field(_standard(state), name):
+            number_field(state, name, label, unit="µm", limits=(0.0, 1e6))
 
 
 async def _fill(state: ScreenState) -> None:
