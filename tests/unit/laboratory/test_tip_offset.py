@@ -136,7 +136,8 @@ def test_the_uncertainty_covers_noise(runs: int, degrees: tuple[float, ...]) -> 
 
 
 def test_repeatability_is_the_range_over_the_runs() -> None:
-    """The tip moves by 2 µm in x between two runs, such as after a change of the stylus."""
+    """The tip moves by 2 µm in x between two runs, such as after a change of the stylus. The runs
+    have the variances 2 and 0 µm² in x and y, 1 on average, and their mean has half of it."""
     first, second = touched((0, 180)), touched((0, 180), offset=OFFSET + np.array([2.0 * UM, 0.0]))
     assert first.spindle is not None
     assert second.spindle is not None
@@ -150,6 +151,7 @@ def test_repeatability_is_the_range_over_the_runs() -> None:
     assert found["tip offset, x"] == pytest.approx(5.0)
     assert found["repeatability of the offset"] == pytest.approx(2.0)
     assert check.figures[-1].outcome is LimitOutcome.EXCEEDS
+    assert [figure.u_test for figure in check.figures[:2]] == pytest.approx([0.5**0.5 * UM] * 2)
 
 
 @pytest.mark.parametrize(
@@ -247,3 +249,10 @@ def test_half_a_turn_apart_it_is_half_the_difference() -> None:
     found = fit_tip_offset(np.array([0.5, 0.5 + math.pi]), np.array([[1.0, 2.0], [3.0, 2.0]]))
     assert turn(0.5) @ found.offset == pytest.approx([1.0, 0.0])
     assert found.place == pytest.approx([2.0, 2.0])
+
+
+def test_the_covariance_is_that_of_the_offset() -> None:
+    """A quarter of a turn apart, with centres that are uncertain in x alone: the offset is
+    (R - 1)⁻¹ (c(0°) - c(90°)) = -(x(0°) - x(90°)) (1, 1) / 2."""
+    found = fit_tip_offset(np.array([0.0, 0.5 * math.pi]), np.zeros((2, 2)))
+    assert found.covariance([np.diag([1.0, 0.0])] * 2) == pytest.approx(np.full((2, 2), 0.5))
