@@ -66,7 +66,7 @@ def test_a_certificate_states_the_laboratory(
 def test_another_standard_has_other_limits(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}metrologist")
     page.get_by_label("Standard").click()
-    page.get_by_role("option", name="ISO 230-10").click()
+    page.get_by_role("option", name="ISO 230-10: 36 touches").click()
     page.get_by_label("Range of repeats [µm]").wait_for()
     page.get_by_role("button", name="Try it with example data").click()
     page.wait_for_selector("text=ISO 230-10")
