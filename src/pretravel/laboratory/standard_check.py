@@ -18,7 +18,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit
-from pretravel.uncertainty.gum import Budget, Component
+from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget, Component
 from pretravel.units import DEGREE
 
 ALONG_Z = (0.0, 0.0, 1.0)
@@ -104,7 +104,8 @@ class StandardFigure:
     @property
     def coverage(self) -> float:
         """The factor k of U: 2, or more where the uncertainty has few degrees of freedom."""
-        return max(2.0, self.budget.coverage_factor()) if self.components and self.budget else 2.0
+        budget = self.budget if self.components else None
+        return COVERAGE_FACTOR if budget is None else budget.coverage_factor()
 
     @property
     def outcome(self) -> LimitOutcome:

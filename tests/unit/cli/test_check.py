@@ -130,7 +130,7 @@ class TestStandards:
         positions = touched.positions + scatter[:, None] * touched.normals
         write_touches(new, replace(touched, positions=positions))
         command[2] = new
-        assert "made the map" not in both_outputs(*command)[1]
+        assert "the map was made from" not in both_outputs(*command)[1]
 
     @pytest.mark.parametrize(
         ("arguments", "words"),
