@@ -5,12 +5,19 @@ The model and the laws are in `tests/support/machine_model`; they know nothing o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
+from pretravel.directions import from_angles
+from pretravel.units import DEGREE
 from tests.support.judged_programs import (
+    MACHINE,
     PRETRAVEL,
     TOOL_LENGTH,
     Judged,
@@ -18,6 +25,7 @@ from tests.support.judged_programs import (
     moved,
     part_program,
     sphere_program,
+    touches_on_sphere,
 )
 from tests.support.machine_model.control import Tool
 from tests.support.machine_model.judgement import (
@@ -80,6 +88,42 @@ class TestHealthyProbe:
             trace = judged.run(machine=judged.changed(position=place))
             assert trace.ended == "end", trace.error
             assert broken(name, judged, trace) == []
+
+
+class TestGeneratedPrograms:
+    """Any touches, heights and feeds; the law of feeds is the one that needs many of them."""
+
+    # A failure is reported as it was found: making it smaller would run hundreds of programs.
+    @settings(max_examples=12, phases=[Phase.generate])
+    @given(
+        polar=st.lists(st.floats(0.0, 95.0), min_size=1, max_size=4),
+        turn=st.floats(0.0, 360.0),
+        height=st.floats(17.5, 70.0),
+        positioning=st.floats(300.0, 1500.0),
+        travel=st.floats(1.0, 2400.0),
+    )
+    def test_all_laws_hold(
+        self, polar: list[float], turn: float, height: float, positioning: float, travel: float
+    ) -> None:
+        azimuth = turn + 100.0 * np.arange(len(polar))
+        judged = touches_on_sphere(
+            from_angles(np.array(polar) * DEGREE, azimuth * DEGREE),
+            replace(
+                MACHINE, stem_diameter=1.0, safe_height=height, positioning_feed=positioning,
+                travel_feed=travel,
+            ),
+        )  # fmt: skip
+        trace = judged.run()
+        assert trace.ended == "end", trace.error
+        assert violations(trace, judged.plan) == []
+        # Across at the safe height it goes at the feed of travels.
+        across = [
+            m.feed for m in trace.moves
+            if math.dist(m.tip_start[:2], m.tip_planned[:2]) > 1e-3
+            and min(judged.plan.work(m.tip_start)[2], judged.plan.work(m.tip_planned)[2])
+            > height - 1e-3
+        ]  # fmt: skip
+        assert across == pytest.approx([travel] * len(across), abs=1e-3)
 
 
 class TestFaultsAtEveryTouch:

@@ -35,7 +35,8 @@ PRETRAVEL = 0.008
 RADIUS = 12.5
 TOOL_LENGTH = 55.0
 MACHINE = Machine(
-    measuring_feed=60.0, positioning_feed=1200.0, safe_height=45.0, acceleration=500.0,
+    measuring_feed=60.0, positioning_feed=1200.0, travel_feed=2400.0, safe_height=45.0,
+    acceleration=500.0,
     stem_diameter=2.0, tool=7, tool_length=TOOL_LENGTH,
 )  # fmt: skip
 ERROR: Vector = (0.2, -0.15, 0.1)
@@ -110,6 +111,7 @@ def judged_plan(program: ProbingProgram, offset: WorkOffset) -> Plan:
         # The reaction of LinuxCNC comes to the stopping distance.
         stopping=machine.stopping_distance(machine.positioning_feed) + 0.003 * speed,
         clearance=machine.clearance,
+        positioning_feed=machine.positioning_feed,
     )
 
 
@@ -149,10 +151,14 @@ def _displaced(offset: WorkOffset, place: Vector) -> Vector:
 @cache
 def sphere_program() -> Judged:
     """Twenty-five touches on a sphere in G54."""
-    normals = ring_pattern(np.array([0.0, 35.0, 65.0, 90.0]) * DEGREE, 8)
+    return touches_on_sphere(ring_pattern(np.array([0.0, 35.0, 65.0, 90.0]) * DEGREE, 8), MACHINE)
+
+
+def touches_on_sphere(normals: np.ndarray, machine: Machine) -> Judged:
+    """Touches on a sphere in G54 with the numbers of a machine; its tool is that of `MACHINE`."""
     labels = tuple(f"s{i}" for i in range(len(normals)))
     program = plan_program(
-        Targets(RADIUS * normals, normals, labels=labels), MACHINE, title="sphere",
+        Targets(RADIUS * normals, normals, labels=labels), machine, title="sphere",
         obstacles=[SphereObstacle(np.zeros(3), RADIUS)],
     )  # fmt: skip
     offset = WorkOffset((100.0, 50.0, -130.0))

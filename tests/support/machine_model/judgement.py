@@ -50,6 +50,8 @@ class Plan:
         The machine's way to stand still at the measuring feed, and at the positioning feed.
     clearance : float
         A touch off by more than this must stop the program.
+    positioning_feed : float
+        The highest feed below the safe height. [mm/min]
     """
 
     touches: tuple[PlannedTouch, ...]
@@ -59,6 +61,7 @@ class Plan:
     overtravel: float = 2.0
     stopping: float = 0.2
     clearance: float = 1.0
+    positioning_feed: float = 1000.0
 
     def work(self, tip: Vector) -> Vector:
         """A place of the ball's middle in work coordinates."""
@@ -191,6 +194,19 @@ def only_planned_ways_below_the_safe_height(trace: Trace, plan: Plan) -> list[st
     return found
 
 
+def no_fast_move_below_the_safe_height(trace: Trace, plan: Plan) -> list[str]:
+    """Below the safe height no move is rapid, and none is faster than the positioning feed."""
+    found = []
+    for move in trace.moves:
+        low = min(plan.work(move.tip_start)[2], plan.work(move.tip_planned)[2])
+        if low < plan.safe_height - _SAME and (
+            move.kind == "rapid" or move.feed > plan.positioning_feed + _SAME
+        ):
+            pace = "rapidly" if move.kind == "rapid" else f"at {move.feed:g} mm/min"
+            found.append(f"{_named(move)}: {pace} at a height of {low:.3f} mm")
+    return found
+
+
 def _from_ways(places: np.ndarray, plan: Plan) -> np.ndarray:
     """Distance of places (n, 3) from the nearest planned way, (n,)."""
     ways = np.array(plan.segments)
@@ -279,6 +295,7 @@ LAWS: tuple[Law, ...] = (
     no_way_into_the_part_after_a_miss,
     first_motion_is_not_downward,
     only_planned_ways_below_the_safe_height,
+    no_fast_move_below_the_safe_height,
     not_deeper_than_allowed,
     no_spindle_start,
     state_is_restored,
