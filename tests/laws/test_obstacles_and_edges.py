@@ -14,7 +14,7 @@ import pytest
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
-from pretravel.probing.obstacles import StylusOutline
+from pretravel.probing.obstacles import StylusOutline, stylus_outline
 from pretravel.probing.simulation import simulate_some
 from pretravel.probing.surface_touches import TouchStatus
 from pretravel.probing.targets import Targets
@@ -107,6 +107,36 @@ class TestObstacles:
         for clearance in (-1.0, math.nan):
             with pytest.raises(PretravelError, match="clearance"):
                 touch(_tip(), ball, target, clearance=clearance)
+
+
+class TestStylus:
+    """The OMP40-2 as described: from the ball's centre a stem of 4.5 mm up to 38 mm, a head of
+    8 mm up to 50 mm, the holder of 10 mm up to 64.4 mm."""
+
+    def test_outline_reaches_from_the_ball_to_the_rods(self) -> None:
+        outline = stylus_outline(load_probe("omp40-2"), UP[0])
+        assert outline.above == pytest.approx(np.array([[0.0, 38.0], [38.0, 50.0], [50.0, 64.4]]))
+        assert (2.0 * outline.radii).tolist() == [4.5, 8.0, 10.0]
+
+    def test_down_bores(self, tmp_path: Path) -> None:
+        """A bore too narrow for head or holder may be as deep as the length below them; the
+        centre of the ball rests 3 mm above the floor of the bore."""
+        from netgen.occ import Box, Cylinder, Fuse, Pnt, Z
+
+        free, blocked = TouchStatus.CONVERGED, TouchStatus.STEM
+        bores = [
+            (7.0, 40.9, free), (7.0, 41.1, blocked), (9.0, 52.9, free), (9.0, 53.1, blocked),
+            (9.96, 60.0, blocked), (10.04, 60.0, free),
+        ]  # fmt: skip
+        places = np.array([[20.0 * i, 0.0, 0.0] for i in range(len(bores))])
+        blocks = [Box((-7, -7, -5), (107, 7, 0))]
+        for (x, _, _), (diameter, depth, _) in zip(places, bores, strict=True):
+            bore = Cylinder(Pnt(x, 0, -1), Z, 0.5 * diameter, depth + 2.0)
+            blocks.append(Box((x - 7, -7, 0), (x + 7, 7, depth)) - bore)
+        part = _part(Fuse(blocks), tmp_path)
+        outline = stylus_outline(load_probe("omp40-2"), UP[0])
+        found = _status(part, places, UP, 3.0, stylus=outline)
+        assert found.tolist() == [expected for _, _, expected in bores]
 
 
 class TestEdges:

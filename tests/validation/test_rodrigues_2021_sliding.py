@@ -123,3 +123,40 @@ def test_equation_3_36(tip: PredictedTip) -> None:
     assert done.deflection[0, 2] == pytest.approx(0.0, abs=1e-12)
     assert center - 3.0 * done.normal == pytest.approx(done.point, abs=1e-9)
     assert np.linalg.norm(done.point - local.point) > 1e-4
+
+
+@pytest.mark.parametrize("polar_deg", [40.0, 70.0, 90.0])
+@pytest.mark.parametrize("process", ["curved", "inclined"])
+def test_force_along_a_slide_is_that_of_the_cantilever(polar_deg: float, process: str) -> None:
+    """The existing method of the thesis: F sin(polar) = 3 E I d / L³, on a plane of any slope; the
+    feed is d sin(polar). E, I and L are those of the description."""
+    probe = load_probe("omp40-2").with_lever(50.0)
+    sine = math.sin(math.radians(polar_deg))
+    inertia = math.pi * 4.5**4 / 64.0
+    step = 0.05 if process == "inclined" else 0.0002
+    history = slide(
+        predicted_tip(probe, "shen"),
+        parse_surface(f"plane:polar={polar_deg:g},azimuth=25"),
+        (0.0, 0.0),
+        SlideSettings(step=step, steps=6, process=process),
+    )
+    below = ~history.triggered
+    assert below.sum() >= 3
+    stiffness = 3.0 * probe.stem.material.youngs_modulus * inertia / 50.0**3
+    expected = stiffness * history.deflection[below] / sine
+    assert history.force[below] == pytest.approx(expected, rel=1e-9)
+    assert history.feed == pytest.approx(history.deflection * sine, rel=1e-9)
+
+
+def test_force_along_a_slide_with_a_tilted_probe(tip: PredictedTip) -> None:
+    """The force of a step, put on the tip, deflects it across the axis by the step's deflection:
+    the cross product with the axis is the part across it."""
+    axis = np.array([0.0, 0.6, 0.8])
+    tilted = tip.turned(np.array([[1.0, 0, 0], [0, 0.8, 0.6], [0, -0.6, 0.8]]))
+    assert tilted.rotation[:, 2] == pytest.approx(axis)
+    surface = parse_surface("plane:polar=80,azimuth=60")
+    history = slide(tilted, surface, (0.0, 0.0), SlideSettings(step=0.0005, steps=6))
+    normal = surface.local(np.zeros((1, 2))).normal
+    for force, deflection in zip(history.force, history.deflection, strict=True):
+        moved = np.cross(axis, tilted.deflection(normal, force)[0])
+        assert math.hypot(*moved) == pytest.approx(deflection, rel=1e-9)

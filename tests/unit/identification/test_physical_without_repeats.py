@@ -1,14 +1,19 @@
-"""Kind physical for probes that no six seats make, touched once in each direction."""
+"""Kind physical for touches once in each direction: other kinds of probes, and the scatter."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.identification.kind_registry import qualify
+from pretravel.identification.physical import PhysicalMapFit, fit_physical
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.observe import observe
 from pretravel.qualification.qualification import Qualification
 from tests.support.made_up_probes import NOISE, made_up_response, touches_of
 from tests.support.reference_touches import sphere_touches
@@ -56,3 +61,56 @@ def test_a_six_seat_probe_keeps_its_uncertainty(seed: int) -> None:
     found = qualify(touches_of(response, PATTERN, rng), 25.0, tip_diameter=6.0, kind="physical")
     assert not any(SAID in warning for warning in found.warnings)
     assert 0.3 < _error_over_u(found, response.pretravel(BETWEEN)) < 1.8
+
+
+@cache
+def _observed(noise: float) -> Observation:
+    """60 directions once; the same probe and the same errors, times the noise."""
+    n, rng = fibonacci_cap(60, np.radians(90.0)), np.random.default_rng([1, 3])
+    touches = touches_of(made_up_response(rng, 0.3), n, rng, noise)
+    return observe(touches, QualificationSetup(25.0, 6.0), np.eye(3))
+
+
+@cache
+def _fitted(noise: float) -> PhysicalMapFit:
+    return fit_physical(_observed(noise), Scatter(0.0, 0.0))
+
+
+class TestScatter:
+    """The standard deviation of a touch that a fit states."""
+
+    @pytest.mark.parametrize("noise", [0.05e-3, 1.5e-3])
+    def test_without_repeats_the_residuals_tell_it(self, noise: float) -> None:
+        """At least centre and azimuth, 4 numbers, follow from the touches alone; at most all 21
+        unknowns. A deviation with 39 degrees of freedom has a standard uncertainty of 11 %: a third
+        is three of these. The usual noise, 0.3 µm, is only the middle of a wide prior."""
+        found = _fitted(noise)
+        assert 60 - 21 <= found.dof <= 60 - 4
+        assert found.noise == pytest.approx(noise, rel=0.33)
+        seen = np.sqrt(np.sum(found.residuals**2) / found.dof)
+        assert seen == pytest.approx(noise, rel=0.33)
+
+    @pytest.mark.parametrize(
+        ("repeats", "expected"),
+        [
+            # Many repeats alone.
+            (Scatter(0.4e-3, 50.0), 0.4e-3),
+            # Four degrees of freedom beside the usual 0.3 µm, which counts as four more: the mean
+            # of both variances.
+            (Scatter(0.3e-3, 4.0), 0.3e-3),
+            (Scatter(0.6e-3, 4.0), 0.3e-3 * np.sqrt(2.5)),
+        ],
+    )
+    def test_with_repeats(self, repeats: Scatter, expected: float) -> None:
+        found = fit_physical(_observed(1.5e-3), repeats, _fitted(1.5e-3).unknowns)
+        assert found.noise == pytest.approx(expected, rel=1e-9)
+
+    @pytest.mark.parametrize("noise", [0.05e-3, 1.5e-3])
+    def test_a_fit_that_begins_at_its_end_stays_there(self, noise: float) -> None:
+        """Unknowns and scales determine each other; at the end neither changes any more."""
+        found = _fitted(noise)
+        again = fit_physical(_observed(noise), Scatter(0.0, 0.0), found.unknowns)
+        assert again.scales.scales[0] == found.scales.scales[0]
+        apart = found.basis.value(BETWEEN, found.coefficients)
+        apart = apart - again.basis.value(BETWEEN, again.coefficients)
+        assert np.abs(apart).max() < 1e-7  # far below what the noise leaves uncertain

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from pretravel.directions import grid
 from pretravel.formats.map_file import read_map
+from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import identify
 from pretravel.probe.catalogue import load_probe
+from pretravel.trigger.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
 from tests.support.example_maps import example_map
@@ -35,3 +40,48 @@ def test_a_probe_of_another_kind_widens_u() -> None:
     )
     off = np.abs(found.values - true.values)
     assert np.all(off < 4.0 * found.standard_uncertainty + 4.0 * true.standard_uncertainty)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_a_free_number_is_put_where_it_is_read(name: str) -> None:
+    """A number that is put is the number that is read then; no other number changes."""
+    number, probe = FREE[name], load_probe("omp40-2")
+    before = {other: FREE[other].of(probe) for other in FREE}
+    changed = number.put(probe, before[name] + 0.01)
+    after = {other: FREE[other].of(changed) for other in FREE}
+    assert after == pytest.approx(before | {name: before[name] + 0.01}, rel=1e-12)
+
+
+class TestClosedForms:
+    """Maps that are computed from a known probe: identification must return its numbers."""
+
+    # None lies on a kink of the start, where another seat opens and the slope is not defined.
+    DIRECTIONS = grid(np.radians([20.0, 45.0, 70.0, 90.0]), np.radians(np.arange(3.0, 360.0, 10)))
+
+    def test_azimuth_of_each_rod(self) -> None:
+        """Rods at 1°, 119° and 241.5° are found from a description with 0°, 120° and 240°."""
+        described = load_probe("omp40-2")
+        azimuths = tuple(np.radians([1.0, 119.0, 241.5]))
+        true = replace(described, tripod=replace(described.tripod, rod_azimuths=azimuths))
+        found = identify(
+            predicted_map(true, predict(true, self.DIRECTIONS)),
+            described,
+            ["rod_azimuth_1", "rod_azimuth_2", "rod_azimuth_3"],
+        )
+        assert found.names == ("rod_azimuth_1", "rod_azimuth_2", "rod_azimuth_3")
+        # The map is exact at its directions; the fit ends at a relative step of 1e-8.
+        assert found.values == pytest.approx(azimuths, abs=1e-7)
+        assert found.probe.tripod.rod_azimuths == pytest.approx(azimuths, abs=1e-7)
+        assert np.abs(found.residuals).max() < 1e-9
+
+    def test_shift_of_the_reference(self) -> None:
+        """Seen from a centre that is shifted by s, a tip on the sphere is nearer by s·n: there
+        the map has more pretravel. The map of a probe with its centre at s contains s·n."""
+        probe, shift = load_probe("omp40-2"), np.array([2e-3, -3e-3, 5e-3])
+        exact = predicted_map(probe, predict(probe, self.DIRECTIONS))
+        nodes = exact.support.nodes
+        shifted = replace(exact, coefficients=exact.coefficients + nodes @ shift)
+        found = identify(shifted, replace(probe, preload=1.1 * probe.preload), ["preload"])
+        assert found.shift == pytest.approx(shift, abs=1e-6)
+        assert found.values[0] == pytest.approx(probe.preload, rel=1e-4)
+        assert math.hypot(*found.residuals) < 1e-6

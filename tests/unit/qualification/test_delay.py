@@ -18,6 +18,7 @@ from pretravel.identification import kind_registry
 from pretravel.identification.kind_registry import KINDS
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict
 from pretravel.units import delay_travel
@@ -98,6 +99,26 @@ def test_oblique_approach_at_another_feed() -> None:
     touch = Touches(position, n, approaches=a, feeds=np.array([300.0]))
     points = apply(touch, made)
     assert np.sum(points.positions * n) == pytest.approx(0.0, abs=0.03e-3)
+
+
+@pytest.mark.parametrize("later", [0.0, 1e-3])
+def test_verification_at_another_feed(later: float) -> None:
+    """At 300 mm/min the delay is 72 µm of travel, which the map does not contain, and no change of
+    the probe. A delay that has grown by 1 ms since is one: 5 µm in all directions."""
+    made = qualify(_touches(np.random.default_rng(1)), 25.0, tip_diameter=6.0,
+                   search_outliers=False).pretravel_map  # fmt: skip
+    n = np.repeat(sphere_pattern_25(), 3, axis=0)
+    rng = np.random.default_rng(2)
+    travel = predict(PROBE, n).pretravel + delay_travel(300.0, DELAY + later)
+    distance = 15.5 - travel + rng.normal(0.0, NOISE, len(n))
+    new = Touches(n * distance[:, None], n, feeds=np.full(len(n), 300.0))
+    result = verify(new, made, 25.0)
+    # The map's own delay is uncertain by 0.07 ms, which is 0.4 µm at this feed.
+    assert made.u_delay < 0.1e-3
+    assert result.changed == (later > 0.0)
+    assert result.size.value == pytest.approx(
+        delay_travel(300.0, later), abs=3.0 * (result.size.u + delay_travel(300.0, made.u_delay))
+    )
 
 
 def test_touches_must_tell_their_feed() -> None:

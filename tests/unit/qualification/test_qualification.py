@@ -66,6 +66,32 @@ class TestQualification:
         ]
         assert rows == [(60,)]
 
+    def test_a_suspect_does_not_predict_itself(self) -> None:
+        """Its distance is from what the others predict: a direction that is 10 µm further off
+        lies exactly 10 µm further from the same prediction."""
+        n = sphere_pattern_25()
+        noise = np.random.default_rng(3).normal(0.0, 3e-4, 25)
+        distances = []
+        for error in (0.03, 0.04):
+            pretravel = self._pretravel(n) + noise
+            pretravel[8] += error
+            (found,) = qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
+            assert found.rows == (8,)
+            distances.append(found.distance)
+        # The centre of all touches, about which distances are linear, moves with it a little.
+        assert distances[1] - distances[0] == pytest.approx(0.01, rel=0.01)
+
+    def test_two_wrong_directions_are_named_once_each(self) -> None:
+        """With the others' prediction, which contains neither: both errors come out as made."""
+        n = np.concatenate([sphere_pattern_25(), fibonacci_cap(35, np.radians(85.0))])
+        pretravel = self._pretravel(n) + np.random.default_rng(4).normal(0.0, 3e-4, 60)
+        pretravel[[10, 40]] += [0.03, -0.04]
+        found = qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
+        assert sorted(outlier.rows for outlier in found) == [(10,), (40,)]
+        for outlier in found:
+            made = {10: 0.03, 40: -0.04}[outlier.rows[0]]
+            assert outlier.distance == pytest.approx(made, abs=outlier.limit)
+
     @pytest.mark.parametrize("kind", ["mean", "sectors", "harmonic"])
     def test_tip_uncertainty_comes_from_the_sphere(self, kind: str) -> None:
         result = qualify(self._touches(), 25.0, tip_diameter=6.0, kind=kind, u_diameter=4e-4)
