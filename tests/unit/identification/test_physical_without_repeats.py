@@ -11,6 +11,7 @@ import pytest
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.identification.kind_registry import qualify
 from pretravel.identification.physical import PhysicalMapFit, fit_physical
+from pretravel.identification.six_seat_fit import SixSeatProblem, most_probable
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
@@ -64,9 +65,9 @@ def test_a_six_seat_probe_keeps_its_uncertainty(seed: int) -> None:
 
 
 @cache
-def _observed(noise: float) -> Observation:
-    """60 directions once; the same probe and the same errors, times the noise."""
-    n, rng = fibonacci_cap(60, np.radians(90.0)), np.random.default_rng([1, 3])
+def _observed(noise: float, directions: int = 60) -> Observation:
+    """Each direction once; the same probe and the same errors, times the noise."""
+    n, rng = fibonacci_cap(directions, np.radians(90.0)), np.random.default_rng([1, 3])
     touches = touches_of(made_up_response(rng, 0.3), n, rng, noise)
     return observe(touches, QualificationSetup(25.0, 6.0), np.eye(3))
 
@@ -90,6 +91,15 @@ class TestScatter:
         seen = np.sqrt(np.sum(found.residuals**2) / found.dof)
         assert seen == pytest.approx(noise, rel=0.33)
 
+    @pytest.mark.parametrize("directions", [8, 10])
+    def test_few_touches_without_error_leave_a_doubt(self, directions: int) -> None:
+        """Without residuals the likelihood of a scatter s is s to the power -dof. Times a normal
+        prior of its logarithm, spread 1 about 0.3 µm, that is another one about 0.3 µm exp(-dof),
+        whose root mean square is exp(1) times as large if its range has no end."""
+        found = fit_physical(_observed(0.0, directions), Scatter(0.0, 0.0))
+        middle = 0.3e-3 * np.exp(-found.dof)
+        assert middle < found.noise < np.e * middle
+
     @pytest.mark.parametrize(
         ("repeats", "expected"),
         [
@@ -106,11 +116,17 @@ class TestScatter:
         assert found.noise == pytest.approx(expected, rel=1e-9)
 
     @pytest.mark.parametrize("noise", [0.05e-3, 1.5e-3])
-    def test_a_fit_that_begins_at_its_end_stays_there(self, noise: float) -> None:
-        """Unknowns and scales determine each other; at the end neither changes any more."""
-        found = _fitted(noise)
+    def test_unknowns_and_scales_belong_together(self, noise: float) -> None:
+        """Each determines the other: at the end the unknowns are the most probable ones for the
+        most probable scales, and a fit that begins there stays there."""
+        found, problem = _fitted(noise), SixSeatProblem(_observed(noise))
+        best, _ = most_probable(problem, found.scales.scales[0], found.unknowns)
+        predicted, _ = problem.misses(best)
+        stated, _ = problem.misses(found.unknowns)
+        # Far below what the noise leaves uncertain: 1 nm.
+        assert np.abs(predicted - stated).max() < 1e-6
         again = fit_physical(_observed(noise), Scatter(0.0, 0.0), found.unknowns)
         assert again.scales.scales[0] == found.scales.scales[0]
         apart = found.basis.value(BETWEEN, found.coefficients)
         apart = apart - again.basis.value(BETWEEN, again.coefficients)
-        assert np.abs(apart).max() < 1e-7  # far below what the noise leaves uncertain
+        assert np.abs(apart).max() < 1e-6
