@@ -161,5 +161,5 @@ def test_check_has_the_code_of_an_answer_where_a_limit_is_exceeded(tmp_path: Pat
 
 def test_help_states_the_codes() -> None:
     text = " ".join(run("--help").split())
-    assert "0 done; 2 a fault, with a message; 3 an answer to notice" in text
+    assert "Exit codes: 0: done. 2: a fault, with a message. 3: a result that a script must" in text
     assert "Exit code 0: no; 3: yes." in " ".join(run("verify", "--help").split())
