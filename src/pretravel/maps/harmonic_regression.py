@@ -254,7 +254,7 @@ class _Problem:
         total = (design * prior) @ design.T
         total[np.diag_indices_from(total)] += noise + fixed * self.small_count
         try:
-            inverse = np.linalg.inv(np.linalg.cholesky(total))
+            inverse = _inverse_of_factor(total)
         except np.linalg.LinAlgError:
             return 1e12, np.zeros(_AMPLITUDES)
         free = inverse @ self.small_free
@@ -414,6 +414,20 @@ def _most_probable(problem: _Problem, near: Amplitudes | None) -> FloatArray:
         for start in starts
     ]
     return np.asarray(min(found, key=lambda result: float(result.fun)).x)
+
+
+def _inverse_of_factor(covariance: FloatArray) -> FloatArray:
+    """Inverse of the lower Cholesky factor, (n, n); several times cheaper than a general inverse.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The matrix is not positive definite.
+    """
+    from scipy.linalg.lapack import dtrtri
+
+    inverse, _ = dtrtri(np.linalg.cholesky(covariance), lower=1)
+    return np.asarray(inverse)
 
 
 def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:

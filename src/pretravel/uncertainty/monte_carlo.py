@@ -234,8 +234,7 @@ def monte_carlo(
         figures.append(_block_figures(values, probability))
         if len(blocks) < 2:
             continue
-        pooled = np.concatenate(blocks).std(axis=0, ddof=1)
-        tolerance = share * numerical_tolerance(pooled, digits)
+        tolerance = share * numerical_tolerance(_pooled(figures, block), digits)
         errors = np.std(figures, axis=0, ddof=1) / math.sqrt(len(figures))
         settled = np.all(2.0 * errors <= tolerance, axis=0)
         done = len(blocks) * block
@@ -282,6 +281,14 @@ def _evaluated(model: Model, inputs: FloatArray) -> FloatArray:
             "distributions of the inputs extend to where the model does not hold"
         )
     return values
+
+
+def _pooled(figures: list[FloatArray], block: int) -> FloatArray:
+    """Standard deviation of the trials of all blocks, (k,), from those of the blocks."""
+    means, deviations = np.stack(figures)[:, :2].transpose(1, 0, 2)
+    within = (block - 1) * np.sum(deviations**2, axis=0)
+    between = block * np.sum((means - means.mean(axis=0)) ** 2, axis=0)
+    return np.asarray(np.sqrt((within + between) / (block * len(figures) - 1)))
 
 
 def _block_figures(values: FloatArray, probability: float) -> FloatArray:
