@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import pytest
+import typer.main
+import typer.testing
 from hypothesis import HealthCheck, settings
 
 from pretravel.probe.catalogue import load_probe
@@ -17,6 +22,19 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("pretravel")
+
+
+@cache
+def _command(build: Callable[[typer.Typer], object], app: typer.Typer) -> object:
+    return build(app)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_are_built_once() -> None:
+    """A program builds its commands once, in a tenth of a second; a worker runs hundreds."""
+    build = typer.main.get_command
+    for module, name in ((typer.main, "get_command"), (typer.testing, "_get_command")):
+        setattr(module, name, lambda app: _command(build, app))
 
 
 @pytest.fixture

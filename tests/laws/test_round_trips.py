@@ -17,8 +17,7 @@ from pretravel.trigger.predict import predict, predicted_map
 from tests.support.plain_qualification import qualify_plainly as qualify
 
 
-@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
-@pytest.mark.parametrize("repeats", [1, 3])
+@pytest.mark.parametrize(("repeats", "axis"), [(1, (1.0, 0.0, 0.0)), (3, (0.0, 0.0, 1.0))])
 def test_noise_free_qualification_returns_a_harmonic_map(
     repeats: int, axis: tuple[float, float, float]
 ) -> None:

@@ -150,8 +150,9 @@ def _displaced(offset: WorkOffset, place: Vector) -> Vector:
 
 @cache
 def sphere_program() -> Judged:
-    """Twenty-five touches on a sphere in G54."""
-    return touches_on_sphere(ring_pattern(np.array([0.0, 35.0, 65.0, 90.0]) * DEGREE, 8), MACHINE)
+    """Eleven touches on a sphere in G54. With a fault at each of them, the work grows with the
+    square of their number; ways along a ring, between rings and from the pole all occur."""
+    return touches_on_sphere(ring_pattern(np.array([0.0, 50.0, 90.0]) * DEGREE, 5), MACHINE)
 
 
 def touches_on_sphere(normals: np.ndarray, machine: Machine) -> Judged:

@@ -80,10 +80,10 @@ def test_uncertainties_are_honest(harmonic: list[tuple[np.ndarray, np.ndarray]])
 def test_the_kinds_in_their_order() -> None:
     """Errors that remain with a mean radius and a sector table, on the same parts. They cannot
     follow the polar angle; the sector table, made at the equator, is used at polar angles of 20 to
-    50°.
+    50°. The factor is above three on every single part: two are enough.
     """
     left = {
-        kind: np.mean([_part_errors(seed, kind)[0].std() for seed in range(6)]) * 1e3
+        kind: np.mean([_part_errors(seed, kind)[0].std() for seed in range(2)]) * 1e3
         for kind in KINDS
     }
     assert left["harmonic"] < 0.3 * left["mean"]

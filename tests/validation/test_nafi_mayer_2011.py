@@ -25,7 +25,10 @@ from tests.support.examples import EXAMPLES
 
 UM, UM2 = 1e-3, 1e-6
 COUNT = 24
-SETS = 500
+SETS = {"reml": 200, "least-squares": 500}
+"""A set takes reml three times as long. Limits below that depend on the number say how."""
+LEAST = {"reml": 0.88, "least-squares": 0.90}
+"""Of the shares of intervals with the error: 0.94 less four standard deviations of a count."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ def many(request: pytest.FixtureRequest) -> tuple[Method, list[Separation]]:
     method: Method = request.param
     truth, rng = _truth(), np.random.default_rng(7)
     found = []
-    for _ in range(SETS):
+    for _ in range(SETS[method]):
         variance = float(truth.pairs[0, 0] * rng.chisquare(199) / 199)
         repeated = RepeatedPair(1, 1, variance, 200) if method == "reml" else None
         readings = _readings(truth, rng)  # without gross errors
@@ -73,25 +76,27 @@ def many(request: pytest.FixtureRequest) -> tuple[Method, list[Separation]]:
 
 
 def test_intervals_of_errors_cover(many: tuple[Method, list[Separation]]) -> None:
-    """95 % intervals over 500 sets, 48 errors each; 90 to 99 % is required."""
+    """95 % intervals of 48 errors: 93 to 97 % over all, and no single one far off. One that always
+    contains the truth is too wide: of 200 sets all do so by chance in 0.004 % of the cases."""
+    method, found = many
     truth = _truth()
     target = np.concatenate([truth.machine, truth.probe])
     inside = []
-    for result in many[1]:
+    for result in found:
         interval = result.error_interval()
         inside.append((interval[:, 0] <= target) & (target <= interval[:, 1]))
     each = np.mean(inside, axis=0)
     assert 0.93 < each.mean() < 0.97
-    assert each.min() > 0.90
-    assert each.max() < 0.99
+    assert each.min() > LEAST[method]
+    assert each.max() < 1.0
 
 
 def test_systematic_errors_are_unbiased(many: tuple[Method, list[Separation]]) -> None:
     truth = _truth()
     machine = np.mean([result.machine_error for result in many[1]], axis=0)
     probe = np.mean([result.probe_error for result in many[1]], axis=0)
-    # Four standard errors of a mean over 500 sets, u = 0.12 um.
-    tolerance = 4.0 * 0.14 * UM / np.sqrt(SETS)
+    # Four standard errors of a mean over the sets, u = 0.12 um.
+    tolerance = 4.0 * 0.14 * UM / np.sqrt(SETS[many[0]])
     assert np.max(np.abs(machine - truth.machine)) < tolerance
     assert np.max(np.abs(probe - truth.probe)) < tolerance
 
@@ -99,7 +104,7 @@ def test_systematic_errors_are_unbiased(many: tuple[Method, list[Separation]]) -
 def test_variances_of_pairs_are_unbiased(many: tuple[Method, list[Separation]]) -> None:
     """The total bias is below 3 % with both methods. For each direction, least squares is exactly
     unbiased (its scatter over 500 sets is 2 %); restricted likelihood, which keeps variances
-    non-negative, raises the smallest variances by up to 6 %."""
+    non-negative, raises the smallest variances by up to 6 %; over 200 sets it scatters by 3 %."""
     method, found = many
     truth = _truth()
     pairs = np.array([r.machine_variance[:, None] + r.probe_variance[None, :] for r in found])
@@ -133,7 +138,7 @@ def test_uncertainties_of_variances_are_honest(many: tuple[Method, list[Separati
 def test_likelihood_is_closer_than_squares_and_never_negative() -> None:
     truth, rng = _truth(), np.random.default_rng(3)
     errors: dict[str, list[float]] = {method: [] for method in METHODS}
-    for _ in range(40):
+    for _ in range(20):
         readings = _readings(truth, rng)
         for method in METHODS:
             result = separate(readings, method=method, search_outliers=False)
@@ -152,7 +157,8 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     i, j = np.divmod(np.arange(count**2), count)
     rng = np.random.default_rng(5)
     paper, ours = [], []
-    for _ in range(2000):
+    sets = 500
+    for _ in range(sets):
         e = rng.standard_normal(count**2) * np.sqrt(sigma2)
         table = e.reshape(count, count)
         residual = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
@@ -161,7 +167,7 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
         result = separate(readings, method="least-squares", search_outliers=False)
         ours.append((result.machine_variance.mean() + result.probe_variance.mean()) / UM2)
     factor = ((count - 1) / count) ** 2
-    standard_error = np.sqrt(2.0 / (count - 1) ** 2 / 2000)
+    standard_error = np.sqrt(2.0 / (count - 1) ** 2 / sets)
     assert np.mean(paper) == pytest.approx(factor, abs=4 * standard_error)
     assert np.mean(ours) == pytest.approx(1.0, abs=4 * standard_error / factor)
 

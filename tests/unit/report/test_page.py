@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -122,6 +123,12 @@ def test_warnings_are_directly_below_the_verdict_and_figures_have_u_and_k() -> N
     assert '<td class="number expanded">0.50 µm</td>' in page  # 2 · 0.25
 
 
+@cache
+def plain_text() -> str:
+    """The page of the plain content, drawn once."""
+    return contents_text([plain_content()])
+
+
 class TestReadingBack:
     def test_reports_records_and_pictures_are_the_same(self, tmp_path: Path) -> None:
         write_contents(tmp_path / "a.html", [plain_content()])
@@ -154,8 +161,7 @@ class TestReadingBack:
     def test_the_picture_of_an_older_page_is_kept_when_it_cannot_be_turned(
         self, tmp_path: Path
     ) -> None:
-        write_contents(tmp_path / "a.html", [plain_content()])
-        text = (tmp_path / "a.html").read_text(encoding="utf-8")
+        text = plain_text()
         text = re.sub(r'<script type="text/plain" id="charts">.*?</script>', "", text, flags=re.S)
         (tmp_path / "a.html").write_text(text, encoding="utf-8")
         (found,) = read_page(tmp_path / "a.html")
@@ -180,9 +186,7 @@ class TestReadingBack:
     def test_a_changed_page_is_refused(
         self, tmp_path: Path, before: str, after: str, words: str
     ) -> None:
-        content = plain_content()
-        write_contents(tmp_path / "a.html", [content])
-        text = (tmp_path / "a.html").read_text(encoding="utf-8")
+        text = plain_text()
         assert before in text or before == '"count":'
         if before == '"count":':
             before, after = '"unit":"µm"', '"unit":"µm","digits":{"count":1000000000}'
@@ -204,8 +208,7 @@ class TestReadingBack:
     def test_charts_of_strangers_are_checked(
         self, tmp_path: Path, change: object, words: str
     ) -> None:
-        write_contents(tmp_path / "a.html", [plain_content()])
-        text = (tmp_path / "a.html").read_text(encoding="utf-8")
+        text = plain_text()
         packed = re.search(r'id="charts">(.*?)</script>', text, re.S)
         assert packed is not None
         charts = unpacked_values(packed[1].strip())
