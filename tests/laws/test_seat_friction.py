@@ -29,7 +29,9 @@ DIRECTIONS = from_angles(
 @cache
 def rubbed(friction: float, cycles: int = 2, steps: int = 25) -> FrictionCycle:
     """A rigid tripod on Hertz seats: elasticity of the body does not affect these laws."""
-    return friction_cycle(load_probe("omp40-2"), DIRECTIONS, friction, cycles=cycles, steps=steps)
+    return friction_cycle(
+        load_probe("omp40-2"), DIRECTIONS, friction, body="rigid", cycles=cycles, steps=steps
+    )
 
 
 def test_without_friction_it_is_statics(omp40: Probe) -> None:
@@ -97,7 +99,7 @@ def test_the_zero_drifts_at_first_and_then_settles() -> None:
 def test_with_an_elastic_body_it_is_the_condensed_model(omp40: Probe) -> None:
     """Without friction, up to the trigger: the deflection along the normal is that of `fem`."""
     reduced = coarse_reduced()
-    cycle = friction_cycle(omp40, DIRECTIONS, 0.0, reduced=reduced, steps=10)
+    cycle = friction_cycle(omp40, DIRECTIONS, 0.0, body=reduced, steps=10)
     trigger = predict(omp40, DIRECTIONS, FiniteElements(reduced))
     along = np.sum(trigger.deflection * DIRECTIONS, axis=1)
     assert cycle.trigger_deflection[:, 0] == pytest.approx(along, rel=1e-6)
@@ -125,7 +127,7 @@ def test_small_loads_meet_mindlins_stiffness(omp40: Probe) -> None:
             stiffness += spring * np.outer(wrench, wrench)
     tip = np.array([0.0, 0.0, -omp40.lever])
     few = DIRECTIONS[[1, 3]]
-    cycle = friction_cycle(omp40, few, 0.4, steps=100, overtravel=2e-3)
+    cycle = friction_cycle(omp40, few, 0.4, body="rigid", steps=100, overtravel=2e-3)
     for row, d in enumerate(few):
         push = np.concatenate([d, np.cross(tip, d)])
         compliance = push @ np.linalg.solve(stiffness, push)
@@ -136,7 +138,7 @@ def test_directions_do_not_know_of_each_other() -> None:
     together = rubbed(0.15)
     for row in (1, 3):
         alone = friction_cycle(
-            load_probe("omp40-2"), DIRECTIONS[row : row + 1], 0.15, cycles=2, steps=25
+            load_probe("omp40-2"), DIRECTIONS[row : row + 1], 0.15, body="rigid", cycles=2, steps=25
         )
         assert together.zero_drift[row] == pytest.approx(alone.zero_drift[0], rel=1e-6)
         assert together.hysteresis[row] == pytest.approx(alone.hysteresis[0], rel=1e-6)
@@ -191,7 +193,7 @@ def test_seats_that_would_jam_are_refused(omp40: Probe) -> None:
 
 def test_threefold_symmetry(omp40: Probe) -> None:
     turned = from_angles(np.radians([90.0, 90.0]), np.radians([20.0, 140.0]))
-    cycle = friction_cycle(omp40, turned, 0.1, steps=15)
+    cycle = friction_cycle(omp40, turned, 0.1, body="rigid", steps=15)
     assert cycle.trigger_force[0] == pytest.approx(cycle.trigger_force[1], rel=1e-6)
     assert cycle.zero_drift[0] == pytest.approx(cycle.zero_drift[1], rel=1e-4)
 

@@ -40,8 +40,11 @@ def hysteresis(
         int, typer.Option(min=1, max=10_000, help="Steps of each loading and of each return.")
     ] = 100,
     model: Annotated[
-        Literal["fem", "rigid"],
-        typer.Option(help="Body of the probe: finite elements (elastic) or rigid."),
+        Literal["fem", "analytic", "rigid"],
+        typer.Option(
+            help="Body of the probe: finite elements (elastic), analytic (only the stylus bends), "
+            "or rigid."
+        ),
     ] = "fem",
     output: Annotated[
         Path | None,
@@ -76,7 +79,7 @@ def hysteresis(
             description,
             directions,
             friction,
-            reduced=reduced_model(description) if model == "fem" else None,
+            body=reduced_model(description) if model == "fem" else model,
             overtravel=beyond,
             cycles=cycles,
             steps=steps,

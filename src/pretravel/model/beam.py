@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from pretravel.arrays import FloatArray
 from pretravel.probe.description import StylusSegment
 
 
@@ -106,3 +109,25 @@ def axial_compliance(segments: Sequence[StylusSegment]) -> float:
         segment.length / (segment.material.youngs_modulus * 0.25 * math.pi * segment.diameter**2)
         for segment in segments
     )
+
+
+def stylus_compliance(segments: Sequence[StylusSegment]) -> FloatArray:
+    """Tip displacement per unit of tip force along x, y and z: bending and shear, axial.
+
+    Parameters
+    ----------
+    segments : StylusSegments
+        From the clamped end to the tip centre.
+
+    Returns
+    -------
+    (3,) float
+        [mm/N]
+
+    >>> from pretravel.probe.materials import material
+    >>> x, y, z = stylus_compliance([StylusSegment(50.0, 4.5, material("ceramic"))])
+    >>> bool(x == y and z < 0.01 * x)
+    True
+    """
+    lateral = bending_compliance(segments) + shear_compliance(segments)
+    return np.array([lateral, lateral, axial_compliance(segments)])

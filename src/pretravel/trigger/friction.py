@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy.typing as npt
 
 from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
-from pretravel.errors import PretravelError
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, TIP_FORCE
 from pretravel.probe.description import Probe
@@ -63,10 +64,11 @@ class FrictionCycle:
         Of the tip. [mm]
     loading : (t,) bool
     cycle : (t,) int
-    trigger_force, trigger_deflection : (n, cycles) float
-        At which the first seat's load falls to the threshold. [N], [mm]
-    reseat_deflection : (n, cycles) float
-        At which the last open seat closes during the return. [mm]
+    trigger_force, reseat_force : (n, cycles) float
+        At which the first seat's load falls to the threshold, and at which the last open seat
+        closes during the return. [N]
+    trigger_displacement, reseat_displacement : (n, cycles, 3) float
+        Of the tip there, from rest before the first cycle. [mm]
     rest_displacement : (n, cycles, 3) float
         Of the tip after the force is removed, from rest before the first cycle. [mm]
     """
@@ -81,9 +83,23 @@ class FrictionCycle:
     loading: BoolArray
     cycle: npt.NDArray[np.int64]
     trigger_force: FloatArray
-    trigger_deflection: FloatArray
-    reseat_deflection: FloatArray
+    reseat_force: FloatArray
+    trigger_displacement: FloatArray
+    reseat_displacement: FloatArray
     rest_displacement: FloatArray
+
+    def _along_normals(self, displacement: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("nci,ni->nc", displacement, self.directions))
+
+    @property
+    def trigger_deflection(self) -> FloatArray:
+        """Component of the displacement at the trigger along the normal, (n, cycles). [mm]"""
+        return self._along_normals(self.trigger_displacement)
+
+    @property
+    def reseat_deflection(self) -> FloatArray:
+        """Component of the displacement at reseating along the normal, (n, cycles). [mm]"""
+        return self._along_normals(self.reseat_displacement)
 
     @property
     def hysteresis(self) -> FloatArray:
@@ -100,7 +116,7 @@ class FrictionCycle:
 
         Ren 2020: the drift of zero position.
         """
-        return np.asarray(np.einsum("nci,ni->nc", self.rest_displacement, self.directions))
+        return self._along_normals(self.rest_displacement)
 
     @property
     def reseat_error(self) -> FloatArray:
@@ -115,7 +131,7 @@ def friction_cycle(
     directions: npt.ArrayLike,
     friction: float,
     *,
-    reduced: ReducedModel | None = None,
+    body: ReducedModel | str = "analytic",
     overtravel: float | None = None,
     cycles: int = 1,
     steps: int = 100,
@@ -130,8 +146,9 @@ def friction_cycle(
         Outward surface normals, probe frame; the part pushes along them, frictionless.
     friction : float
         Coulomb's coefficient at the seats, 0 to 0.5.
-    reduced : ReducedModel, optional
-        Elasticity of the moving part; rigid when not given.
+    body : ReducedModel or str
+        Elasticity of the moving part: ``rigid``; ``analytic``, a stylus that bends as a stepped
+        beam on a rigid tripod; or finite elements.
     overtravel : float, optional
         Deflection beyond that of the frictionless trigger before the return; when not
         given 10 um, or twice the trigger's if that is more. [mm]
@@ -163,14 +180,14 @@ def friction_cycle(
     of zero position).
 
     >>> from pretravel.probe.catalogue import load_probe
-    >>> cycle = friction_cycle(load_probe("omp40-2"), [[1.0, 0.0, 0.0]], 0.0, steps=20)
+    >>> cycle = friction_cycle(load_probe("omp40-2"), [[1.0, 0.0, 0.0]], 0.0, steps=10)
     >>> round(float(cycle.trigger_force[0, 0]), 4), bool(abs(cycle.zero_drift[0, 0]) < 1e-9)
     (0.7498, True)
     """
     d = checked_unit(directions, "directions")
     check_conditions(probe, friction, overtravel, cycles, steps, len(d))
     statics = seat_statics(probe)
-    mechanism = seat_mechanism(probe, statics, d, friction, reduced)
+    mechanism = seat_mechanism(probe, statics, d, friction, body)
     base = _frictionless_deflection(mechanism, statics, probe.threshold)
     reach = base + (np.maximum(0.01, 2.0 * base) if overtravel is None else overtravel)
     history = _History(mechanism, cycles, probe.threshold)
@@ -180,7 +197,6 @@ def friction_cycle(
         history.load(reach, number, steps)
         _check_opened(history, number, reach, base)
         history.unload(start, number, steps)
-        history.release(number)
     return history.cycle()
 
 
@@ -249,6 +265,14 @@ class _Step:
     cycle: int
 
 
+class _Events:
+    """Force on the tip, and its displacement, where seats open or close: nan until it happens."""
+
+    def __init__(self, directions: int, cycles: int) -> None:
+        self.force = np.full((directions, cycles), np.nan)
+        self.displacement = np.full((directions, cycles, 3), np.nan)
+
+
 class _History:
     """The steps of a run, with the events found in them: a seat opens, the last seat closes."""
 
@@ -257,8 +281,7 @@ class _History:
         self.mechanism = mechanism
         self.level = mechanism.coefficient * np.cbrt(threshold**2)
         self.steps = [_Step(mechanism.at_rest, True, 0)]
-        self.triggers = np.full((n, cycles, 2), np.nan)
-        self.reseats = np.full((n, cycles), np.nan)
+        self.triggers, self.reseats = _Events(n, cycles), _Events(n, cycles)
         self.resting = np.zeros((n, cycles, 3))
 
     @property
@@ -269,57 +292,60 @@ class _History:
     def deflection(self) -> FloatArray:
         return self.mechanism.deflection(self.state)
 
-    def step(
-        self, target: Target, *, loading: bool, cycle: int, solved: SeatState | None = None
-    ) -> None:
-        """One step; where a seat opens or the last one closes in it, the place is located."""
+    def step(self, state: SeatState, *, loading: bool, cycle: int) -> None:
+        """Append a state; where a seat opens or the last one closes on the way, locate it."""
         before = self.state
-        state = equilibrium(self.mechanism, before, target) if solved is None else solved
         self.steps.append(_Step(state, loading, cycle))
-        shallowest = [self.mechanism.depth(s).min(axis=1) > self.level for s in (before, state)]
+        margin = [self.opening_margin(self.mechanism, s) for s in (before, state)]
         if loading:
-            crossing = shallowest[0] & ~shallowest[1] & np.isnan(self.triggers[:, cycle, 0])
+            crossing = (margin[0] > 0.0) & (margin[1] <= 0.0)
+            crossing &= np.isnan(self.triggers.force[:, cycle])
         else:
-            crossing = ~shallowest[0] & shallowest[1]
+            crossing = (margin[0] <= 0.0) & (margin[1] > 0.0)
         if not np.any(crossing):
             return
-        place = _crossing_state(self.mechanism, before, target, self.level, crossing)
-        there = self.mechanism.deflection(place)
-        if loading:
-            self.triggers[crossing, cycle, 0] = place.force[crossing]
-            self.triggers[crossing, cycle, 1] = there[crossing]
-        else:
-            self.reseats[crossing, cycle] = there[crossing]
+        mechanism = self.mechanism.rows(crossing)
+        end = mechanism.deflection(state.rows(crossing))
+        place = _located(mechanism, before.rows(crossing), end, self.opening_margin)
+        events = self.triggers if loading else self.reseats
+        events.force[crossing, cycle] = place.force
+        events.displacement[crossing, cycle] = place.moved[:, TIP_FORCE]
+
+    def opening_margin(self, mechanism: SeatMechanism, state: SeatState) -> FloatArray:
+        """Smallest indentation of a seat less that at which the circuit opens, (n,). [mm]"""
+        return np.asarray(mechanism.depth(state).min(axis=1) - self.level)
 
     def load(self, reach: FloatArray, cycle: int, steps: int) -> None:
         """Deflect the tip from where it is to `reach`."""
         start = self.deflection
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
             target = Target(start + fraction * (reach - start))
-            self.step(target, loading=True, cycle=cycle)
+            state = equilibrium(self.mechanism, self.state, target)
+            self.step(state, loading=True, cycle=cycle)
 
     def unload(self, end: FloatArray, cycle: int, steps: int) -> None:
-        """Let the tip return towards `end`; each direction stops before its force would vanish."""
+        """Let the tip return, past `end` where needed, until its force vanishes."""
         top = self.deflection
-        returning = np.ones(len(top), dtype=np.bool_)
-        for fraction in np.linspace(0.0, 1.0, steps + 1)[1:-1]:
-            here, wanted = self.deflection, top + fraction * (end - top)
-            target = Target(np.where(returning, wanted, here))
-            trial = equilibrium(self.mechanism, self.state, target)
-            still = returning & (trial.force > 0.0)
-            if not np.any(still):
+        returning = np.arange(len(top))
+        for fraction in np.arange(1, 2 * steps + 1) / steps:
+            mechanism, before = self.mechanism.rows(returning), self.state.rows(returning)
+            wanted = (top + fraction * (end - top))[returning]
+            trial = equilibrium(mechanism, before, Target(wanted))
+            free = trial.force <= 0.0
+            if np.any(free):
+                rest = _located(
+                    mechanism.rows(free), before.rows(free), wanted[free], lambda _, s: s.force
+                )
+                trial = trial.replaced(free, rest)
+            self.step(self.state.replaced(returning, trial), loading=False, cycle=cycle)
+            returning = returning[~free]
+            if len(returning) == 0:
                 break
-            unchanged = np.array_equal(still, returning)
-            returning = still
-            target = Target(np.where(returning, wanted, here))
-            self.step(target, loading=False, cycle=cycle, solved=trial if unchanged else None)
-
-    def release(self, cycle: int) -> None:
-        """Remove the rest of the force in steps of force; the tip is then at its new rest."""
-        held = self.state.force
-        for fraction in np.linspace(0.0, 1.0, 11)[1:]:
-            target = Target((1.0 - fraction) * held, is_force=True)
-            self.step(target, loading=False, cycle=cycle)
+        else:
+            raise ConvergenceError(
+                f"the force on the tip did not vanish on the return in {len(returning)} of "
+                f"{len(top)} directions: take more steps, or less friction"
+            )
         self.resting[:, cycle] = self.state.moved[:, TIP_FORCE]
 
     def cycle(self) -> FrictionCycle:
@@ -338,36 +364,35 @@ class _History:
             displacement=frozen(tip),
             loading=np.array([step.loading for step in self.steps]),
             cycle=np.array([step.cycle for step in self.steps]),
-            trigger_force=frozen(self.triggers[:, :, 0]),
-            trigger_deflection=frozen(self.triggers[:, :, 1]),
-            reseat_deflection=frozen(self.reseats),
+            trigger_force=frozen(self.triggers.force),
+            reseat_force=frozen(self.reseats.force),
+            trigger_displacement=frozen(self.triggers.displacement),
+            reseat_displacement=frozen(self.reseats.displacement),
             rest_displacement=frozen(self.resting),
         )
 
 
-def _crossing_state(
+def _located(
     mechanism: SeatMechanism,
     before: SeatState,
-    target: Target,
-    level: float,
-    crossing: BoolArray,
+    end: FloatArray,
+    quantity: Callable[[SeatMechanism, SeatState], FloatArray],
 ) -> SeatState:
-    """The state within a step in which the shallowest seat is at the level, by bisection."""
-    origin = mechanism.reached(before, target)
+    """The state at which a quantity changes its sign on the way to a deflection, by bisection."""
+    origin = mechanism.deflection(before)
     low, high = np.zeros(len(origin)), np.ones(len(origin))
-    falling = mechanism.depth(before).min(axis=1) > level
+    positive = quantity(mechanism, before) > 0.0
     for _ in range(_BISECTIONS):
-        share = np.where(crossing, 0.5 * (low + high), 1.0)
-        between = target._replace(value=origin + share * (target.value - origin))
-        state = equilibrium(mechanism, before, between)
-        first_half = (mechanism.depth(state).min(axis=1) > level) != falling
+        share = 0.5 * (low + high)
+        state = equilibrium(mechanism, before, Target(origin + share * (end - origin)))
+        first_half = (quantity(mechanism, state) > 0.0) != positive
         high = np.where(first_half, share, high)
         low = np.where(first_half, low, share)
     return state
 
 
 def _check_opened(history: _History, cycle: int, reach: FloatArray, base: FloatArray) -> None:
-    shut = np.flatnonzero(np.isnan(history.triggers[:, cycle, 0]))
+    shut = np.flatnonzero(np.isnan(history.triggers.force[:, cycle]))
     if len(shut):
         d = history.mechanism.directions
         raise PretravelError(

@@ -1,19 +1,20 @@
 """Equilibrium of the tripod on seats with Coulomb friction, for a prescribed deflection or force.
 
 The tangential forces at the seats depend on the state before, so the load is applied in steps;
-each step is solved by a semi-smooth Newton method for all directions at once.
+each step is solved by a semi-smooth Newton method for all directions at once. Directions that are
+solved leave the iteration; a step that fails is halved in the directions in which it fails.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import ConvergenceError
+from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import (
     INTERFACE,
@@ -22,13 +23,14 @@ from pretravel.model.fem.interface_loads import (
     TANGENTIAL,
     TIP_FORCE,
 )
+from pretravel.model.beam import stylus_compliance
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.seats import SeatStatics, seat_coefficient
 
 _TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
 _ITERATIONS = 60
-_HALVINGS = 6  # of a step in which Newton's method fails
+_HALVINGS = 10  # of a step in which Newton's method fails
 _SIZE = 25  # unknowns: 6 normal and 12 tangential forces, the rigid motion, the tip's force
 
 
@@ -56,6 +58,17 @@ class SeatState:
     force: FloatArray
     moved: FloatArray
 
+    def rows(self, rows: BoolArray | IntArray) -> SeatState:
+        """The state of some of the directions."""
+        return SeatState(*(getattr(self, entry.name)[rows] for entry in fields(self)))
+
+    def replaced(self, rows: BoolArray | IntArray, other: SeatState) -> SeatState:
+        """This state, with that of some directions replaced."""
+        values = {entry.name: np.array(getattr(self, entry.name)) for entry in fields(self)}
+        for name, value in values.items():
+            value[rows] = getattr(other, name)
+        return SeatState(**values)
+
 
 class Target(NamedTuple):
     """The deflection along the normals, or the force on the tip, that a step leads to."""
@@ -63,6 +76,10 @@ class Target(NamedTuple):
     value: FloatArray
     """(n,). [mm] or [N]"""
     is_force: bool = False
+
+    def rows(self, rows: BoolArray | IntArray) -> Target:
+        """The target of some of the directions."""
+        return self._replace(value=self.value[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +109,10 @@ class SeatMechanism:
     coefficient: float
     tangential_stiffness: FloatArray
     friction: float
+
+    def rows(self, rows: BoolArray | IntArray) -> SeatMechanism:
+        """The mechanism in some of the directions."""
+        return replace(self, directions=self.directions[rows])
 
     @cached_property
     def rest_depth(self) -> FloatArray:
@@ -140,9 +161,9 @@ def seat_mechanism(
     statics: SeatStatics,
     directions: FloatArray,
     friction: float,
-    reduced: ReducedModel | None,
+    body: ReducedModel | str,
 ) -> SeatMechanism:
-    """The mechanism of a probe; a rigid tripod without a reduced model.
+    """The mechanism of a probe; parameters as of `friction_cycle`.
 
     Normal: Hertz. Tangential: Mindlin's stiffness at the rest load.
     """
@@ -158,10 +179,17 @@ def seat_mechanism(
     flexibility = np.zeros(2 * (len(INTERFACE),))
     ratio = probe.tripod.material.poissons_ratio
     softer = (2.0 - ratio) / (2.0 * (1.0 - ratio))  # Mindlin: tangentially against normally
-    if reduced is not None:
-        flexibility = np.array(reduced.flexibility)
-        flexibility[SEATS, SEATS] += reduced.seat_correction * np.eye(6)
-        flexibility[TANGENTIAL, TANGENTIAL] += softer * reduced.seat_correction * np.eye(12)
+    if isinstance(body, ReducedModel):
+        flexibility = np.array(body.flexibility)
+        flexibility[SEATS, SEATS] += body.seat_correction * np.eye(6)
+        flexibility[TANGENTIAL, TANGENTIAL] += softer * body.seat_correction * np.eye(12)
+    elif body == "analytic":
+        flexibility[TIP_FORCE, TIP_FORCE] = np.diag(stylus_compliance(probe.stylus))
+    elif body != "rigid":
+        raise PretravelError(
+            f"the body of the probe is '{body}'; it must be 'rigid', 'analytic' (an elastic "
+            "stylus), or a reduced finite-element model"
+        )
     coefficient = seat_coefficient(probe)
     rest = np.zeros(len(INTERFACE))
     rest[SEATS], rest[SPRING_FORCE] = statics.rest_reactions, probe.preload
@@ -180,22 +208,29 @@ def seat_mechanism(
 def equilibrium(
     mechanism: SeatMechanism, before: SeatState, target: Target, halvings: int = _HALVINGS
 ) -> SeatState:
-    """The state at a prescribed deflection (or force); a step that fails is halved.
+    """The state at a prescribed deflection (or force).
+
+    A step that fails in some directions is halved in these.
 
     Raises
     ------
     ConvergenceError
         No equilibrium, even with the smallest steps.
     """
-    try:
-        return _newton(_Equations(mechanism, before, target))
-    except ConvergenceError:
-        if halvings == 0:
-            raise
-    start = mechanism.reached(before, target)
-    halfway = target._replace(value=0.5 * (start + target.value))
-    middle = equilibrium(mechanism, before, halfway, halvings - 1)
-    return equilibrium(mechanism, middle, target, halvings - 1)
+    state, merit = _newton(mechanism, before, target)
+    failed = merit >= _TOLERANCE
+    if not np.any(failed):
+        return state
+    if halvings == 0:
+        raise ConvergenceError(
+            f"the seats with friction {mechanism.friction:g} found no equilibrium (residual "
+            f"{merit.max():.1e} of the preload after {_ITERATIONS} iterations): take more steps, "
+            "or less friction"
+        )
+    part, start, end = mechanism.rows(failed), before.rows(failed), target.rows(failed)
+    halfway = end._replace(value=0.5 * (part.reached(start, end) + end.value))
+    middle = equilibrium(part, start, halfway, halvings - 1)
+    return state.replaced(failed, equilibrium(part, middle, end, halvings - 1))
 
 
 class _Residual(NamedTuple):
@@ -240,21 +275,23 @@ class _Equations:
         return np.repeat(self.mechanism.tangential_stiffness, 2)
 
     @cached_property
-    def loaded(self) -> FloatArray:
-        """Interface forces by unknowns, (n, 22, 25)."""
-        d = self.mechanism.directions
-        loaded = np.zeros((len(d), len(INTERFACE), _SIZE))
-        loaded[:, SEATS, 0:6] = np.eye(6)
-        loaded[:, TANGENTIAL, 6:18] = np.eye(12)
-        loaded[:, TIP_FORCE, 24] = d
-        return loaded
+    def balance(self) -> FloatArray:
+        """Force and moment on the tripod by unknowns, (n, 6, 25)."""
+        resultants, d = self.mechanism.resultants, self.mechanism.directions
+        balance = np.zeros((len(d), 6, _SIZE))
+        balance[:, :, 0:6], balance[:, :, 6:18] = resultants[:, SEATS], resultants[:, TANGENTIAL]
+        balance[:, :, 24] = d @ resultants[:, TIP_FORCE].T
+        return balance
 
     @cached_property
     def moved(self) -> FloatArray:
         """Interface displacements by unknowns, (n, 22, 25)."""
-        moved = self.mechanism.flexibility @ self.loaded
-        moved[:, :, 18:24] += self.mechanism.resultants.T
-        return np.asarray(moved)
+        flexibility, d = self.mechanism.flexibility, self.mechanism.directions
+        moved = np.zeros((len(d), len(INTERFACE), _SIZE))
+        moved[:, :, 0:6], moved[:, :, 6:18] = flexibility[:, SEATS], flexibility[:, TANGENTIAL]
+        moved[:, :, 18:24] = self.mechanism.resultants.T
+        moved[:, :, 24] = d @ flexibility[TIP_FORCE]
+        return moved
 
     @cached_property
     def target_row(self) -> FloatArray:
@@ -309,28 +346,49 @@ class _Equations:
         jacobian[:, 6:18] = (by_trial * self.stiffness) @ self.moved[:, TANGENTIAL]
         jacobian[:, 6:18, 6:18] += np.eye(12)
         jacobian[:, 6:18, 0:6] -= by_normal
-        jacobian[:, 18:24] = mechanism.resultants @ self.loaded
+        jacobian[:, 18:24] = self.balance
         jacobian[:, 24] = self.target_row
         return np.asarray(jacobian / self.rows[:, None] / self.scales[1] * self.columns)
 
 
-def _newton(equations: _Equations) -> SeatState:
-    """Semi-smooth Newton with backtracking, for all directions at once."""
-    friction = equations.mechanism.friction
+def _newton(
+    mechanism: SeatMechanism, before: SeatState, target: Target
+) -> tuple[SeatState, FloatArray]:
+    """Semi-smooth Newton with backtracking.
+
+    Directions that are solved leave the iteration.
+
+    Returns
+    -------
+    state : SeatState
+    merit : (n,) float
+        Norm of the scaled residual: above the tolerance where no equilibrium was found.
+    """
+    equations = _Equations(mechanism, before, target)
     x = equations.start
     residual = equations.residual(x)
+    merit = np.linalg.norm(residual.scaled, axis=1)
+    state = equations.state(x, residual.moved)
+    active = np.flatnonzero(merit >= _TOLERANCE)
+    kept = active
     for _ in range(_ITERATIONS):
-        merit = np.linalg.norm(residual.scaled, axis=1)
-        if float(merit.max()) < _TOLERANCE:
-            return equations.state(x, residual.moved)
+        if len(active) == 0:
+            break
+        if len(active) < len(x):
+            equations = _Equations(mechanism.rows(active), before.rows(active), target.rows(active))
+            x = x[kept]
+            residual = equations.residual(x)
+        here = np.linalg.norm(residual.scaled, axis=1)
         jacobian = equations.jacobian(x, residual)
-        step = _least_norm(jacobian, residual.scaled, held=friction > 0.0) * equations.columns
-        x = x - _share(equations, x, step, merit)[:, None] * step
+        held = mechanism.friction > 0.0
+        step = _least_norm(jacobian, residual.scaled, held=held) * equations.columns
+        x = x - _share(equations, x, step, here)[:, None] * step
         residual = equations.residual(x)
-    raise ConvergenceError(
-        f"the seats with friction {friction:g} found no equilibrium (residual {merit.max():.1e} of "
-        f"the preload after {_ITERATIONS} iterations): take more steps, or less friction"
-    )
+        merit[active] = np.linalg.norm(residual.scaled, axis=1)
+        state = state.replaced(active, equations.state(x, residual.moved))
+        kept = np.flatnonzero(merit[active] >= _TOLERANCE)
+        active = active[kept]
+    return state, merit
 
 
 def _share(equations: _Equations, x: FloatArray, step: FloatArray, merit: FloatArray) -> FloatArray:
