@@ -10,14 +10,19 @@ import pytest
 
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
+from pretravel.jobs.predict import with_friction
 from pretravel.model.fem.interface_loads import TANGENTIAL
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
+from pretravel.probe.materials import default_workpiece
 from pretravel.probe.seat_frame import seat_frame
+from pretravel.trigger.compliance.base import compliance_model
 from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.friction import FrictionCycle, friction_cycle
-from pretravel.trigger.predict import predict
+from pretravel.trigger.predict import predict, predicted_map
+from pretravel.trigger.predict_with_friction import rubbed_trigger
+from pretravel.trigger.response import probe_response
 from pretravel.trigger.seats import seat_statics
 from tests.support.coarse_models import coarse_reduced
 
@@ -214,3 +219,57 @@ def test_more_steps_than_memory_holds_are_refused_before_any_work():
         with pytest.raises(PretravelError, match="every step is kept") as refused:
             friction_cycle(probe, [[1.0, 0.0, 0.0]], 0.1, **numbers)
         assert refused.value.inputs == ("cycles", "steps")
+
+
+def test_a_prediction_without_friction_is_that_of_statics(omp40: Probe) -> None:
+    """Friction 0 goes another way to the same state: forces, displacements, both shares."""
+    few = DIRECTIONS[[1, 3]]
+    plain = predict(omp40, few, "analytic")
+    cycle, shares = rubbed_trigger(omp40, few, compliance_model("analytic"), default_workpiece())
+    assert cycle.trigger_force[:, -1] == pytest.approx(plain.force, rel=1e-6)
+    assert cycle.trigger_reactions[:, -1] == pytest.approx(plain.reactions, abs=1e-5)
+    assert shares["seats"] == pytest.approx(plain.displacements["seats"], abs=1e-8)
+    body = plain.deflection - plain.displacements["seats"]
+    assert shares["body"] == pytest.approx(body, abs=1e-8)
+    assert shares["tip_on_part"] == pytest.approx(plain.displacements["tip_on_part"], rel=1e-6)
+
+
+def test_a_prediction_with_friction_is_the_settled_touch(omp40: Probe) -> None:
+    sliding = with_friction(omp40, 0.2)
+    trigger = predict(sliding, DIRECTIONS[1:2], "analytic")
+    cycle = friction_cycle(omp40, DIRECTIONS[1:2], 0.2, cycles=3, steps=25)
+    assert trigger.force == pytest.approx(cycle.trigger_force[:, 2], rel=1e-9)
+    along = cycle.trigger_deflection[:, 2]
+    assert trigger.pretravel - trigger.tip_approach == pytest.approx(along, rel=1e-9)
+    assert predicted_map(omp40, trigger).kind == "tabulated"
+
+
+def test_friction_is_refused_where_it_is_not_contained(omp40: Probe) -> None:
+    sliding = with_friction(omp40, 0.2)
+    with pytest.raises(PretravelError, match="'shen' does not contain friction"):
+        predict(sliding, DIRECTIONS, "shen")
+    with pytest.raises(PretravelError, match="gravity"):
+        predict(sliding, DIRECTIONS, gravity=[0.0, 0.0, -1.0])
+    with pytest.raises(PretravelError, match=r"friction of \[seats\] to 0"):
+        probe_response(sliding)
+    with pytest.raises(PretravelError, match="between 0 and 0.5"):
+        with_friction(omp40, 0.7)
+
+
+def test_the_tripod_tilts_over_one_rod_without_loss(omp40: Probe) -> None:
+    """Azimuth 60°, force along the third rod. With much friction this rod alone holds the tripod:
+    the force of a rigid lever, preload times contact radius over the contact's height, at which
+    nothing slides; with little friction the other rods slide, and the force is smaller on the way
+    back. The lever's arms are those of the two contact points of the third rod."""
+    contacts = seat_frame(omp40).contacts(omp40.tripod.rod_radius)[4:6]
+    radius = np.linalg.norm(contacts.mean(axis=0)[:2])
+    lever = omp40.preload * radius / (omp40.lever + contacts[0, 2])
+    sixty = DIRECTIONS[2:3]
+    with_much = friction_cycle(omp40, sixty, 0.3, body="rigid", steps=20)
+    top = np.argmax(with_much.deflection[0])
+    assert with_much.force[0, top] == pytest.approx(lever, rel=1e-6)
+    assert with_much.force[0, top + 2] == pytest.approx(lever, rel=1e-6)
+    with_little = friction_cycle(omp40, sixty, 0.1, body="rigid", steps=20)
+    top = np.argmax(with_little.deflection[0])
+    assert with_little.force[0, top] < lever
+    assert with_little.force[0, top + 5] < 0.7 * with_little.force[0, top]

@@ -17,12 +17,13 @@ from pretravel.units import MICROMETRE
 def hysteresis(
     probe: ProbeName,
     friction: Annotated[
-        float,
+        float | None,
         typer.Option(
             **limits(FRICTION),
-            help="Coulomb's coefficient of friction at the seats, below tan(support angle).",
+            help="Coulomb's coefficient of friction at the seats, below tan(support angle); the "
+            "default is that of the description, or 0.2 where it has none.",
         ),
-    ] = 0.1,
+    ] = None,
     azimuth: Azimuths = Angles.of("0:330:30"),
     polar: Polars = Angles.of("90"),
     cycles: Annotated[
@@ -67,12 +68,14 @@ def hysteresis(
     from pretravel.model.fem.reduction_cache import reduced_model
     from pretravel.probe.catalogue import load_probe
     from pretravel.report.friction_report import friction_document
-    from pretravel.trigger.friction import check_conditions, friction_cycle
+    from pretravel.trigger.friction import USUAL_FRICTION, check_conditions, friction_cycle
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [probe])
     description = load_probe(probe)
     directions = grid(np.radians(polar.degrees), np.radians(azimuth.degrees))
     beyond = None if overtravel is None else overtravel * MICROMETRE
+    if friction is None:
+        friction = description.seats.friction or USUAL_FRICTION
     check_conditions(description, friction, beyond, cycles, steps, len(directions))
     with working(f"{cycles} touches in {len(directions)} directions"):
         result = friction_cycle(

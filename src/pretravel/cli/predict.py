@@ -19,7 +19,7 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.quantities import STEP, limits
+from pretravel.quantities import FRICTION, STEP, limits
 from pretravel.trigger.compliance import MODELS
 
 
@@ -43,6 +43,15 @@ def predict(
             "changed to it.",
         ),
     ] = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(
+            **limits(FRICTION),
+            help="Coulomb's coefficient of friction at the seats (likely 0.1 to 0.3): the third "
+            "of three equal touches is predicted, by the models analytic and fem; the default is "
+            "that of the description, 0 in the catalogue.",
+        ),
+    ] = None,
     workpiece: Workpiece = "steel",
     gravity: Gravity = None,
     output: Annotated[
@@ -59,6 +68,7 @@ def predict(
     from pretravel.jobs.predict import (
         PredictionWish,
         predict_probe,
+        with_friction,
         with_lever,
         write_prediction,
     )
@@ -66,7 +76,7 @@ def predict(
     from pretravel.probe.materials import material
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
-    description = with_lever(load_probe(probe), lever, model)
+    description = with_friction(with_lever(load_probe(probe), lever, model), friction)
     wish = PredictionWish(
         model, polar.degrees, azimuth.degrees, workpiece=material(workpiece), gravity=gravity
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -93,9 +93,11 @@ class PredictedProbe:
         ----------
         exact : bool
             Whether the map computes its values between the directions, instead of linear
-            interpolation. Models without elastic contacts have a table in either case.
+            interpolation. Models without elastic contacts, and probes with friction at their
+            seats, have a table in either case.
         """
-        if exact and compliance_model(self.wish.model).has_response:
+        of_statics = self.probe.seats.friction == 0.0
+        if exact and of_statics and compliance_model(self.wish.model).has_response:
             response = probe_response(
                 self.probe,
                 self.wish.model,
@@ -154,6 +156,29 @@ def with_lever(probe: Probe, lever: float | None, model: str = "analytic") -> Pr
     if lever is None:
         return probe
     return probe.with_lever(lever, shorten=compliance_model(model).uses_lever_only)
+
+
+def with_friction(probe: Probe, friction: float | None) -> Probe:
+    """The probe with another friction at its seats; None leaves it as described.
+
+    Parameters
+    ----------
+    probe : Probe
+    friction : float or None
+        Coulomb's coefficient.
+
+    Raises
+    ------
+    DescriptionError
+        A coefficient that is out of range.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> with_friction(load_probe("omp40-2"), 0.2).seats.friction
+    0.2
+    """
+    if friction is None:
+        return probe
+    return replace(probe, seats=replace(probe.seats, friction=friction))
 
 
 def write_prediction(path: Path, predicted: PredictedProbe) -> None:

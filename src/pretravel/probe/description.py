@@ -17,6 +17,9 @@ from pretravel.units import DEGREE
 
 CRITERIA = ("first_contact", "arm_lift")
 CONTACTS = ("hertz", "rigid")
+LARGEST_FRICTION = 0.5
+"""Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
+between their balls and the equations have no unique solution."""
 
 
 LONGEST = 1000.0
@@ -87,12 +90,15 @@ class Seats:
     contact : str
         ``hertz``: rod and ball deform at the contact; ``rigid``: they do not, as in models
         with coarse contact elements or none.
+    friction : float
+        Coulomb's coefficient between rods and balls; 0 for statics without history.
     """
 
     support_angle: float
     ball_radius: float
     material: Material
     contact: str = "hertz"
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         _positive(self.ball_radius, "the seat ball radius")
@@ -106,6 +112,11 @@ class Seats:
         if self.contact not in CONTACTS:
             raise DescriptionError(
                 f"the seats' contact is '{self.contact}'; known are {', '.join(CONTACTS)}"
+            )
+        if not 0.0 <= self.friction <= LARGEST_FRICTION:
+            raise DescriptionError(
+                f"the friction coefficient of the seats is {self.friction:g}; it must lie between "
+                f"0 and {LARGEST_FRICTION:g}"
             )
 
 

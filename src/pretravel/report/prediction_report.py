@@ -29,6 +29,8 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
     Document
     """
     title = f"{probe.name}, model {trigger.model}"
+    if probe.seats.friction > 0.0:
+        title += f", friction {probe.seats.friction:g} at the seats"
     lowest, highest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
     where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
     return Document(

@@ -20,7 +20,7 @@ from pretravel.directions import checked_unit, describe
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, TIP_FORCE
-from pretravel.probe.description import Probe
+from pretravel.probe.description import LARGEST_FRICTION, Probe
 from pretravel.quantities import FRICTION, REAL, checked
 from pretravel.trigger.event import trigger_force
 from pretravel.trigger.friction_equilibrium import (
@@ -34,9 +34,8 @@ from pretravel.trigger.seats import SeatStatics, seat_statics
 
 log = logging.getLogger(__name__)
 
-LARGEST_FRICTION = 0.5
-"""Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
-between their balls and the equations have no unique solution."""
+USUAL_FRICTION = 0.2
+"""Where a description has none: two measured probes ask for 0.2 to 0.3 (docs/validation.md)."""
 LARGEST_OVERTRAVEL = 1.0
 """Beyond a millimetre the tripod turns too far for its equations. [mm]"""
 MOST_STEPS = 1_000_000
@@ -69,6 +68,11 @@ class FrictionCycle:
         closes during the return. [N]
     trigger_displacement, reseat_displacement : (n, cycles, 3) float
         Of the tip there, from rest before the first cycle. [mm]
+    tripod_displacement : (n, cycles, 3) float
+        The part of the displacement at the trigger that is a rigid motion of the tripod: the
+        seats give way. [mm]
+    trigger_reactions : (n, cycles, 6) float
+        Normal seat forces at the trigger. [N]
     rest_displacement : (n, cycles, 3) float
         Of the tip after the force is removed, from rest before the first cycle. [mm]
     """
@@ -86,6 +90,8 @@ class FrictionCycle:
     reseat_force: FloatArray
     trigger_displacement: FloatArray
     reseat_displacement: FloatArray
+    tripod_displacement: FloatArray
+    trigger_reactions: FloatArray
     rest_displacement: FloatArray
 
     def _along_normals(self, displacement: FloatArray) -> FloatArray:
@@ -266,11 +272,20 @@ class _Step:
 
 
 class _Events:
-    """Force on the tip, and its displacement, where seats open or close: nan until it happens."""
+    """The states in which seats open or close: nan until it happens."""
 
     def __init__(self, directions: int, cycles: int) -> None:
         self.force = np.full((directions, cycles), np.nan)
         self.displacement = np.full((directions, cycles, 3), np.nan)
+        self.of_tripod = np.full((directions, cycles, 3), np.nan)
+        self.reactions = np.full((directions, cycles, 6), np.nan)
+
+    def record(self, rows: BoolArray, cycle: int, place: SeatState, of_tripod: FloatArray) -> None:
+        """Enter the states of some directions."""
+        self.force[rows, cycle] = place.force
+        self.displacement[rows, cycle] = place.moved[:, TIP_FORCE]
+        self.of_tripod[rows, cycle] = of_tripod
+        self.reactions[rows, cycle] = place.normal
 
 
 class _History:
@@ -308,8 +323,8 @@ class _History:
         end = mechanism.deflection(state.rows(crossing))
         place = _located(mechanism, before.rows(crossing), end, self.opening_margin)
         events = self.triggers if loading else self.reseats
-        events.force[crossing, cycle] = place.force
-        events.displacement[crossing, cycle] = place.moved[:, TIP_FORCE]
+        of_tripod = place.rigid @ mechanism.resultants[:, TIP_FORCE]
+        events.record(crossing, cycle, place, of_tripod)
 
     def opening_margin(self, mechanism: SeatMechanism, state: SeatState) -> FloatArray:
         """Smallest indentation of a seat less that at which the circuit opens, (n,). [mm]"""
@@ -368,6 +383,8 @@ class _History:
             reseat_force=frozen(self.reseats.force),
             trigger_displacement=frozen(self.triggers.displacement),
             reseat_displacement=frozen(self.reseats.displacement),
+            tripod_displacement=frozen(self.triggers.of_tripod),
+            trigger_reactions=frozen(self.triggers.reactions),
             rest_displacement=frozen(self.resting),
         )
 

@@ -117,11 +117,14 @@ def predict(
     Returns
     -------
     Trigger
+        With friction at the seats: of the third of three equal touches, and with two shares,
+        ``body`` and ``seats``, beside ``tip_on_part``.
 
     Raises
     ------
     PretravelError
-        Unknown model; a direction in which no seat ever opens.
+        Unknown model; a direction in which no seat ever opens; friction with a model that does
+        not contain it, or with gravity.
     DescriptionError
         The seats do not hold the tripod at rest.
 
@@ -136,6 +139,8 @@ def predict(
     """
     chosen = compliance_model(model)
     d = checked_unit(directions, "directions")
+    if probe.seats.friction > 0.0:
+        return _predict_with_friction(probe, d, chosen, workpiece, gravity)
     statics = statics_in_machine(probe, gravity)
     loading, seat = loaded_to_trigger(probe, statics, d, workpiece or default_workpiece())
     force = loading.force
@@ -156,6 +161,34 @@ def predict(
             share: frozen(vector) for share, vector in chosen.displacements(loading).items()
         },
         model=chosen.name,
+    )
+
+
+def _predict_with_friction(
+    probe: Probe,
+    directions: FloatArray,
+    model: ComplianceModel,
+    workpiece: Material | None,
+    gravity: npt.ArrayLike | None,
+) -> Trigger:
+    from pretravel.trigger.predict_with_friction import rubbed_trigger
+
+    if gravity is not None:
+        raise PretravelError(
+            "friction at the seats and gravity are not predicted together; leave one of them out",
+            inputs=("gravity", "friction"),
+        )
+    cycle, displacements = rubbed_trigger(
+        probe, directions, model, workpiece or default_workpiece()
+    )
+    reactions = cycle.trigger_reactions[:, -1]
+    return Trigger(
+        directions=frozen(directions),
+        force=frozen(cycle.trigger_force[:, -1]),
+        seat=np.argmin(reactions, axis=1),
+        reactions=frozen(reactions),
+        displacements=displacements,
+        model=model.name,
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.errors import ConvergenceError
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.model.hertz import curved_part_factor
@@ -301,6 +301,13 @@ def probe_response(
     >>> float(response.force(np.array([[1.0, 0.0, 0.0]]))[0][0].round(3))
     0.75
     """
+    if probe.seats.friction > 0.0:
+        raise PretravelError(
+            f"{probe.name} has friction {probe.seats.friction:g} at its seats; touches on "
+            "surfaces and maps without a table follow from statics, which does not contain it. "
+            "Set friction of [seats] to 0, or use a table of directions (.csv)",
+            inputs=("friction",),
+        )
     chosen = compliance_model(model)
     statics = statics_in_machine(probe, gravity)
     part = workpiece or default_workpiece()
