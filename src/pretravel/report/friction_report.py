@@ -57,6 +57,7 @@ def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:
     return [
         ("force", 1, cycle.trigger_force[:, 0], "N"),
         ("force", last, cycle.trigger_force[:, last - 1], "N"),
+        ("closing force", last, cycle.reseat_force[:, last - 1], "N"),
         ("hysteresis", last, cycle.hysteresis[:, last - 1] / MICROMETRE, "µm"),
         ("drift", 1, cycle.zero_drift[:, 0] / MICROMETRE, "µm"),
         ("drift", last, cycle.zero_drift[:, last - 1] / MICROMETRE, "µm"),
@@ -78,7 +79,8 @@ def _direction_table(
             ),
         ),
         title=f"Touch 1 and touch {cycle.trigger_force.shape[1]} in each direction",
-        explanation="force: on the tip when the first seat opens; hysteresis: deflection at "
+        explanation="force: on the tip when the first seat opens; closing force: when the last seat closes on "
+        "the return; hysteresis: deflection at "
         "opening less that at reseating; drift: where the tip then rests, along the normal, "
         "against the start; reseat: distance from the rest position of the touch before.",
         detail=True,

@@ -15,6 +15,7 @@ import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
 from pretravel.errors import ConvergenceError, PretravelError
+from pretravel.model.beam import stylus_compliance
 from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import (
     INTERFACE,
@@ -23,7 +24,6 @@ from pretravel.model.fem.interface_loads import (
     TANGENTIAL,
     TIP_FORCE,
 )
-from pretravel.model.beam import stylus_compliance
 from pretravel.probe.description import Probe
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.seats import SeatStatics, seat_coefficient
@@ -63,7 +63,7 @@ class SeatState:
         return SeatState(*(getattr(self, entry.name)[rows] for entry in fields(self)))
 
     def replaced(self, rows: BoolArray | IntArray, other: SeatState) -> SeatState:
-        """This state, with that of some directions replaced."""
+        """The state, with that of some directions replaced."""
         values = {entry.name: np.array(getattr(self, entry.name)) for entry in fields(self)}
         for name, value in values.items():
             value[rows] = getattr(other, name)
@@ -325,7 +325,7 @@ class _Equations:
             off = off * force / depth
         parts = [
             state.normal - (closed / mechanism.coefficient) ** 1.5,
-            state.tangential - _on_cone(trial, state.normal, mechanism.friction)[0],
+            state.tangential - _on_cone(trial, state.normal, mechanism.friction),
             mechanism.interface(state) @ mechanism.resultants.T,
             off[:, None],
         ]
@@ -339,7 +339,7 @@ class _Equations:
         c = mechanism.coefficient
         closed = np.maximum(mechanism.rest_depth - residual.moved[:, SEATS], 0.0)
         slope = 1.5 * np.sqrt(closed) / c**1.5
-        _, by_trial, by_normal = _on_cone(residual.trial, x[:, :6], mechanism.friction)
+        by_trial, by_normal = _slopes_on_cone(residual.trial, x[:, :6], mechanism.friction)
         jacobian = np.zeros((len(x), _SIZE, _SIZE))
         jacobian[:, :6] = slope[:, :, None] * self.moved[:, SEATS]
         jacobian[:, :6, :6] += np.eye(6)
@@ -427,28 +427,31 @@ def _least_norm(matrix: FloatArray, right: FloatArray, *, held: bool) -> FloatAr
     return np.asarray(found)
 
 
-def _on_cone(
+def _on_cone(trial: FloatArray, normal: FloatArray, friction: float) -> FloatArray:
+    """Coulomb: trial forces brought back to the cone, (n, 12)."""
+    pairs = trial.reshape(len(trial), 6, 2)
+    size = np.sqrt(np.sum(pairs**2, axis=2))
+    bound = friction * np.maximum(normal, 0.0)
+    factor = np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)
+    return np.asarray((pairs * factor[:, :, None]).reshape(trial.shape))
+
+
+def _slopes_on_cone(
     trial: FloatArray, normal: FloatArray, friction: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coulomb: trial forces brought back to the cone, with derivatives by trial and normal."""
+) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of `_on_cone` by trial forces (n, 12, 12) and normal forces (n, 12, 6)."""
     n = len(trial)
     pairs = trial.reshape(n, 6, 2)
-    size = np.linalg.norm(pairs, axis=2)
+    size = np.maximum(np.sqrt(np.sum(pairs**2, axis=2)), 1e-300)
     bound = friction * np.maximum(normal, 0.0)
     slips = size > bound
-    unit = pairs / np.maximum(size, 1e-300)[:, :, None]
-    factor = np.where(slips, bound / np.maximum(size, 1e-300), 1.0)
-    shear = pairs * factor[:, :, None]
-    block = np.einsum("nki,nkj->nkij", unit, unit)
-    local = np.where(
-        slips[:, :, None, None],
-        factor[:, :, None, None] * (np.eye(2) - block),
-        np.eye(2),
-    )
-    by_trial, by_normal = np.zeros((n, 12, 12)), np.zeros((n, 12, 6))
-    for seat in range(6):
-        rows = slice(2 * seat, 2 * seat + 2)
-        by_trial[:, rows, rows] = local[:, seat]
-        pushed = np.where(slips[:, seat] & (normal[:, seat] > 0.0), friction, 0.0)
-        by_normal[:, rows, seat] = pushed[:, None] * unit[:, seat]
-    return shear.reshape(n, 12), by_trial, by_normal
+    unit = pairs / size[:, :, None]
+    across = np.eye(2) - unit[:, :, :, None] * unit[:, :, None, :]
+    sliding = (bound / size)[:, :, None, None] * across
+    local = np.where(slips[:, :, None, None], sliding, np.eye(2))
+    pushed = np.where(slips & (normal > 0.0), friction, 0.0)[:, :, None] * unit
+    by_trial, by_normal = np.zeros((n, 6, 2, 6, 2)), np.zeros((n, 6, 2, 6))
+    seats = np.arange(6)
+    by_trial[:, seats, :, seats] = local.swapaxes(0, 1)
+    by_normal[:, seats, :, seats] = pushed.swapaxes(0, 1)
+    return by_trial.reshape(n, 12, 12), by_normal.reshape(n, 12, 6)

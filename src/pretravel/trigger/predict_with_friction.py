@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ReducedModel
