@@ -79,9 +79,9 @@ def _direction_table(
             ),
         ),
         title=f"Touch 1 and touch {cycle.trigger_force.shape[1]} in each direction",
-        explanation="force: on the tip when the first seat opens; closing force: when the last seat closes on "
-        "the return; hysteresis: deflection at "
-        "opening less that at reseating; drift: where the tip then rests, along the normal, "
+        explanation="force: on the tip when the first seat opens; closing force: when the last "
+        "seat closes on the return; hysteresis: deflection at opening less that at reseating; "
+        "drift: where the tip then rests, along the normal, "
         "against the start; reseat: distance from the rest position of the touch before.",
         detail=True,
     )
