@@ -21,6 +21,7 @@ from pretravel.qualification.change_causes import (
     LOOSE,
     ONE_DIRECTION,
     PRELOAD,
+    SOFT_SIDE,
     STYLUS_LENGTH,
     TIP_SIZE,
     TURNED,
@@ -137,10 +138,16 @@ def changed(cause: str) -> tuple[np.ndarray, float]:
         return seen(PROBE) + 0.001, 3e-4  # a tip smaller by 2 µm
     if cause == ONE_DIRECTION:
         return seen(PROBE) + 0.004 * (np.arange(len(NORMALS)) // REPEATS == 7), 3e-4
+    if cause == SOFT_SIDE:  # more across +x, and less across +y
+        x, y, _ = NORMALS.T
+        return seen(PROBE) + 0.002 * (x**2 - y**2), 3e-4
     return seen(PROBE), 12e-4
 
 
-CLEAR = {PRELOAD: -0.2, STYLUS_LENGTH: 0.1, TURNED: 5.0 * DEGREE, TIP_SIZE: -0.001, LOOSE: 4.0}
+CLEAR = {
+    PRELOAD: -0.2, STYLUS_LENGTH: 0.1, TURNED: 5.0 * DEGREE, TIP_SIZE: -0.001, LOOSE: 4.0,
+    SOFT_SIDE: 0.002,
+}  # fmt: skip
 
 
 class TestCauses:
@@ -154,6 +161,8 @@ class TestCauses:
         best = next(r.causes[0] for r in results if r.causes[0].name == cause)
         if cause in CLEAR:
             assert best.value == pytest.approx(CLEAR[cause], abs=4.0 * best.u)
+            # A change that is clear is known to better than half of itself.
+            assert best.u < 0.5 * abs(CLEAR[cause])
 
     @pytest.mark.slow
     @pytest.mark.parametrize("cause", list(CLEAR))

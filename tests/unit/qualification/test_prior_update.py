@@ -7,7 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, five_point_pattern, sphere_pattern_25
+from pretravel.directions import (
+    fibonacci_cap,
+    five_point_pattern,
+    polar_angle,
+    sphere_pattern_25,
+)
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.maps.kinds.averaged import averaged_map
@@ -129,6 +134,20 @@ def test_the_convention_of_the_old_map_is_kept(kind: str) -> None:
         value, u = new.pretravel_and_uncertainty([[0.0, 0.0, 1.0]])
         assert value[0] == pytest.approx(1e-3, abs=1e-9)
         assert u[0] < 1e-8
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical"])
+def test_a_change_of_form_has_its_share_of_the_variation(kind: str) -> None:
+    """Over the directions: the mean variance that it adds to the pretravel is the square of 2 % of
+    the map's standard deviation there. Other points of the same cap: 5 %."""
+    old = example_map(kind)
+    form = drifted_map(old, ProbeDrift(0.0, 0.0, 0.0, 0.02)).covariance
+    added = form - drifted_map(old, NO_DRIFT).covariance
+    directions = fibonacci_cap(500, float(polar_angle(old.support.nodes).max()))
+    design = old.basis.design(directions)
+    variance = np.sum((design @ added) * design, axis=1)
+    variation = np.std(old.pretravel(directions @ old.rotation.T))
+    assert np.sqrt(np.mean(variance)) == pytest.approx(0.02 * variation, rel=0.05)
 
 
 def test_the_update_equals_a_regression_of_old_and_new_touches_together() -> None:

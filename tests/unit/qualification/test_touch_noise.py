@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -58,3 +60,15 @@ def test_one_bad_touch_hardly_moves_the_trimmed_scatter() -> None:
     # Of normal noise the trimmed scatter is the whole one: 4 % over 25 sets of 50 degrees.
     many = [noise_of(3e-4 * np.random.default_rng(s).standard_normal(75)) for s in range(25)]
     assert np.mean([n.trimmed**2 for n in many]) == pytest.approx(9e-8, rel=0.12)
+
+
+def test_other_touches_change_all_directions_alike() -> None:
+    """As many degrees of freedom with twice the deviation: a mean square of 5/2."""
+    noise = noise_of(3e-4 * np.random.default_rng(4).standard_normal(75))
+    own, dof = noise.scatter.deviation, noise.scatter.dof
+    pooled = noise.pooled_with(Scatter(2.0 * own, dof))
+    assert (pooled.scatter.deviation, pooled.scatter.dof) == pytest.approx(
+        (math.sqrt(2.5) * own, 2.0 * dof), rel=1e-12
+    )
+    assert pooled.variances == pytest.approx(2.5 * noise.variances, rel=1e-12)
+    assert pooled.raw_variances == pytest.approx(2.5 * noise.raw_variances, rel=1e-12)
