@@ -63,10 +63,9 @@ class LineMap:
         self.tests: dict[str, MappedTest] = {}
         self._lines: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
         self._project, self._kept = project, kept
-        for name, files in sets_of_tests(project).items():
-            record = _record(kept, name, project, files)
-            if record is not None:
-                self._add(record)
+        for name in sets_of_tests(project):
+            if (path := _path(kept, name)).is_file():
+                self._add(json.loads(path.read_text(encoding="utf-8")))
 
     def _add(self, record: dict[str, Any]) -> None:
         names: list[str] = record["tests"]
@@ -75,7 +74,7 @@ class LineMap:
             for name, seconds, passed in zip(
                 names, record["seconds"], record["passed"], strict=True
             )
-            if passed
+            if passed and (self._project / name.partition("::")[0]).is_file()
         }
         for module, (digest, lines) in record["lines"].items():
             path = self._project / "src/pretravel" / module

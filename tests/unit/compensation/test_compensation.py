@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 
 from pretravel.compensation.compensation import apply, compensation_warnings
+from pretravel.compensation.measured_sphere import measured_sphere
+from pretravel.compensation.point_budget import variances_along_normals
+from pretravel.compensation.point_errors import errors_of_points
 from pretravel.directions import fibonacci_cap, unit
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.point_files import write_points
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
@@ -71,6 +75,59 @@ class TestCompensation:
             pretravel_map = replace(self._map(), repeatability=noise)
             warnings = compensation_warnings(touches, apply(touches, pretravel_map), pretravel_map)
             assert any("off the normal" in warning for warning in warnings) == expected
+
+    def test_an_unknown_delay_acts_along_the_approach(self) -> None:
+        """300 mm/min between map and touches, for 2 ms: 10 µm of travel, beside the others."""
+        n, a = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, -0.8]])
+        made = replace(self._map(), feed=60.0)
+        same, other = (Touches([[0.0, 0.0, 3.0]], n, a, feeds=[feed]) for feed in (60.0, 360.0))
+        added = apply(other, made).covariance - apply(same, made).covariance
+        assert np.allclose(added[0], 0.010**2 * np.outer(a[0], a[0]), atol=1e-15)
+
+    @pytest.mark.parametrize(
+        ("made_at", "feed", "expected"),
+        [
+            (None, None, "neither the map nor the touches"),
+            (None, 60.0, "the touches state a feed, the map does not"),
+            (60.0, None, "the map states a feed, the touches do not"),
+            (60.0, 60.0, ""),
+        ],
+    )
+    def test_feeds_that_are_not_known_are_said(
+        self, made_at: float | None, feed: float | None, expected: str
+    ) -> None:
+        """Of a qualified map, unless its delay is known."""
+        n = np.array([[0.0, 0.0, 1.0]])
+        touches = Touches([[0.0, 0.0, 3.0]], n, feeds=None if feed is None else [feed])
+        qualified = Provenance(origin=Origin.QUALIFIED)
+        made = replace(self._map(), feed=made_at, provenance=qualified)
+        told = " ".join(compensation_warnings(touches, apply(touches, made), made))
+        assert expected in told
+        assert ("feed" in told) == bool(expected)
+        if feed is not None:
+            known = replace(made, feed=60.0, delay=1e-3, u_delay=1e-5, delay_effect=np.zeros(1))
+            told = " ".join(compensation_warnings(touches, apply(touches, known), known))
+            assert "state" not in told
+
+    def test_sources_of_a_point_add_up(self) -> None:
+        n, a = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, -0.8]])
+        touches = Touches([[0.0, 0.0, 3.0]], n, a, feeds=[360.0])
+        made = replace(self._map(), feed=60.0, fixed_scatter=1e-4)
+        sources = variances_along_normals(errors_of_points(touches, n, made))
+        # By hand: noise, fixed scatter and 10 µm of delay act along the approach, 0.8 of them.
+        expected = [(0.8 * 3e-4) ** 2, (0.8 * 1e-4) ** 2, 4e-8, 1.5e-4**2, (0.8 * 0.010) ** 2]
+        assert [value.item() for value in sources.values()] == pytest.approx(expected, rel=1e-9)
+        u = apply(touches, made).standard_uncertainty[0]
+        assert u == pytest.approx(math.sqrt(sum(expected)), rel=1e-9)
+
+    def test_repeatability_alone_has_degrees_of_freedom(self) -> None:
+        n = fibonacci_cap(25, 1.5)
+        touches = Touches(n * 15.49, n)
+        made = replace(self._map(), repeatability_dof=50.0)
+        budget = measured_sphere(touches, apply(touches, made), made).budget
+        assert {c.name: c.dof for c in budget.components} == {
+            "repeatability": 50.0, "map": math.inf, "tip radius": math.inf,
+        }  # fmt: skip
 
     def test_deviation_has_a_sign_and_only_the_normal_part(self) -> None:
         n = np.array([[0.0, 0.0, 1.0]])
