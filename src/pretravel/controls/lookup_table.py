@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import itemgetter
 from typing import ClassVar
 
 import numpy as np
@@ -159,21 +160,35 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
     """
     band = supported_band(pretravel_map)
     samples = MapSamples(pretravel_map, band)
-    best: LookupTable | None = None
+    too_coarse: list[tuple[float, LookupTable]] = []
     for rows, columns in _sizes(band, most_values):
         polar = np.linspace(band.lowest, band.highest, rows)
         azimuth = 2.0 * math.pi / columns * np.arange(columns)
         values = probe_frame_pretravel(pretravel_map, grid(polar, azimuth)).reshape(rows, columns)
         table = LookupTable(band, frozen(_with_borders(values)))
-        error = samples.largest_error(table)
-        if best is None or error < best.largest_error:
-            best = replace(table, largest_error=error)
-        if error <= tolerance:
-            return best
-    if best is None:
+        least = samples.error_at_least(table)
+        if least <= tolerance:
+            error = samples.largest_error(table)
+            if error <= tolerance:
+                return replace(table, largest_error=error)
+        too_coarse.append((least, table))
+    if not too_coarse:
         raise PretravelError(
             f"{most_values} variables are too few for a table over polar angle and azimuth"
         )
+    return _most_accurate(too_coarse, samples)
+
+
+def _most_accurate(tables: list[tuple[float, LookupTable]], samples: MapSamples) -> LookupTable:
+    """The table of the smallest error, of tables with errors that they have at least."""
+    best: LookupTable | None = None
+    for least, table in sorted(tables, key=itemgetter(0)):
+        if best is not None and least > best.largest_error:
+            break
+        error = samples.largest_error(table)
+        if best is None or error < best.largest_error:
+            best = replace(table, largest_error=error)
+    assert best is not None
     return best
 
 

@@ -103,6 +103,21 @@ class TestLookup:
             pretravel_map.pretravel(nodes, extrapolate=True), abs=1e-9
         )
 
+    def test_where_no_table_is_within_the_tolerance_none_is_more_accurate(self) -> None:
+        """A tolerance below the error of the most accurate table is met by no other one."""
+        most = lookup_table(example_map("wozniak"), tolerance=0.0, most_values=700)
+        error = most.largest_error
+        again = lookup_table(example_map("wozniak"), tolerance=0.999 * error, most_values=700)
+        assert again.largest_error == error
+        assert again.number == most.number
+
+    def test_a_table_just_within_the_tolerance_is_taken(self) -> None:
+        coarse = lookup_table(example_map(), tolerance=1e-3, most_values=1900)
+        assert coarse.largest_error > 1e-4
+        tight = 1.001 * coarse.largest_error
+        again = lookup_table(example_map(), tolerance=tight, most_values=1900)
+        assert again.number == coarse.number
+
     def test_finer_tables_err_less(self) -> None:
         """Cubic: half the step, about an eighth of the error, or less (here: a smooth map)."""
         smooth = lobes(3)
