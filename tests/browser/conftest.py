@@ -1,4 +1,4 @@
-"""A server and a browser for the tests of a file; they skip where chromium is missing."""
+"""A server for a worker, a browser for a file; they skip where chromium is missing."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ def browser() -> Iterator[Any]:
         yield started
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkbench]:
+    """One for a worker: it takes seconds to start, and each screen has a state of its own."""
     with running_workbench(tmp_path_factory.mktemp("data")) as started:
         yield started
 

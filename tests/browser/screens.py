@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
+import io
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+
+from tests.support.commands import run
 
 
 def drop(page: Any, screen: str, purpose: str, *paths: Path) -> None:
@@ -33,19 +34,35 @@ def settled(page: Any) -> None:
     )
 
 
+def resting_box(page: Any, part: Any) -> dict[str, float]:
+    """Where a part of the page is, once it is twice at the same place, as after scrolling."""
+    before: dict[str, float] = {}
+    for _ in range(100):
+        box: dict[str, float] = part.bounding_box()
+        if box == before:
+            return box
+        before = box
+        page.wait_for_timeout(100)
+    raise AssertionError("the page moves all the time")
+
+
 def data_lines(path: Path) -> list[str]:
     """Lines without comments, which state the date."""
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
-def run_shown_lines(page: Any, folder: Path, inputs: Iterable[Path]) -> None:
-    """Run the command and the Python lines that a screen shows, in a folder with its inputs."""
+def run_shown_lines(page: Any, folder: Path, inputs: Iterable[Path], code: int = 0) -> None:
+    """Run the command and the Python lines that a screen shows, in a folder with its inputs.
+
+    Code 3 of the command is an answer to notice.
+    """
     for path in inputs:
         (folder / path.name).write_bytes(path.read_bytes())
     command, python = (
         block.get_attribute("data-copy") for block in page.locator(".copy-button").all()[:2]
     )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    for words in ([sys.executable, "-m", *shlex.split(command)], [sys.executable, "-c", python]):
-        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
-        assert done.returncode in (0, 3), done.stderr  # 3: an answer to notice
+    program, *arguments = shlex.split(command)
+    assert program == "pretravel"
+    with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
+        run(*arguments, code=code)
+        exec(compile(python, "shown", "exec"), {"__name__": "shown"})

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +62,7 @@ def test_a_longer_and_stiffer_stylus_is_compared_and_downloaded(
     assert verdict is not None
     assert verdict.group() in (tmp_path / "design.html").read_text(encoding="utf-8")
     (tmp_path / "design-map.csv").unlink()
-    subprocess.run([sys.executable, "-c", python], cwd=tmp_path, check=True)
+    exec(compile(python, "shown", "exec"), {"__name__": "shown"})
     assert (tmp_path / "design-map.csv").read_bytes() == mapped
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.jobs.example_data import example_folder
-from tests.browser.screens import downloaded, drop, run_shown_lines, settled
+from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -28,8 +28,7 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     before = float(place.input_value())
     line = page.locator(f"{CONTACT} .shapelayer path").first
     line.scroll_into_view_if_needed()
-    page.wait_for_timeout(500)  # the picture settles after scrolling
-    box = line.bounding_box()
+    box = resting_box(page, line)
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()

@@ -43,7 +43,7 @@ def test_the_figures_are_those_of_the_command_line(
     assert mine == theirs
     folder = tmp_path / "lines"
     folder.mkdir()
-    run_shown_lines(page, folder, [touches])
+    run_shown_lines(page, folder, [touches], code=3)
 
 
 def test_a_certificate_states_the_laboratory(

@@ -105,13 +105,16 @@ def _not_known_to_the_checker(fault: str) -> bool:
     return any(f"CSS: {words}" in fault for words in young)
 
 
-@pytest.mark.parametrize("name", ["attacked", "certificate", "bound"])
-def test_pages_are_accessible_light_and_dark(open_page: Callable[..., Any], name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "themes"), [("attacked", ["light"]), ("bound", ["light", "dark"])]
+)
+def test_pages_are_accessible(open_page: Callable[..., Any], name: str, themes: list[str]) -> None:
+    """The bound page contains the plain report and a certificate; all have the same colours."""
     tab = open_page(name, viewport={"width": 1280, "height": 900})
     if name == "bound":
         _turn(tab)
         tab.evaluate("document.querySelector('details').open = true")
-    for theme in ("light", "dark"):
+    for theme in themes:
         tab.emulate_media(color_scheme=theme)
         assert serious_problems(tab) == []
 
