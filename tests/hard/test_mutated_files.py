@@ -10,7 +10,7 @@ import pytest
 from tests.hard.run import READERS
 from tests.support.mutated_files import CORPUS, fault_of, mutated
 
-TEXTS, BINARY = 150, 40
+TEXTS, BINARY = 60, 20
 """Mutated files for each reader."""
 
 

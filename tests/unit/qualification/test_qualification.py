@@ -135,14 +135,24 @@ class TestQualification:
         result = qualify(sphere_touches(self._pretravel(n), n), 25.0, tip_diameter=6.0)
         assert result.repeatability_dof == result.degrees_of_freedom
 
-    @pytest.mark.parametrize("told", [1e-3, pytest.param(None, marks=pytest.mark.slow)])
-    def test_harmonic_centre_radius_and_map_in_either_gauge(self, told: float | None) -> None:
-        """60 noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
-        sigma); a prior makes the map scatter less than stated, never more: factors 0.5 to 1.3.
+    @pytest.mark.parametrize(
+        ("told", "draws", "most"),
+        [
+            (1e-3, 30, 1.5),
+            pytest.param(1e-3, 60, 1.3, marks=pytest.mark.slow),
+            pytest.param(None, 60, 1.3, marks=pytest.mark.slow),
+        ],
+    )
+    def test_harmonic_centre_radius_and_map_in_either_gauge(
+        self, told: float | None, draws: int, most: float
+    ) -> None:
+        """Many noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
+        sigma), from 30 draws 13 %; a prior makes the map scatter less than stated, never more:
+        factors of 0.5 to 1.3 or 1.5.
         In the gauge of the pole the value there is given, so it has no uncertainty."""
         centers, radii, values, stated = [], [], [], []
         check = fibonacci_cap(40, np.radians(85.0))
-        for seed in range(60):
+        for seed in range(draws):
             result = qualify(
                 self._touches(seed), 25.0, tip_diameter=6.0, axial_pretravel=told,
                 search_outliers=False,
@@ -165,8 +175,8 @@ class TestQualification:
         scatter = np.concatenate([np.std(centers, axis=0), [np.std(radii)], np.std(values, axis=0)])
         u = np.mean(stated, axis=0)
         ratio = scatter[:4] / u[:4]
-        assert np.all((ratio > 0.5) & (ratio < 1.3)), ratio
-        assert np.all(scatter[4:] < 1.3 * u[4:])
+        assert np.all((ratio > 0.5) & (ratio < most)), ratio
+        assert np.all(scatter[4:] < most * u[4:])
         pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
         assert (pole < 1e-9) == (told is not None)
 
@@ -250,8 +260,10 @@ class TestQualification:
         harmonic = qualify(self._touches(), 25.0, tip_diameter=6.0)
         assert 50.0 <= harmonic.degrees_of_freedom < 71.0
 
-    def test_centre_and_radius_covariance_against_monte_carlo(self) -> None:
-        """Mean kind, perfect probe; 600 draws determine variances to 6 %, 25 % is allowed."""
+    @pytest.mark.parametrize("draws", [200, pytest.param(600, marks=pytest.mark.slow)])
+    def test_centre_and_radius_covariance_against_monte_carlo(self, draws: int) -> None:
+        """Mean kind, perfect probe; n draws determine variances to √(2/n), four of that are
+        allowed, and half of it for a deviation."""
         n = np.repeat(sphere_pattern_25(), 3, axis=0)
         rng = np.random.default_rng(3)
         results = [
@@ -262,17 +274,18 @@ class TestQualification:
                 kind="mean",
                 search_outliers=False,
             )
-            for _ in range(600)
+            for _ in range(draws)
         ]
         centers = np.array([r.center for r in results])
         by_noise = [
             r.center_covariance - usual_shift_covariance(r.fit.observation) for r in results
         ]
         stated = np.mean([np.diag(covariance) for covariance in by_noise], axis=0)
-        assert np.allclose(centers.var(axis=0), stated, rtol=0.25)
+        allowed = 4.0 * np.sqrt(2.0 / draws)
+        assert np.allclose(centers.var(axis=0), stated, rtol=allowed)
         radii = np.array([r.effective_radius for r in results])
         u_radius = np.mean([r.u_effective_radius for r in results])
-        assert radii.std() == pytest.approx(u_radius, rel=0.125)
+        assert radii.std() == pytest.approx(u_radius, rel=0.5 * allowed)
 
     @pytest.mark.slow
     def test_harmonic_uncertainty_at_the_touches_against_monte_carlo(self) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -86,12 +88,15 @@ NAMES = (
 )  # fmt: skip
 
 
-def _written(name: str, folder: Path) -> tuple[Part, Any]:
+@cache
+def _written(name: str) -> tuple[Part, Any]:
+    """The part and the kernel's shape; no test changes them."""
     from netgen.occ import OCCGeometry
 
-    file = folder / "made.step"
-    _make(name).WriteStep(str(file))
-    return read_step_part(file), OCCGeometry(str(file)).shape
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "made.step"
+        _make(name).WriteStep(str(file))
+        return read_step_part(file), OCCGeometry(str(file)).shape
 
 
 def _inner(face: Face, count: int = 400) -> np.ndarray:
@@ -101,10 +106,10 @@ def _inner(face: Face, count: int = 400) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_faces_are_the_kernels(name: str, tmp_path: Path) -> None:
+def test_faces_are_the_kernels(name: str) -> None:
     """Points and normals of the kernel's own surfaces, 1e-9 mm; the kernel's own areas (its
     integration) against those from 40 000 random parameters: 2 %, four standard deviations."""
-    part, shape = _written(name, tmp_path)
+    part, shape = _written(name)
     assert not part.unreadable
     kernel = list(shape.faces)
     assert [face.number for face in part.faces] == list(range(1, len(kernel) + 1))
@@ -127,11 +132,11 @@ def test_faces_are_the_kernels(name: str, tmp_path: Path) -> None:
     "name",
     [n for n in NAMES if "spline" not in n and "Bézier" not in n and n != "loft"],
 )
-def test_normals_point_out_of_the_material(name: str, tmp_path: Path) -> None:
+def test_normals_point_out_of_the_material(name: str) -> None:
     """A small ball a little inside has all its volume in common with a solid, one outside none."""
     from netgen.occ import Pnt, Sphere
 
-    part, shape = _written(name, tmp_path)
+    part, shape = _written(name)
     solids = list(shape.solids)
     for face in part.faces:
         local = face.local(_inner(face)[:2])
@@ -147,12 +152,12 @@ def test_normals_point_out_of_the_material(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["drilled", "quarter sphere", "hollow", "part of a torus", "cone", "loft", "mirrored"]
 )
-def test_the_middle_of_a_face_is_far_from_its_edges(name: str, tmp_path: Path) -> None:
+def test_the_middle_of_a_face_is_far_from_its_edges(name: str) -> None:
     """At least half as far as the farthest of 2000 random points: on a curved face the largest
     circle of the parameters is not exactly the largest circle on the face."""
     from scipy.spatial import cKDTree
 
-    part, _ = _written(name, tmp_path)
+    part, _ = _written(name)
     for face in part.faces:
         assert face.inside(face.middle[None])[0]
         if not face.borders:
@@ -181,8 +186,8 @@ def test_the_middle_of_slivers_and_bands() -> None:
     assert band.middle(np.array([3.0, 1.0]))[1] == pytest.approx(250.0, abs=25.0)
 
 
-def test_kinds_are_named(tmp_path: Path) -> None:
-    kinds = {name: {f.kind for f in _written(name, tmp_path)[0].faces} for name in NAMES}
+def test_kinds_are_named() -> None:
+    kinds = {name: {f.kind for f in _written(name)[0].faces} for name in NAMES}
     found = set().union(*kinds.values())
     assert {"plane", "cylinder", "cone", "sphere", "torus", "B-spline", "extrusion",
             "revolution"} <= found  # fmt: skip
@@ -442,7 +447,8 @@ class TestRefusals:
 
         kinds = brep_geometry._ELEMENTARY
         monkeypatch.setattr(brep_geometry, "_ELEMENTARY", {**kinds, 3: ("cone", broken, 2)})
-        part, _ = _written("cone", tmp_path)
+        _make("cone").WriteStep(str(tmp_path / "made.step"))
+        part = read_step_part(tmp_path / "made.step")
         assert list(part.unreadable.values()) == ["cone: a cone like no other"]
         assert len(part.faces) == 3
         (number,) = part.unreadable
