@@ -95,7 +95,7 @@ def identify(
     Raises
     ------
     PretravelError
-        Unknown names; a fit that leaves the range of possible probes.
+        Unknown names; a fit that leaves the range of possible probes; a description with friction.
 
     Notes
     -----
@@ -106,6 +106,13 @@ def identify(
     read `unknown`.
     """
     numbers = free_numbers(free)
+    if probe.seats.friction > 0.0:
+        raise PretravelError(
+            f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "
+            "identified with statics, since a map hardly shows friction: set friction of [seats] "
+            "to 0",
+            inputs=("probe",),
+        )
     fit = _MapFit(pretravel_map, probe, tuple(numbers), model)
     parameters, jacobian = _fitted(fit, _starts(fit, free))
     try:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.directions import grid
+from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map
 from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import identify
@@ -85,3 +86,11 @@ class TestClosedForms:
         assert found.shift == pytest.approx(shift, abs=1e-6)
         assert found.values[0] == pytest.approx(probe.preload, rel=1e-4)
         assert math.hypot(*found.residuals) < 1e-6
+
+
+def test_a_description_with_friction_is_refused() -> None:
+    """Statics alone is fitted: with friction at the seats a fit would take hours."""
+    rubbing = load_probe("omp40-2")
+    rubbing = replace(rubbing, seats=replace(rubbing.seats, friction=0.2))
+    with pytest.raises(PretravelError, match=r"friction of \[seats\] to 0"):
+        identify(example_map(), rubbing, ["preload"])
