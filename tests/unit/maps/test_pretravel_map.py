@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,30 @@ from pretravel.uncertainty.covariance import Covariance
 
 class TestMapValidation:
     SUPPORT = DirectionSupport(sphere_pattern_25())
+
+    @pytest.mark.parametrize(
+        "numbers",
+        [
+            {"tip_radius": -3.0},
+            {"u_tip_radius": math.inf},
+            {"repeatability": -3e-4},
+            {"fixed_scatter": math.nan},
+            {"feed": -60.0},
+            {"delay": math.nan, "u_delay": 1e-5},
+            {"repeatability_dof": -1.0},
+        ],
+    )
+    def test_numbers_that_no_map_has(self, numbers: dict[str, float]) -> None:
+        with pytest.raises(PretravelError):
+            PretravelMap(
+                MeanBasis(), np.array([0.01]), Covariance.none(1), self.SUPPORT,
+                **{"tip_radius": 3.0, **numbers},
+            )  # fmt: skip
+
+    @pytest.mark.parametrize("terms", [[[1, 2]], [[-1, 0]], [[2, 0], [2, 0]], [[0.5, 0.0]], [0, 0]])
+    def test_harmonics_that_no_map_has(self, terms: list[list[float]]) -> None:
+        with pytest.raises(PretravelError, match="orders from -degree to degree, each once"):
+            HarmonicBasis(np.array(terms))
 
     @pytest.mark.parametrize(
         ("coefficients", "covariance", "words"),
