@@ -13,10 +13,11 @@ from pretravel.compensation.compensation import apply, compensation_warnings
 from pretravel.compensation.measured_sphere import measured_sphere
 from pretravel.compensation.point_budget import variances_along_normals
 from pretravel.compensation.point_errors import errors_of_points
-from pretravel.directions import fibonacci_cap, unit
+from pretravel.directions import fibonacci_cap, from_angles, unit
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.formats.point_files import write_points
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
@@ -119,6 +120,25 @@ class TestCompensation:
         assert [value.item() for value in sources.values()] == pytest.approx(expected, rel=1e-9)
         u = apply(touches, made).standard_uncertainty[0]
         assert u == pytest.approx(math.sqrt(sum(expected)), rel=1e-9)
+
+    @pytest.mark.parametrize(("share", "count"), [(0.018, 1), (0.022, 2), (0.035, 2)])
+    def test_factors_below_a_fiftieth_of_every_variance_are_left_out(
+        self, share: float, count: int
+    ) -> None:
+        """Mean and three lobes at twelve equal azimuths are orthogonal, so each is a principal
+        component: of the variance at the top of a lobe, the lobes are the share given."""
+        n = from_angles(0.5 * np.pi, np.arange(12) * np.pi / 6.0)
+        basis = HarmonicBasis(np.array([[0, 0], [3, 3]]))
+        mean, lobe = basis.design(n[:1])[0]
+        variances = np.array([(1.0 - share) / mean**2, share / lobe**2]) * 4e-8
+        made = PretravelMap(
+            basis, np.array([0.012, 0.0]), Covariance.independent(variances),
+            DirectionSupport(n), tip_radius=3.0,
+        )  # fmt: skip
+        shared = apply(Touches(15.49 * n, n), made).shared
+        assert shared is not None
+        assert sorted(shared) == [f"map {k + 1}" for k in range(count)]
+        assert shared["map 1"] ** 2 == pytest.approx(np.full(12, 4e-8 * (1.0 - share)))
 
     def test_repeatability_alone_has_degrees_of_freedom(self) -> None:
         n = fibonacci_cap(25, 1.5)

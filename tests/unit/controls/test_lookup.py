@@ -128,6 +128,12 @@ class TestLookup:
         assert errors[1] < errors[0] / 4.0
         assert errors[2] < errors[1] / 4.0
 
+    def test_border_rows_are_on_the_parabola_of_the_nearest(self) -> None:
+        """Third differences of a parabola vanish: of a border row and the three rows beside it."""
+        values = lookup_table(example_map(), tolerance=1.0, most_values=399).values
+        for rows in (values[:4], values[-4:]):
+            assert np.abs(np.diff(rows, n=3, axis=0)).max() < 1e-15
+
     def test_table_of_a_ring(self) -> None:
         around = ring_pattern(np.array([90.0]) * DEGREE, 72)
         ring = PretravelMap(

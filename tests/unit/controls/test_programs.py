@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,6 +110,26 @@ class TestWays:
         one = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="o")
         # 2 mm at 50 mm/min, 45 mm down and 2 mm back at 1000 mm/min.
         assert one.duration == pytest.approx(60 * (2 / 50 + 47 / 1000))
+        # A second touch 10 mm beside it: 45 mm up, 10 mm over, 45 mm down, and its 2 mm back.
+        two = plan_program(
+            Targets([[0.0, 0, 0], [10, 0, 0]], [[0.0, 0, 1]] * 2), MACHINE, title="t"
+        )
+        assert two.duration == pytest.approx(60 * (4 / 50 + (47 + 102) / 1000))
+
+    def test_the_body_above_the_stylus_meets_a_part_beside_it(self, tmp_path: Path) -> None:
+        """A beam 12 mm beside the tip's axis, outside the stem (radius 10 mm) and inside the body
+        (radius 20 mm), which reaches from 50 mm to 250 mm above the ball's centre; its end is taken
+        for round, 16 mm higher at 12 mm from the axis."""
+        from netgen.occ import Box
+
+        start, end = np.array([[0.0, -3.0, 0.0]]), np.array([[0.0, 3.0, 0.0]])
+        thick = replace(MACHINE, tip_diameter=22.0, stem_diameter=20.0)
+        heights = {45.0: False, 150.0: True, 240.0: True, 270.0: False}
+        for height, blocked in heights.items():
+            file = tmp_path / f"beam{height:g}.step"
+            Box((12, -20, height), (16, 20, height + 1)).WriteStep(str(file))
+            beam = PartObstacle(read_step_part(str(file)))
+            assert beam.blocks(thick, start, end).tolist() == [blocked], height
 
 
 class TestRefusals:
@@ -129,6 +150,19 @@ class TestRefusals:
                 sphere_targets(targets), machine, title="s",
                 obstacles=[SphereObstacle(np.zeros(3), 12.5)],
             )  # fmt: skip
+
+    def test_the_reason_is_the_way_or_the_touch(self) -> None:
+        """The stem's axis is (12.5 + 3 + s) sin from that of the sphere, s mm before the contact,
+        and must be 12.5 + 2.25 from it, 1 mm more on the way. 112 degrees: 16.23 mm at the start,
+        2 mm before the contact, is more than 15.75, but 14.37 mm at the contact is less than 14.75.
+        150 degrees: 8.75 mm at the start is already too little."""
+        reasons = {112.0: "before the target is touched", 150.0: "no free way from the safe height"}
+        for polar, reason in reasons.items():
+            with pytest.raises(PretravelError, match=reason):
+                plan_program(
+                    sphere_targets(from_angles(polar * DEGREE, 0.0)), MACHINE, title="s",
+                    obstacles=[SphereObstacle(np.zeros(3), 12.5)],
+                )  # fmt: skip
 
     def test_shank_in_the_way(self) -> None:
         low = sphere_targets(from_angles(115 * DEGREE, 0.0))
@@ -179,6 +213,8 @@ class TestTargetsAndParts:
         program = plan_program(both, MACHINE, title="p", obstacles=[part], leave_out=True)
         assert program.labels == ("a",)
         assert program.left_out == ("b",)
+        alone = Targets([[-30.0, 0, 0]], [[0.0, 0, 1]], labels=("a",))
+        assert program.checked == plan_program(alone, MACHINE, title="p", obstacles=[part]).checked
         with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*Leave these"):
             plan_program(both, MACHINE, title="p", obstacles=[part])
 

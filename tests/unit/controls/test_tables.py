@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from pretravel.controls.control_table import TableSettings, plain_number
-from pretravel.controls.haas import haas_macro
+from pretravel.controls.exports import CONTROLS, ExportSettings
+from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup_table import LookupTable, lookup_table
-from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
+from pretravel.controls.macro_b import fanuc_macro, free_variables, renishaw_variables
 from pretravel.controls.siemens import siemens_cycle
 from pretravel.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.errors import PretravelError
@@ -191,6 +192,25 @@ class TestMacroPrograms:
         expected = table.value(edge[None])[0]
         assert siemens.data["PT_VALUE"].values[0] == pytest.approx(expected, abs=1.3e-7)
         assert _looked_up(control, edge) == pytest.approx(expected, abs=1.3e-7)
+
+    @pytest.mark.parametrize(
+        ("control", "call"),
+        [("fanuc", "(CALL G65 P"), ("haas", "(CALL G65 P"), ("siemens", "; Call: PRETRAVEL(")],
+    )
+    def test_users_are_told_how_the_lookup_is_called(self, control: str, call: str) -> None:
+        """The remarks of an export are those of the file with the lookup, not of the table."""
+        remarks = CONTROLS[control].files(example_map(), ExportSettings(tolerance=1e-3)).remarks
+        assert any(remark.startswith(call) for remark in remarks)
+
+    def test_variables_of_the_probe_and_of_the_control_are_not_used_on_haas(self) -> None:
+        """150 to 199 and 550 to 599 belong to the probe, 700 to 749 to the control; those of the
+        Next Generation Control are the same, plus 10000."""
+        for added in (0, 10_000):
+            for base, room in ((149, 1), (500, 50), (600, 100), (800, 200)):
+                assert free_variables(HAAS.free, added + base) == room
+            for taken in (150, 199, 550, 599, 700, 749):
+                with pytest.raises(PretravelError, match="does not belong to the user"):
+                    free_variables(HAAS.free, added + taken)
 
     def test_a_missing_or_another_table_is_an_alarm(self) -> None:
         table = _table(example_map(), 399)
