@@ -130,8 +130,8 @@ def test_hysteresis_of_a_kp3() -> None:
     assert phases[0] == pytest.approx(26.4, abs=0.5)
     assert phases[1] == pytest.approx(phases[0], abs=1.0)  # in phase
     assert abs(phases[2] - phases[0]) == pytest.approx(60.0, abs=1.0)  # opposite
-    for friction in (0.1, FRICTION):
-        cycle = _stand_in(friction, "steel")
+    for friction, stem in ((0.1, "tungsten carbide"), (FRICTION, "steel")):
+        cycle = _stand_in(friction, stem)
         assert _lobes(cycle.trigger_deflection[:, 1]) > 0.0
         assert _lobes(cycle.hysteresis[:, 1]) > 0.0
         assert np.all(cycle.hysteresis[:, 1] > 0.0)
