@@ -9,7 +9,12 @@ import pytest
 from pretravel.formats.laboratory_file import laboratory_template, read_laboratory
 from pretravel.formats.rig_csv import read_rig_trace
 from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
-from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
+from pretravel.laboratory.rig_budget import (
+    REN_BUDGET,
+    LengthComponent,
+    calibration_budget,
+    length_budget,
+)
 from pretravel.laboratory.rig_calibration import calibrate_rig
 from pretravel.laboratory.rig_events import rig_touch
 from tests.support.examples import EXAMPLES
@@ -40,3 +45,12 @@ def test_uncertainty_of_a_direction_follows_from_its_touches() -> None:
         assert result.expanded == pytest.approx(expected)
     assert certificate.constant_and_slope is not None
     assert certificate.feeds[0] <= certificate.feeds[1]
+
+
+def test_a_source_with_both_parts_leaves_no_constant_and_slope() -> None:
+    """One source of many that has both parts: u(L)² is no longer constant² + (slope L)²."""
+    traces = sorted((EXAMPLES / "rig").glob("*.csv"))
+    calibration = calibrate_rig([rig_touch(read_rig_trace(path)) for path in traces[:2]])
+    budget = (*REN_BUDGET, LengthComponent("scale", "B", 0.02e-3, 1e-6))
+    made = calibration_certificate(calibration, budget, LaboratoryStatements())
+    assert made.constant_and_slope is None

@@ -22,7 +22,7 @@ from pretravel.laboratory.rig_budget import (
 from pretravel.laboratory.rig_calibration import azimuth_of, calibrate_rig, spread_from
 from pretravel.laboratory.rig_events import rig_touch
 from pretravel.laboratory.rig_marks import with_marks
-from pretravel.laboratory.rig_signals import laser_at_edge
+from pretravel.laboratory.rig_signals import laser_at_edge, rod_motion
 from tests.support.examples import EXAMPLES
 
 UM = 1e-3
@@ -471,3 +471,12 @@ def test_ren_budget_is_the_papers() -> None:
     for length in (0.0, 5.0, 1000.0):
         expected = math.hypot(0.0999, 0.129 * length / 1000.0)
         assert length_budget(REN_BUDGET, length).combined / UM == pytest.approx(expected, abs=5e-4)
+
+
+def test_the_speed_of_a_rod_that_is_out_after_four_samples() -> None:
+    """Speed is way over time from 20 % to 80 % of the way, to the top sample where it is quick."""
+    steps = np.concatenate([np.zeros(60), [0.25, 0.5, 0.75], np.ones(60), np.zeros(60)])
+    level = np.ones(len(steps), dtype=bool)
+    time = 0.01 * np.arange(len(steps))
+    trace = RigTrace(time, 0.4 * steps, np.zeros(len(steps)), level, level)
+    assert rod_motion(trace).speed == pytest.approx(0.1 / 0.01, rel=1e-12)

@@ -8,7 +8,7 @@ import pytest
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
 from pretravel.laboratory.separation import METHODS, Method, separate
 from pretravel.laboratory.separation_trials import separation_by_trials
-from pretravel.laboratory.separation_variances import equally_shared
+from pretravel.laboratory.separation_variances import _shrunk, equally_shared
 
 TRIALS = 20_000
 
@@ -52,3 +52,26 @@ def test_equal_shares_leave_the_sums_of_pairs() -> None:
     design = multi_step_design(MultiStepReadings(i, j, np.zeros(6)))
     shared = equally_shared(design, np.array([5.0, 7.0, 1.0, 2.0, 3.0]))
     assert shared == pytest.approx([3.0, 5.0, 3.0, 4.0, 5.0], abs=1e-15)
+
+
+@pytest.mark.parametrize(("scatter", "share"), [(0.0, 1.0), (2.0, 0.5), (4.0, 0.0)])
+def test_variances_are_shrunk_by_the_part_of_their_spread_that_is_scatter(
+    scatter: float, share: float
+) -> None:
+    """The variances 5, 7, 9 spread by the variance 4, the others by 1 with a quarter of the
+    scatter: of each spread the share 1 - scatter / 4 is that of the directions."""
+    i, j = np.divmod(np.arange(9), 3)
+    design = multi_step_design(MultiStepReadings(i, j, np.zeros(9)))
+    machine, probe = np.array([-2.0, 0.0, 2.0]), np.array([1.0, 0.0, -1.0])
+    covariance = scatter * np.diag([1.0, 1.0, 1.0, 0.25, 0.25, 0.25])
+    shrunk = _shrunk(design, np.concatenate([7.0 + machine, 6.0 + probe]), covariance, 13.0)
+    expected = np.concatenate([7.0 + share * machine, 6.0 + share * probe])
+    assert shrunk == pytest.approx(expected, abs=1e-12)
+
+
+def test_variances_without_spread_stay() -> None:
+    """Equal variances, and the single variance of one direction, are their own mean."""
+    i, j = np.divmod(np.arange(6), 6)
+    design = multi_step_design(MultiStepReadings(i, j, np.zeros(6)))
+    values = np.array([3.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0])
+    assert _shrunk(design, values, np.eye(7), 5.0) == pytest.approx(values, abs=1e-15)

@@ -11,7 +11,12 @@ from pretravel.errors import PretravelError
 from pretravel.jobs.check import CheckSetup, not_stated, stated_limits
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso10360_5 import check_iso10360_5
-from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardFigure
+from pretravel.laboratory.standard_check import (
+    CalibratedSphere,
+    LimitOutcome,
+    StandardFigure,
+    refuse_other_unit,
+)
 from pretravel.touches import Touches
 
 UM = 1e-3
@@ -176,3 +181,15 @@ def test_iso230_10_figures() -> None:
     figures = {figure.name: figure.value for figure in check.figures}
     assert figures["P_FTU,2D"] == pytest.approx(2.0 * UM, abs=1e-3 * UM)
     assert figures["R_SPT"] == pytest.approx(0.7 * UM, abs=1e-6 * UM)
+
+
+@pytest.mark.parametrize("diameter", [1.0, 5.0, 25.0, 100.0])
+def test_the_unit_shows_at_every_size_of_the_sphere(diameter: float) -> None:
+    """With a small tip the touches spread over the diameter; in the wrong unit, over 1/25.4 or
+    25.4 of it. The limits are shares of the diameter, so that no size is another case."""
+    sphere, positions = CalibratedSphere(diameter), 0.51 * diameter * N
+    refuse_other_unit(Touches(positions, N), sphere)
+    with pytest.raises(PretravelError, match="look like inches"):
+        refuse_other_unit(Touches(positions / 25.4, N), sphere)
+    with pytest.raises(PretravelError, match="taken as inches"):
+        refuse_other_unit(Touches(positions * 25.4, N), sphere)

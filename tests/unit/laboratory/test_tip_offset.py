@@ -18,7 +18,7 @@ from pretravel.frames import probe_rotation
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardCheck
-from pretravel.laboratory.tip_offset import fit_tip_offset
+from pretravel.laboratory.tip_offset import fit_tip_offset, turns_the_other_way
 from pretravel.report.chart import PlaneChart
 from pretravel.report.chart_marks import Dots
 from pretravel.report.standards_report import check_view, standards_document
@@ -192,6 +192,22 @@ def test_angles_that_are_counted_clockwise_are_told() -> None:
     wrong = Touches(turned.positions, turned.normals, spindle=-turned.spindle)
     assert any("other way" in note for note in check_tip_offset(wrong, SPHERE).notes)
     assert not any("other way" in note for note in check_tip_offset(turned, SPHERE).notes)
+
+
+@pytest.mark.parametrize("size", [1e-4, 0.01, 3.0])
+@pytest.mark.parametrize(("apart", "told"), [(1.3, False), (1.6, True)])
+def test_a_clockwise_offset_is_told_at_a_tenth_of_its_size(
+    size: float, apart: float, told: bool
+) -> None:
+    """Orientations at ±e and 180° ± e, an offset s that turns clockwise. In the complex plane the
+    centres are ∓s exp(-i a), the best offset counter-clockwise is s cos 2e, and the root of the
+    sum of squares that it leaves 2 s sin 2e. It is a tenth of s at e = 1.43°, whatever s is."""
+    angles = np.radians([-apart, apart, 180.0 - apart, 180.0 + apart])
+    centers = -size * np.column_stack([np.cos(angles), -np.sin(angles)])
+    found = fit_tip_offset(angles, centers)
+    left = 2.0 * size * math.sin(2.0 * math.radians(apart))
+    assert math.sqrt(float(np.sum(found.residuals**2))) == pytest.approx(left, rel=1e-9)
+    assert turns_the_other_way(found) is told
 
 
 def test_what_cannot_be_compared_is_left_out_and_told() -> None:
