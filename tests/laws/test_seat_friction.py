@@ -11,7 +11,8 @@ import pytest
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.jobs.predict import with_friction
-from pretravel.model.fem.interface_loads import TANGENTIAL
+from pretravel.model.beam import stylus_compliance
+from pretravel.model.fem.interface_loads import SEATS, TANGENTIAL
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
@@ -19,7 +20,8 @@ from pretravel.probe.materials import default_workpiece
 from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.compliance.base import compliance_model
 from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.friction import FrictionCycle, friction_cycle
+from pretravel.trigger.friction import FrictionCycle, check_conditions, friction_cycle
+from pretravel.trigger.friction_equilibrium import seat_mechanism
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.predict_with_friction import rubbed_trigger
 from pretravel.trigger.response import probe_response
@@ -53,6 +55,43 @@ def test_without_friction_the_deflection_is_that_of_the_seats(omp40: Probe) -> N
     trigger = predict(omp40, DIRECTIONS, "analytic")
     seats = np.sum(trigger.displacements["seats"] * DIRECTIONS, axis=1)
     assert rubbed(0.0).trigger_deflection[:, 0] == pytest.approx(seats, rel=1e-6)
+
+
+def test_without_friction_seats_close_where_they_open(omp40: Probe) -> None:
+    """At the threshold of the circuit, which statics gives with an equation of its own."""
+    early, few = replace(omp40, threshold=0.1), DIRECTIONS[[1, 3]]
+    cycle = friction_cycle(early, few, 0.0, body="rigid", steps=10)
+    force = predict(early, few, "shen").force
+    assert np.all(force < 0.98 * predict(omp40, few, "shen").force)
+    assert cycle.trigger_force[:, 0] == pytest.approx(force, rel=1e-6)
+    assert cycle.reseat_force[:, 0] == pytest.approx(force, rel=1e-6)
+    assert cycle.trigger_reactions.min(axis=2)[:, 0] == pytest.approx(0.1, rel=1e-6)
+
+
+def test_the_tip_is_pushed_as_far_as_stated_and_left_without_force() -> None:
+    """10 um or twice the trigger's deflection beyond it; at rest the force has vanished."""
+    plain = rubbed(0.0)
+    base = plain.trigger_deflection[:, 0]
+    reach = base + np.maximum(0.01, 2.0 * base)
+    assert plain.deflection.max(axis=1) == pytest.approx(reach, rel=1e-6)
+    cycle = rubbed(0.15)
+    for number in (0, 1):
+        last = np.flatnonzero(cycle.cycle == number)[-1]
+        assert cycle.rest_displacement[:, number] == pytest.approx(cycle.displacement[:, last])
+        # A bisection of one step, 1/25 of some newtons, in 24 halves.
+        assert np.abs(cycle.force[:, last]).max() < 1e-6
+
+
+def test_friction_at_the_seats_of_a_mesh_is_softer_by_mindlin(omp40: Probe) -> None:
+    """What a mesh does not resolve of a contact: normally as found, (2 - nu) / (2 (1 - nu)) of it
+    tangentially."""
+    reduced = coarse_reduced()
+    mechanism = seat_mechanism(omp40, seat_statics(omp40), DIRECTIONS, 0.1, reduced)
+    added = np.diag(mechanism.flexibility - reduced.flexibility)
+    nu = omp40.tripod.material.poissons_ratio
+    softer = (2.0 - nu) / (2.0 * (1.0 - nu))
+    assert added[SEATS] == pytest.approx(np.full(6, reduced.seat_correction))
+    assert added[TANGENTIAL] == pytest.approx(np.full(12, softer * reduced.seat_correction))
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.15])
@@ -215,6 +254,16 @@ def test_bad_values_are_explained(omp40: Probe) -> None:
         friction_cycle(rigid, DIRECTIONS, 0.1)
 
 
+def test_limits_of_cycles_steps_and_overtravel(omp40: Probe) -> None:
+    check_conditions(omp40, 0.1, 1.0, 1, 5)
+    check_conditions(omp40, 0.1, None, 1, 250_000, directions=2)
+    for overtravel, cycles, steps, directions in (
+        (1.01, 1, 5, 1), (1.0, 0, 5, 1), (1.0, 1, 4, 1), (1.0, 1, 250_001, 2), (1.0, 2, 250_001, 1),
+    ):  # fmt: skip
+        with pytest.raises(PretravelError):
+            check_conditions(omp40, 0.1, overtravel, cycles, steps, directions)
+
+
 def test_more_steps_than_memory_holds_are_refused_before_any_work():
     probe = load_probe("omp40-2")
     for numbers in ({"cycles": 10**8}, {"steps": 10**9}):
@@ -243,6 +292,15 @@ def test_a_prediction_with_friction_is_the_settled_touch(omp40: Probe) -> None:
     assert trigger.force == pytest.approx(cycle.trigger_force[:, 2], rel=1e-9)
     along = cycle.trigger_deflection[:, 2]
     assert trigger.pretravel - trigger.tip_approach == pytest.approx(along, rel=1e-9)
+    # The stylus bends as a beam under the force of the third touch; the seats make up the rest.
+    bent = trigger.force[:, None] * DIRECTIONS[1:2] * stylus_compliance(omp40.stylus)
+    assert trigger.displacements["body"] == pytest.approx(bent, abs=1e-12)
+    seats = cycle.trigger_displacement[:, 2] - bent
+    assert trigger.displacements["seats"] == pytest.approx(seats, abs=1e-12)
+    # Hertz, tip on part: the power 2/3 of that force.
+    plain = predict(omp40, DIRECTIONS[1:2], "analytic")
+    hertz = np.cbrt(trigger.force / plain.force) ** 2 * plain.displacements["tip_on_part"]
+    assert trigger.displacements["tip_on_part"] == pytest.approx(hertz, rel=1e-9)
     assert predicted_map(omp40, trigger).kind == "tabulated"
 
 
