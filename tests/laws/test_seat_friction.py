@@ -285,6 +285,21 @@ def test_a_prediction_without_friction_is_that_of_statics(omp40: Probe) -> None:
     assert shares["tip_on_part"] == pytest.approx(plain.displacements["tip_on_part"], rel=1e-6)
 
 
+def test_a_prediction_uses_the_elements_that_it_was_given(
+    omp40: Probe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A coarse mesh, not that of the program: without friction, the deflection is that of `fem`.
+    Without friction all touches are equal, and few steps are enough."""
+    monkeypatch.setattr("pretravel.trigger.predict_with_friction.TOUCHES", 1)
+    monkeypatch.setattr("pretravel.trigger.predict_with_friction.STEPS", 5)
+    model, few = FiniteElements(coarse_reduced()), DIRECTIONS[1:2]
+    plain = predict(omp40, few, model)
+    cycle, shares = rubbed_trigger(omp40, few, model, default_workpiece())
+    assert cycle.trigger_force[:, -1] == pytest.approx(plain.force, rel=1e-6)
+    along = np.sum((shares["body"] + shares["seats"]) * few, axis=1)
+    assert along == pytest.approx(np.sum(plain.deflection * few, axis=1), rel=1e-6)
+
+
 def test_a_prediction_with_friction_is_the_settled_touch(omp40: Probe) -> None:
     sliding = with_friction(omp40, 0.2)
     trigger = predict(sliding, DIRECTIONS[1:2], "analytic")
