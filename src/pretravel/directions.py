@@ -192,7 +192,8 @@ def sphere_pattern_25(*, cumulative: bool = False) -> FloatArray:
 
     >>> sphere_pattern_25().shape
     (25, 3)
-    >>> (azimuth_angle(sphere_pattern_25(cumulative=True)[[1, 5, 13, 17]]) / DEGREE).tolist()
+    >>> cumulative = azimuth_angle(sphere_pattern_25(cumulative=True))
+    >>> (cumulative[[1, 5, 13, 17]] / DEGREE).round(6).tolist()
     [0.0, 22.5, 45.0, 22.5]
     """
     fourth = 45.0 if cumulative else 0.0

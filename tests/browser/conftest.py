@@ -15,6 +15,10 @@ from tests.browser.workbench_server import (
 )
 
 
+PATIENCE = 120_000
+"""How long a state of a page is waited for: a loaded computer needs more than 30 s. [ms]"""
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Ended with the file: Playwright's event loop would be in the way of other tests."""
@@ -37,6 +41,7 @@ def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkb
 def _context(browser: Any) -> Iterator[Any]:
     """One for the tests of a file: it keeps the scripts of the page."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(PATIENCE)
     yield context
     context.close()
 

@@ -54,7 +54,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     opened(page, f"{workbench.address}engineer")
     step(page, "Drop the file")
     drop(page, SPHERE.read_bytes())
-    page.wait_for_selector(".plot-area canvas", timeout=30_000)
+    page.wait_for_selector(".plot-area canvas")
     step(page, "Type the diameter of the reference")
     page.get_by_label("Diameter of the reference [mm]").fill("24.9987")
     step(page, "Type the diameter of the tip")

@@ -122,7 +122,7 @@ def test_pages_are_accessible(open_page: Callable[..., Any], name: str, themes: 
 def _turn(tab: Any) -> None:
     """Bring the first picture into view, and wait until Plotly has drawn it."""
     tab.locator(".picture").first.scroll_into_view_if_needed()
-    tab.wait_for_selector(".turned .plots .main-svg", timeout=30_000)
+    tab.wait_for_selector(".turned .plots .main-svg")
 
 
 def test_an_attack_runs_nowhere(open_page: Callable[..., Any]) -> None:

@@ -81,7 +81,7 @@ def test_fem_writes_its_solids(tmp_path: Path) -> None:
         (["fem", "omp40-2", *COARSE, "--solver", "gauss"], "--solver gauss: it is not known"),
         (["fem", "omp40-2", "--vtu", "mesh.stl"], "ending must be .vtu"),
         (["hysteresis", "omp40-2", "--friction", "0.9"], "between 0 and 0.49"),
-        (["hysteresis", "omp40-2", "--model", "shen"], "not one of 'fem', 'rigid'"),
+        (["hysteresis", "omp40-2", "--model", "shen"], "not one of 'fem', 'analytic', 'rigid'"),
         (["hysteresis", "omp40-2-thesis", "--model", "rigid"], "'hertz'"),
     ],
 )
@@ -131,7 +131,8 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
     assert 11.0 < deflection[first].max() < 14.0
     assert set(azimuth) == {0.0, 60.0}
     assert force[azimuth == 60.0].max() > force[azimuth == 0.0].max()
-    assert force[-1] == pytest.approx(0.0, abs=1e-9)
+    # The rest is located to 2⁻²⁴ of a step, in which the force changes by up to 0.3 N.
+    assert force[-1] == pytest.approx(0.0, abs=1e-7)
     assert png.stat().st_size > 20_000
 
 

@@ -22,6 +22,7 @@ from pretravel.workbench.screens.designer_form import (
 NOT_IN_THE_FORM = {
     ("name",), ("tip", "u_radius_um"), ("moving", "mass_g"), ("moving", "height_mm"),
     ("orientation", "axis"), ("orientation", "rotation_deg"),
+    ("seats", "friction"),  # minutes for each picture; a slider must answer at once
 }  # fmt: skip
 
 
