@@ -86,8 +86,9 @@ def check_iso10360_5(
     Parameters
     ----------
     touches : Touches
-        The 25 directions of `sphere_pattern_25` about the axis in either reading, begun at any
-        azimuth, once, or each equally often. A note states the reading.
+        In the 25 directions of `sphere_pattern_25` about the axis, each touched once, or each
+        equally often. Both readings of the pattern are accepted, and any turn about the axis; a
+        note states the reading.
     sphere : CalibratedSphere
     tip_diameter : float, optional
         Of the tip as the machine uses it (the effective one after qualification). Without
@@ -191,9 +192,9 @@ def _angle_of_pattern(directions: FloatArray) -> float:
 
 
 def _runs(touches: Touches, axis: npt.ArrayLike) -> tuple[list[IntArray], str]:
-    """Rows of each run through the pattern, and a note of the reading that the touches follow.
+    """The rows of the touches of each run, and a note that states the reading of the pattern.
 
-    A run has the first touch of each direction, then the second, ….
+    The first run has the first touch of each direction, the second run the second touch, and so on.
     """
     angle = _angle_of_pattern(touches.normals @ probe_rotation(axis))
     turned = probe_rotation(axis, angle).T

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -174,6 +175,7 @@ class _Circles:
         dof = sum(fit.dof for fit in self.fits)
         return sum(float(np.sum(fit.residuals**2)) for fit in self.fits) / dof, float(dof)
 
+    @cached_property
     def offsets(self) -> FloatArray:
         """The offset of each run, (runs, 2). [mm]"""
         return np.array(
@@ -257,7 +259,7 @@ def _components(circles: _Circles, found: TipOffset) -> list[tuple[str, FloatArr
         moved = found.covariance([beyond * np.eye(2)] * len(found.angles))
         sources.append(("what does not turn with the spindle", moved, float(found.dof)))
     if circles.runs > 1:
-        spread = float(np.mean(np.var(circles.offsets(), axis=0, ddof=1))) / circles.runs
+        spread = float(np.mean(np.var(circles.offsets, axis=0, ddof=1))) / circles.runs
         beyond = max(spread - float(np.trace(by_touches)) / 2.0, 0.0)
         sources.append(
             ("differences between the runs", beyond * np.eye(2), 2.0 * (circles.runs - 1))
@@ -297,7 +299,7 @@ def _figures(
                2.0 * found.size, 2.0 * towards),
     ]  # fmt: skip
     if circles.runs > 1:
-        range_ = float(np.ptp(circles.offsets(), axis=0).max())
+        range_ = float(np.ptp(circles.offsets, axis=0).max())
         meaning = f"larger range of the offset's x and y over {circles.runs} runs"
         limit = limits.get("repeatability")
         shown.append(

@@ -238,6 +238,10 @@ class _Residual(NamedTuple):
     moved: FloatArray  # (n, 22) displacements of the interface
     trial: FloatArray  # (n, 12) tangential forces if no seat slid
 
+    def rows(self, rows: BoolArray) -> _Residual:
+        """The residual of some of the directions."""
+        return _Residual(*(part[rows] for part in self))
+
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
@@ -369,25 +373,21 @@ def _newton(
     residual = equations.residual(x)
     merit = np.linalg.norm(residual.scaled, axis=1)
     state = equations.state(x, residual.moved)
-    active = np.flatnonzero(merit >= _TOLERANCE)
-    kept = active
+    active = np.arange(len(x))
     for _ in range(_ITERATIONS):
-        if len(active) == 0:
+        kept = merit[active] >= _TOLERANCE
+        if not np.any(kept):
             break
-        if len(active) < len(x):
+        if not np.all(kept):
+            active, x, residual = active[kept], x[kept], residual.rows(kept)
             equations = _Equations(mechanism.rows(active), before.rows(active), target.rows(active))
-            x = x[kept]
-            residual = equations.residual(x)
-        here = np.linalg.norm(residual.scaled, axis=1)
         jacobian = equations.jacobian(x, residual)
         held = mechanism.friction > 0.0
         step = _least_norm(jacobian, residual.scaled, held=held) * equations.columns
-        x = x - _share(equations, x, step, here)[:, None] * step
+        x = x - _share(equations, x, step, merit[active])[:, None] * step
         residual = equations.residual(x)
         merit[active] = np.linalg.norm(residual.scaled, axis=1)
         state = state.replaced(active, equations.state(x, residual.moved))
-        kept = np.flatnonzero(merit[active] >= _TOLERANCE)
-        active = active[kept]
     return state, merit
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pretravel.arrays import FloatArray, frozen
 from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ReducedModel
+from pretravel.model.fem.reduction_cache import reduced_model
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel
+from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.friction import FrictionCycle, friction_cycle
 from pretravel.trigger.loading import loaded
 from pretravel.trigger.seats import seat_statics
@@ -75,10 +77,8 @@ def rubbed_trigger(
 def _body(probe: Probe, model: ComplianceModel) -> ReducedModel | str:
     if model.name == "analytic":
         return "analytic"
-    if model.name == "fem":
-        from pretravel.model.fem.reduction_cache import reduced_model
-
-        return getattr(model, "reduced", None) or reduced_model(probe)
+    if isinstance(model, FiniteElements):
+        return model.reduced or reduced_model(probe)
     raise PretravelError(
         f"model '{model.name}' does not contain friction at the seats; use analytic or fem, or "
         "friction 0",
