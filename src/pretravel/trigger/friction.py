@@ -26,7 +26,6 @@ from pretravel.trigger.event import trigger_force
 from pretravel.trigger.friction_equilibrium import (
     SeatMechanism,
     SeatState,
-    Target,
     equilibrium,
     seat_mechanism,
 )
@@ -334,7 +333,7 @@ class _History:
         """Deflect the tip from where it is to `reach`."""
         start = self.deflection
         for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
-            target = Target(start + fraction * (reach - start))
+            target = start + fraction * (reach - start)
             state = equilibrium(self.mechanism, self.state, target)
             self.step(state, loading=True, cycle=cycle)
 
@@ -345,7 +344,7 @@ class _History:
         for fraction in np.arange(1, 2 * steps + 1) / steps:
             mechanism, before = self.mechanism.rows(returning), self.state.rows(returning)
             wanted = (top + fraction * (end - top))[returning]
-            trial = equilibrium(mechanism, before, Target(wanted))
+            trial = equilibrium(mechanism, before, wanted)
             free = trial.force <= 0.0
             if np.any(free):
                 rest = _located(
@@ -401,7 +400,7 @@ def _located(
     positive = quantity(mechanism, before) > 0.0
     for _ in range(_BISECTIONS):
         share = 0.5 * (low + high)
-        state = equilibrium(mechanism, before, Target(origin + share * (end - origin)))
+        state = equilibrium(mechanism, before, origin + share * (end - origin))
         first_half = (quantity(mechanism, state) > 0.0) != positive
         high = np.where(first_half, share, high)
         low = np.where(first_half, low, share)

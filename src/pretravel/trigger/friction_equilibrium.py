@@ -1,4 +1,4 @@
-"""Equilibrium of the tripod on seats with Coulomb friction, for a prescribed deflection or force.
+"""Equilibrium of the tripod on seats with Coulomb friction, for a prescribed deflection.
 
 The tangential forces at the seats depend on the state before, so the load is applied in steps;
 each step is solved by a semi-smooth Newton method for all directions at once. Directions that are
@@ -70,18 +70,6 @@ class SeatState:
         return SeatState(**values)
 
 
-class Target(NamedTuple):
-    """The deflection along the normals, or the force on the tip, that a step leads to."""
-
-    value: FloatArray
-    """(n,). [mm] or [N]"""
-    is_force: bool = False
-
-    def rows(self, rows: BoolArray | IntArray) -> Target:
-        """The target of some of the directions."""
-        return self._replace(value=self.value[rows])
-
-
 @dataclass(frozen=True, eq=False)
 class SeatMechanism:
     """The tripod on its seats, loaded along n directions; it is constant during a cycle.
@@ -151,10 +139,6 @@ class SeatMechanism:
         """Displacement of the tip along the normals, (n,). [mm]"""
         return np.asarray(np.sum(state.moved[:, TIP_FORCE] * self.directions, axis=1))
 
-    def reached(self, state: SeatState, target: Target) -> FloatArray:
-        """The quantity that the target prescribes, at a state, (n,). [mm] or [N]"""
-        return state.force if target.is_force else self.deflection(state)
-
 
 def seat_mechanism(
     probe: Probe,
@@ -206,9 +190,9 @@ def seat_mechanism(
 
 
 def equilibrium(
-    mechanism: SeatMechanism, before: SeatState, target: Target, halvings: int = _HALVINGS
+    mechanism: SeatMechanism, before: SeatState, target: FloatArray, halvings: int = _HALVINGS
 ) -> SeatState:
-    """The state at a prescribed deflection (or force).
+    """The state at prescribed deflections, (n,). [mm]
 
     A step that fails in some directions is halved in these.
 
@@ -227,8 +211,8 @@ def equilibrium(
             f"{merit.max():.1e} of the preload after {_ITERATIONS} iterations): take more steps, "
             "or less friction"
         )
-    part, start, end = mechanism.rows(failed), before.rows(failed), target.rows(failed)
-    halfway = end._replace(value=0.5 * (part.reached(start, end) + end.value))
+    part, start, end = mechanism.rows(failed), before.rows(failed), target[failed]
+    halfway = 0.5 * (part.deflection(start) + end)
     middle = equilibrium(part, start, halfway, halvings - 1)
     return state.replaced(failed, equilibrium(part, middle, end, halvings - 1))
 
@@ -249,7 +233,7 @@ class _Equations:
 
     mechanism: SeatMechanism
     before: SeatState
-    target: Target
+    target: FloatArray
 
     @cached_property
     def scales(self) -> tuple[float, float, float]:
@@ -299,9 +283,7 @@ class _Equations:
 
     @cached_property
     def target_row(self) -> FloatArray:
-        """The target's equation by unknowns, (n, 25) or (25,)."""
-        if self.target.is_force:
-            return np.asarray(np.eye(_SIZE)[24])
+        """The target's equation by unknowns, (n, 25)."""
         depth, force, _ = self.scales
         along = np.einsum("ni,nik->nk", self.mechanism.directions, self.moved[:, TIP_FORCE])
         return np.asarray(along * force / depth)
@@ -324,9 +306,7 @@ class _Equations:
         slid = state.moved[:, TANGENTIAL] - self.before.moved[:, TANGENTIAL]
         trial = self.before.tangential - self.stiffness * slid
         depth, force, _ = self.scales
-        off = mechanism.reached(state, self.target) - self.target.value
-        if not self.target.is_force:
-            off = off * force / depth
+        off = (mechanism.deflection(state) - self.target) * force / depth
         parts = [
             state.normal - (closed / mechanism.coefficient) ** 1.5,
             state.tangential - _on_cone(trial, state.normal, mechanism.friction),
@@ -356,7 +336,7 @@ class _Equations:
 
 
 def _newton(
-    mechanism: SeatMechanism, before: SeatState, target: Target
+    mechanism: SeatMechanism, before: SeatState, target: FloatArray
 ) -> tuple[SeatState, FloatArray]:
     """Semi-smooth Newton with backtracking.
 
@@ -380,7 +360,7 @@ def _newton(
             break
         if not np.all(kept):
             active, x, residual = active[kept], x[kept], residual.rows(kept)
-            equations = _Equations(mechanism.rows(active), before.rows(active), target.rows(active))
+            equations = _Equations(mechanism.rows(active), before.rows(active), target[active])
         jacobian = equations.jacobian(x, residual)
         held = mechanism.friction > 0.0
         step = _least_norm(jacobian, residual.scaled, held=held) * equations.columns
