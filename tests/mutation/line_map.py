@@ -19,7 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.mutation.scratch import PYTEST_OPTIONS, ROOMS, Scratch
+from tests.mutation.processes import in_processes
+from tests.mutation.scratch import PROJECT, PYTEST_OPTIONS, ROOMS, Scratch
 
 _OTHER_FOLDERS = ("browser", "machine", "hard", "mutation", "benchmarks")
 """Tests there drive a browser or a control, or do not concern these rooms."""
@@ -112,25 +113,23 @@ def sets_of_tests(project: Path) -> dict[str, list[str]]:
     return {**found, **doctests, **documents}
 
 
-def make_line_map(scratch: Scratch, kept: Path, order: Sequence[str] = ()) -> None:
+def make_line_map(folder: Path, kept: Path, processes: int = 1, project: Path = PROJECT) -> None:
     """Run the sets of tests whose map is missing or old.
 
     Parameters
     ----------
-    scratch : Scratch
+    folder : Path
+        For copies of the project.
     kept : Path
-    order : sequence of str
-        Beginnings of names: such sets run first.
+        Where the maps are, and are put.
+    processes : int
+    project : Path
     """
     (kept / "sources").mkdir(parents=True, exist_ok=True)
-    sets = sets_of_tests(scratch.project)
+    sets = sets_of_tests(project)
 
-    def rank(name: str) -> int:
-        return next((i for i, start in enumerate(order) if name.startswith(start)), len(order))
-
-    missing = [n for n in sets if _record(kept, n, scratch.project, sets[n]) is None]
-    for done, name in enumerate(sorted(missing, key=rank), 1):
-        sent, fault = scratch.in_fork(lambda send, n=name: send(_covered(sets[n])), _LONGEST)
+    def one(scratch: Scratch, name: str) -> str:
+        sent, fault = scratch.in_fork(lambda send: send(_covered(sets[name])), _LONGEST)
         record = sent[0] if sent else {"tests": [], "seconds": [], "passed": [], "lines": {}}
         record["digest"] = _digest(scratch.project, sets[name])
         for module, value in record["lines"].items():
@@ -140,11 +139,12 @@ def make_line_map(scratch: Scratch, kept: Path, order: Sequence[str] = ()) -> No
             record["lines"][module] = [digest, value]
         _path(kept, name).write_text(json.dumps(record), encoding="utf-8")
         failed = [t for t, ok in zip(record["tests"], record["passed"], strict=True) if not ok]
-        print(
-            f"map {done}/{len(missing)}: {name}: {len(record['tests'])} tests, "
-            f"{sum(record['seconds']):.1f} s {fault} {' '.join(failed)}",
-            file=sys.stderr, flush=True,
-        )  # fmt: skip
+        seconds = sum(record["seconds"])
+        return f"{len(record['tests'])} tests, {seconds:.1f} s {fault} {' '.join(failed)}"
+
+    missing = [n for n in sets if _record(kept, n, project, sets[n]) is None]
+    for done, (name, said) in enumerate(in_processes(processes, missing, one, folder, project), 1):
+        print(f"map {done}/{len(missing)}: {name}: {said}", file=sys.stderr, flush=True)
 
 
 def _covered(files: Sequence[str]) -> dict[str, Any]:

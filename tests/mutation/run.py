@@ -20,7 +20,8 @@ from tests.mutation.campaign import Verdict, try_fault
 from tests.mutation.faults import Fault, faults_of
 from tests.mutation.known_faults import accepted, named
 from tests.mutation.line_map import LineMap, make_line_map
-from tests.mutation.scratch import ROOMS, Scratch, load_libraries
+from tests.mutation.processes import in_processes
+from tests.mutation.scratch import PROJECT, ROOMS, Scratch, load_libraries
 
 LEAST = 0.95
 """Share of the faults with an effect that tests must notice."""
@@ -74,6 +75,7 @@ def main() -> int:
     parser.add_argument("--number", type=int, default=30, help="faults of each room")
     parser.add_argument("--seed", default="1")
     parser.add_argument("--patience", type=float, default=60.0, help="s of tests for each fault")
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--named", action="store_true", help="the faults of named.toml too")
     parser.add_argument(
         "--only", default="", help="only faults with this text in their description"
@@ -89,8 +91,7 @@ def main() -> int:
     began = time.monotonic()
     load_libraries()
     with tempfile.TemporaryDirectory(prefix="pretravel-mutation-") as folder:
-        scratch = Scratch(Path(folder) / "scratch")
-        package = scratch.project / "src/pretravel"
+        package = PROJECT / "src/pretravel"
         faults = named(package) if stated.named else []
         for room in stated.rooms or (ROOMS if stated.number else ()):
             faults += drawn(package, room, stated.number, stated.seed)
@@ -98,26 +99,30 @@ def main() -> int:
         if stated.list:
             print(*faults, sep="\n")
             return 0
-        make_line_map(scratch, stated.kept)
-        return _campaign(faults, scratch, stated, began)
+        make_line_map(Path(folder), stated.kept, stated.processes)
+        return _campaign(faults, Path(folder), stated, began)
 
 
 def _campaign(
-    faults: Sequence[Fault], scratch: Scratch, stated: argparse.Namespace, began: float
+    faults: Sequence[Fault], folder: Path, stated: argparse.Namespace, began: float
 ) -> int:
     reasons = accepted()
-    line_map = LineMap(scratch.project, stated.kept)
+    line_map = LineMap(PROJECT, stated.kept)
     killers_file = stated.kept / "killers.json"
     killers: dict[str, str] = {}
     if killers_file.is_file():
         killers = json.loads(killers_file.read_text(encoding="utf-8"))
     verdicts = []
-    for number, fault in enumerate(faults, 1):
-        key = json.dumps(fault.key)
-        verdict = try_fault(fault, scratch, line_map, stated.patience, killers.get(key, ""))
+
+    def one(scratch: Scratch, fault: Fault) -> Verdict:
+        first = killers.get(json.dumps(fault.key), "")
+        return try_fault(fault, scratch, line_map, stated.patience, first)
+
+    tried = in_processes(stated.processes, faults, one, folder)
+    for number, (fault, verdict) in enumerate(tried, 1):
         verdicts.append(verdict)
         if verdict.killer:
-            killers[key] = verdict.killer
+            killers[json.dumps(fault.key)] = verdict.killer
             killers_file.write_text(json.dumps(killers), encoding="utf-8")
         _tell(verdict, f"{number}/{len(faults)}", reasons)
         if stated.results:

@@ -96,8 +96,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def tried(project: Path) -> tuple[Scratch, LineMap]:
     kept = project.parent / "kept"
+    make_line_map(project.parent / "copies", kept, 2, project)
     scratch = Scratch(project.parent / "scratch", project)
-    make_line_map(scratch, kept)
     return scratch, LineMap(scratch.project, kept)
 
 
