@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import pytest
@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, settings
 
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
+from tests.support import forked_processes
 
 # Derandomised: a check that passes here passes on every machine.
 settings.register_profile(
@@ -35,6 +36,19 @@ def _commands_are_built_once() -> None:
     build = typer.main.get_command
     for module, name in ((typer.main, "get_command"), (typer.testing, "_get_command")):
         setattr(module, name, lambda app: _command(build, app))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _readers_are_forked() -> None:
+    forked_processes.use(forked_processes.forked_worker, forked_processes.forked_kernel)
+
+
+@pytest.fixture
+def real_processes() -> Iterator[None]:
+    """The processes in which the program reads maps and parts, as it starts them."""
+    forked_processes.use(*forked_processes.REAL)
+    yield
+    forked_processes.use(forked_processes.forked_worker, forked_processes.forked_kernel)
 
 
 @pytest.fixture

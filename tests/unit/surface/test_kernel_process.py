@@ -19,6 +19,7 @@ from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
 
 PART = EXAMPLES / "part.step"
+pytestmark = pytest.mark.usefixtures("real_processes")
 
 
 @pytest.fixture
