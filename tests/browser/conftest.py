@@ -9,6 +9,7 @@ import pytest
 
 from tests.browser.workbench_server import (
     CHROMIUM,
+    WITHOUT_SCENES,
     RunningWorkbench,
     running_browser,
     running_workbench,
@@ -20,12 +21,15 @@ PATIENCE = 120_000
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    """Ended with the file: Playwright's event loop would be in the way of other tests."""
+    """Ended with the file: Playwright's event loop would be in the way of other tests.
+
+    It draws no scene in space; test_pages has a test with a browser that does.
+    """
     if not CHROMIUM.exists():
         pytest.skip(
             "chromium is missing (tools/install_browser installs it): the page is NOT tested"
         )
-    with running_browser() as started:
+    with running_browser(WITHOUT_SCENES) as started:
         yield started
 
 

@@ -12,13 +12,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.report.certificate_report import TEMPLATE
 from pretravel.report.page import contents_text
 from pretravel.report.page_content import PageContent
-from tests.browser.workbench_server import serious_problems
+from tests.browser.workbench_server import CHROMIUM, FLAGS, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.report import test_subjects as subjects
 
@@ -184,6 +186,30 @@ def test_light_and_dark_change_page_and_pictures(open_page: Callable[..., Any]) 
     assert colours() == ["rgb(20, 25, 31)", "#14191f"]
     tab.get_by_role("button", name="Light").click()
     assert colours() == ["rgb(255, 255, 255)", "#ffffff"]
+
+
+def test_a_chart_in_space_is_drawn(browser: Any, pages: dict[str, Path]) -> None:
+    """In a browser that draws scenes in space, other than that of all other tests."""
+    drawing = browser.browser_type.launch(executable_path=str(CHROMIUM), args=list(FLAGS))
+    tab = drawing.new_page(viewport={"width": 800, "height": 600})
+    tab.goto(pages["plain"].as_uri())
+    _turn(tab)
+    canvas = tab.locator(".plots #scene > canvas")
+    canvas.wait_for()
+    for _ in range(100):
+        if _has_a_drawing(canvas.screenshot()):
+            break
+        tab.wait_for_timeout(100)
+    else:
+        raise AssertionError("the canvas of the scene stays empty")
+    assert tab.locator(".no-webgl").count() == 0
+    drawing.close()
+
+
+def _has_a_drawing(picture: bytes) -> bool:
+    """Whether a PNG has more than one colour."""
+    pixels = imread(io.BytesIO(picture), format="png")
+    return bool(np.any(pixels != pixels[0, 0]))
 
 
 @pytest.mark.parametrize("name", ["features", "bound"])

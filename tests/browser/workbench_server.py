@@ -18,6 +18,8 @@ FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking",
     "--disable-component-update", "--no-first-run", "--disable-extensions", "--disable-sync",
 )  # fmt: skip
+WITHOUT_SCENES = "--disable-3d-apis"
+"""Scenes in space stay empty: without a graphics card their drawing takes most of a test's time."""
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 THEMES = ("light", "dark")
 
@@ -92,12 +94,13 @@ def _address(process: subprocess.Popen[str]) -> str:
 
 
 @contextmanager
-def running_browser() -> Iterator[Any]:
+def running_browser(*more_flags: str) -> Iterator[Any]:
     """Debian's chromium without a window."""
     from playwright.sync_api import sync_playwright
 
+    flags = [*FLAGS, *more_flags]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=flags)
         yield browser
         browser.close()
 
