@@ -76,6 +76,7 @@ COORDINATE = QuantityRange(-1e6, 1e6, "mm")
 NUMBER = QuantityRange(-1e6, 1e6)
 """Of a vector, a placement or the parameters of a surface: a length, an angle or an index."""
 REFERENCE_DIAMETER = QuantityRange(1e-3, 1e4, "mm")
+DEGREES = QuantityRange(-3600.0, 3600.0, "°")
 TIP_BALL = QuantityRange(1e-3, 1e3, "mm")
 TIP_RADIUS = QuantityRange(0.5e-3, 500.0, "mm")
 DISTANCE = QuantityRange(0.0, 1e5, "mm")
@@ -168,6 +169,53 @@ def check_numbers(owner: object, **quantities: QuantityRange) -> None:
         value = getattr(owner, name)
         if value is not None:
             checked(value, f"the {name.replace('_', ' ')}", quantity, inputs=(name,))
+
+
+_MOST_VALUES = 100_000
+COMMAS_BETWEEN_NUMBERS = "the decimal sign is a point, as in 2.5; commas are between numbers"
+"""Advice for a list of numbers with too many commas."""
+
+
+def degrees_in(text: str) -> tuple[float, ...]:
+    """Angles from ``start:stop:step`` (the stop included), ``a,b,c`` or one number.
+
+    Parameters
+    ----------
+    text : str
+        [deg]
+
+    Returns
+    -------
+    tuple of float
+        [deg]
+
+    Raises
+    ------
+    PretravelError
+        Another text; an angle that is out of range; too many angles.
+
+    >>> degrees_in("0:30:10"), degrees_in("90")
+    ((0.0, 10.0, 20.0, 30.0), (90.0,))
+    """
+    try:
+        numbers = tuple(float(part) for part in text.replace(":", ",").split(","))
+        start, stop, step = numbers if ":" in text else (0.0, 0.0, 1.0)
+    except ValueError:
+        raise PretravelError(
+            "expected one angle, a list 0,30,60 or start:stop:step in degrees"
+            + (f"; {COMMAS_BETWEEN_NUMBERS}" if ":" in text and "," in text else "")
+        ) from None
+    checked_values(numbers, "an angle", DEGREES)
+    if ":" not in text:
+        return numbers
+    if not step > 0.0 or stop < start:
+        raise PretravelError(
+            "in start:stop:step the stop must not lie below the start, with a step above 0"
+        )
+    count = int((stop - start) / step + 1e-9) + 1
+    if count > _MOST_VALUES:
+        raise PretravelError(f"{count} angles are more than {_MOST_VALUES}")
+    return tuple(start + step * i for i in range(count))
 
 
 def checked_values(values: npt.ArrayLike, what: str, quantity: QuantityRange) -> FloatArray:

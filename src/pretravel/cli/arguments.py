@@ -16,12 +16,15 @@ from typing import NamedTuple, TypeVar
 import typer
 
 from pretravel.errors import PretravelError
-from pretravel.quantities import FEED, NUMBER, QuantityRange, checked_values
+from pretravel.quantities import (
+    COMMAS_BETWEEN_NUMBERS,
+    FEED,
+    NUMBER,
+    QuantityRange,
+    checked_values,
+    degrees_in,
+)
 from pretravel.units import MICROMETRE
-
-_MOST_VALUES = 100_000
-_COMMAS = "the decimal sign is a point, as in 2.5; commas are between numbers"
-DEGREES = QuantityRange(-3600.0, 3600.0, "°")
 
 T = TypeVar("T")
 
@@ -127,30 +130,12 @@ def parser(value_type: type[T]) -> Callable[[Callable[[str], T]], Callable[[str]
 
 @parser(Angles)
 def angles(text: str) -> Angles:
-    """Angles from ``start:stop:step`` (the stop included), ``a,b,c`` or one number, in degrees.
+    """Angles as `degrees_in` reads them.
 
     >>> angles("0:30:10").degrees, angles("90").degrees
     ((0.0, 10.0, 20.0, 30.0), (90.0,))
     """
-    try:
-        numbers = [float(part) for part in text.replace(":", ",").split(",")]
-        checked_values(numbers, "an angle", DEGREES)
-        if ":" not in text:
-            return Angles(text, tuple(numbers))
-        start, stop, step = numbers
-    except ValueError:
-        raise typer.BadParameter(
-            f"{text}: expected one angle, a list 0,30,60 or start:stop:step in degrees"
-            + (f"; {_COMMAS}" if ":" in text and "," in text else "")
-        ) from None
-    if not step > 0.0 or stop < start:
-        raise typer.BadParameter(
-            f"{text}: in start:stop:step the stop must not lie below the start, with a step above 0"
-        )
-    count = int((stop - start) / step + 1e-9) + 1
-    if count > _MOST_VALUES:
-        raise typer.BadParameter(f"{text}: {count} angles are more than {_MOST_VALUES}")
-    return Angles(text, tuple(start + step * i for i in range(count)))
+    return Angles(text, degrees_in(text))
 
 
 @parser(Angles)
@@ -172,7 +157,7 @@ def _numbers(text: str, count: int, expected: str, quantity: QuantityRange) -> l
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
-        advice = f"; {_COMMAS}" if len(numbers) > count else ""
+        advice = f"; {COMMAS_BETWEEN_NUMBERS}" if len(numbers) > count else ""
         raise typer.BadParameter(f"{text}: expected {expected}{advice}")
     checked_values(numbers, "one of the numbers", quantity)
     return numbers

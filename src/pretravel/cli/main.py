@@ -38,6 +38,7 @@ from pretravel.cli import (
     separate,
     simulate,
     slide,
+    study,
     verify,
 )
 from pretravel.cli.app import app as app_command
@@ -97,6 +98,8 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
         fem.fem,
         hysteresis.hysteresis,
         identify.identify,
+        study.study,
+        study.studies,
     ),
     "Laboratory": (
         rig.rig,

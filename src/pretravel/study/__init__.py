@@ -1,0 +1,1 @@
+"""Studies: many probes, predicted under many conditions, and what their differences do."""

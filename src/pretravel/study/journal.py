@@ -1,0 +1,180 @@
+"""The journal of a study: what is done stays done, however the study ends.
+
+An SQLite file beside the output holds each block of designs from the moment it is computed. SQLite
+writes a block whole or not at all, also when the process is killed or the disk is full.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from pretravel.arrays import FloatArray
+from pretravel.errors import PretravelError
+from pretravel.study.outputs import Outcome
+
+_ARRAYS = ("force", "sensing_distance", "pretravel")
+_SECONDS = 1.0
+"""How long another process may keep the journal before this one is refused."""
+
+
+def journal_path(output: Path) -> Path:
+    """Where the journal of an output lies.
+
+    >>> journal_path(Path("study.nc")).name
+    'study.nc.journal'
+    """
+    return output.with_name(output.name + ".journal")
+
+
+class Journal:
+    """An open journal, which no other process can open.
+
+    Parameters
+    ----------
+    path : Path
+        Made where it does not exist.
+    digest : str
+        Of the study; see `pretravel.study.run.digest_of`.
+
+    Raises
+    ------
+    PretravelError
+        Another process runs a study with this output; the journal belongs to another study, or is
+        no journal; the disk is full.
+    """
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self.path = path
+        with self._faults():
+            self._base = sqlite3.connect(path, timeout=_SECONDS, isolation_level=None)
+            # Held until the connection is closed, or the process ends in any way.
+            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._base.execute("PRAGMA synchronous = NORMAL")
+            self._base.execute("BEGIN EXCLUSIVE")
+            self._base.execute("CREATE TABLE IF NOT EXISTS study (digest TEXT)")
+            self._base.execute(
+                "CREATE TABLE IF NOT EXISTS design (number INTEGER PRIMARY KEY, content BLOB)"
+            )
+            written = self._base.execute("SELECT digest FROM study").fetchone()
+            if written is None:
+                self._base.execute("INSERT INTO study VALUES (?)", (digest,))
+            self._base.execute("COMMIT")
+        if written is not None and written[0] != digest:
+            self.close()
+            raise PretravelError(
+                f"{path} holds results of another study, or of another version of this one; "
+                "write to another output, or begin anew",
+                inputs=("restart",),
+            )
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @contextlib.contextmanager
+    def _faults(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            if "locked" in str(error):
+                raise PretravelError(
+                    f"another process runs a study with this output ({self.path} is in use); wait "
+                    "for its end, or write to another output"
+                ) from None
+            if "not a database" in str(error) or "malformed" in str(error):
+                raise PretravelError(
+                    f"{self.path} is no journal of a study, or a damaged one; begin anew",
+                    inputs=("restart",),
+                ) from None
+            raise PretravelError(
+                f"{self.path} cannot be written: {error}. What was computed before is kept; run "
+                "the command again"
+            ) from None
+
+    def close(self) -> None:
+        """Let another process open it."""
+        self._base.close()
+
+    def done(self) -> set[int]:
+        """The numbers of the designs that are computed."""
+        with self._faults():
+            return {row[0] for row in self._base.execute("SELECT number FROM design")}
+
+    def add(self, block: Sequence[tuple[int, Outcome]]) -> None:
+        """Keep a block of designs.
+
+        Parameters
+        ----------
+        block : sequence of number and Outcome
+
+        Raises
+        ------
+        PretravelError
+            It cannot be written; nothing of the block is kept then.
+        """
+        with self._faults():
+            self._base.execute("BEGIN")
+            try:
+                self._base.executemany(
+                    "INSERT OR REPLACE INTO design VALUES (?, ?)",
+                    [(number, _packed(outcome)) for number, outcome in block],
+                )
+                self._base.execute("COMMIT")
+            except sqlite3.Error:
+                with contextlib.suppress(sqlite3.Error):
+                    self._base.execute("ROLLBACK")
+                raise
+
+    def outcomes(self) -> Iterator[tuple[int, Outcome]]:
+        """The computed designs by number, one after the other."""
+        with self._faults():
+            rows = self._base.execute("SELECT number, content FROM design ORDER BY number")
+            for number, content in rows:
+                yield number, _unpacked(content)
+
+    def remove(self) -> None:
+        """Close and delete it."""
+        self.close()
+        for ending in ("", "-journal", "-wal", "-shm"):
+            self.path.with_name(self.path.name + ending).unlink(missing_ok=True)
+
+
+def _packed(outcome: Outcome) -> bytes:
+    """A line of JSON, and the arrays as they are in memory."""
+    shape, arrays = None, b""
+    if outcome.force is not None:
+        kept = [getattr(outcome, name) for name in _ARRAYS]
+        shape = list(outcome.force.shape)
+        arrays = b"".join(np.ascontiguousarray(values, "<f8").tobytes() for values in kept)
+    header: dict[str, Any] = {
+        "numbers": {name: float(value).hex() for name, value in outcome.numbers.items()},
+        "reason": outcome.reason,
+        "shape": shape,
+    }
+    return json.dumps(header).encode() + b"\n" + arrays
+
+
+def _unpacked(content: bytes) -> Outcome:
+    line, _, rest = content.partition(b"\n")
+    header = json.loads(line)
+    numbers = {name: float.fromhex(value) for name, value in header["numbers"].items()}
+    arrays: dict[str, FloatArray] = {}
+    if header["shape"] is not None:
+        values = np.frombuffer(rest, "<f8").reshape(len(_ARRAYS), *header["shape"])
+        arrays = dict(zip(_ARRAYS, values, strict=True))
+    return Outcome(numbers, reason=header["reason"], **arrays)

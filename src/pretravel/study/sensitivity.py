@@ -1,0 +1,175 @@
+"""How much of an output's variance each factor explains, with confidence intervals."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import sobol_indices
+
+from pretravel.arrays import FloatArray
+from pretravel.study.results import StudyResults
+
+CONFIDENCE = 0.95
+_RESAMPLES = 500
+_LEAST_SAMPLES = 8
+_SEED = 1
+_DEGREE = 2
+"""Of the polynomials through the samples of a Latin hypercube."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Shares of the factors in the variance of one output.
+
+    Attributes
+    ----------
+    output : str
+    factors : k str
+    first, total : (k,) float
+        Share of a factor alone, and together with others (not a number: the plan does not tell).
+    first_interval, total_interval : (k, 2) float
+        Of about 95 %; not a number where the plan has no chance in it.
+    samples : int
+        Designs, or base samples, that were used.
+    """
+
+    output: str
+    factors: tuple[str, ...]
+    first: FloatArray
+    total: FloatArray
+    first_interval: FloatArray
+    total_interval: FloatArray
+    samples: int
+
+
+def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
+    """The shares of the factors in the variance of an output.
+
+    Of a Sobol' plan: Sobol' indices (scipy.stats.sobol_indices, Saltelli 2010), intervals by
+    resampling. Of a Latin hypercube: shares of a sum of one polynomial of the second degree for
+    each factor (of texts: of one mean for each), intervals by resampling. Of a full-factorial plan:
+    the main effects, which are exact.
+
+    Parameters
+    ----------
+    results : StudyResults
+    output : str
+
+    Returns
+    -------
+    Sensitivity or None
+        None: the plan varies one factor at a time, the output does not vary, or too few designs
+        have it.
+    """
+    values = results.numbers[output]
+    good = np.isfinite(values)
+    if good.sum() < 2 or not np.ptp(values[good]) > 1e-12 * np.abs(values[good]).max():
+        return None
+    if results.plan == "sobol":
+        return _sobol(results, output)
+    if results.plan == "full-factorial":
+        first = np.array(
+            [_main_effect(column[good], values[good]) for column in results.factors.values()]
+        )
+        return _alone(results, output, first, int(good.sum()))
+    if results.plan == "latin-hypercube":
+        return _additive(results, output, good)
+    return None
+
+
+def _alone(
+    results: StudyResults, output: str, first: FloatArray, samples: int,
+    interval: FloatArray | None = None,
+) -> Sensitivity:  # fmt: skip
+    unknown = np.full((len(first), 2), np.nan)
+    return Sensitivity(
+        output=output,
+        factors=tuple(results.factors),
+        first=first,
+        total=np.full(len(first), np.nan),
+        first_interval=unknown if interval is None else interval,
+        total_interval=unknown,
+        samples=samples,
+    )
+
+
+def _main_effect(column: npt.NDArray[Any], values: FloatArray) -> float:
+    """Variance of the means of the levels over the whole variance."""
+    _, level = np.unique(column.astype(str), return_inverse=True)
+    mean = np.bincount(level, values) / np.bincount(level)
+    return float(np.mean((mean[level] - values.mean()) ** 2) / np.var(values))
+
+
+def _sobol(results: StudyResults, output: str) -> Sensitivity | None:
+    count, n = len(results.factors), results.base_samples
+    values = results.numbers[output].reshape(count + 2, n)
+    # A sample without one of its designs is left out whole; scipy takes powers of two only.
+    values = values[:, np.isfinite(values).all(axis=0)]
+    n = int(2 ** math.floor(math.log2(max(values.shape[1], 1))))
+    if n < _LEAST_SAMPLES:
+        return None
+    values = values[:, :n]
+    evaluated: dict[Literal["f_A", "f_B", "f_AB"], FloatArray] = {
+        "f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None, :],
+    }  # fmt: skip
+    found = sobol_indices(func=evaluated, n=n, rng=_SEED)
+    with warnings.catch_warnings():
+        # A factor without any effect has the same index in every resample: no interval.
+        warnings.simplefilter("ignore")
+        spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=_RESAMPLES)
+    intervals = [
+        np.column_stack([part.confidence_interval.low, part.confidence_interval.high])
+        for part in (spread.first_order, spread.total_order)
+    ]
+    return Sensitivity(
+        output=output,
+        factors=tuple(results.factors),
+        first=np.asarray(found.first_order),
+        total=np.asarray(found.total_order),
+        first_interval=intervals[0],
+        total_interval=intervals[1],
+        samples=n,
+    )
+
+
+def _additive(
+    results: StudyResults, output: str, good: npt.NDArray[np.bool_]
+) -> Sensitivity | None:
+    columns = [_polynomial(column[good]) for column in results.factors.values()]
+    values = results.numbers[output][good]
+    if len(values) < 2 * sum(part.shape[1] for part in columns) + _LEAST_SAMPLES:
+        return None
+    generator = np.random.default_rng(_SEED)
+    again = np.array(
+        [
+            _shares([part[rows] for part in columns], values[rows])
+            for rows in generator.integers(0, len(values), (_RESAMPLES, len(values)))
+        ]
+    )
+    low, high = np.quantile(again, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE], axis=0)
+    return _alone(
+        results, output, _shares(columns, values), len(values), np.column_stack([low, high])
+    )
+
+
+def _polynomial(column: npt.NDArray[Any]) -> FloatArray:
+    """Columns of one factor without a constant, (n, p)."""
+    if column.dtype == object:
+        texts = np.unique(column.astype(str))
+        return np.asarray((column.astype(str)[:, None] == texts[1:]).astype(np.float64))
+    spread = np.ptp(column) or 1.0
+    scaled = 2.0 * (np.asarray(column, np.float64) - column.min()) / spread - 1.0
+    return np.asarray(np.column_stack([scaled**power for power in range(1, _DEGREE + 1)]))
+
+
+def _shares(columns: list[FloatArray], values: FloatArray) -> FloatArray:
+    centred = [part - part.mean(axis=0) for part in columns]
+    coefficients = np.linalg.lstsq(np.hstack(centred), values - values.mean(), rcond=None)[0]
+    ends = np.cumsum([part.shape[1] for part in centred])[:-1]
+    parts = zip(centred, np.split(coefficients, ends), strict=True)
+    return np.asarray([np.var(part @ own) / np.var(values) for part, own in parts])
