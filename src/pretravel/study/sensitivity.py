@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import warnings
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import sobol_indices
 
 from pretravel.arrays import FloatArray
 from pretravel.study.results import StudyResults
 
 CONFIDENCE = 0.95
+_QUANTILES = (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE)
 _RESAMPLES = 500
 _LEAST_SAMPLES = 8
 _SEED = 1
@@ -50,10 +48,10 @@ class Sensitivity:
 def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
     """The shares of the factors in the variance of an output.
 
-    Of a Sobol' plan: Sobol' indices (scipy.stats.sobol_indices, Saltelli 2010), intervals by
-    resampling. Of a Latin hypercube: shares of a sum of one polynomial of the second degree for
-    each factor (of texts: of one mean for each), intervals by resampling. Of a full-factorial plan:
-    the main effects, which are exact.
+    Of a Sobol' plan: Sobol' indices, see `sobol_shares`, with intervals by resampling. Of a Latin
+    hypercube: shares of a sum of one polynomial of the second degree for each factor (of texts: of
+    one mean for each), with intervals by resampling. Of a full-factorial plan: the main effects,
+    which are exact.
 
     Parameters
     ----------
@@ -108,33 +106,52 @@ def _main_effect(column: npt.NDArray[Any], values: FloatArray) -> float:
 def _sobol(results: StudyResults, output: str) -> Sensitivity | None:
     count, n = len(results.factors), results.base_samples
     values = results.numbers[output].reshape(count + 2, n)
-    # A sample without one of its designs is left out whole; scipy takes powers of two only.
+    # A sample without one of its designs is left out whole.
     values = values[:, np.isfinite(values).all(axis=0)]
-    n = int(2 ** math.floor(math.log2(max(values.shape[1], 1))))
+    n = values.shape[1]
     if n < _LEAST_SAMPLES:
         return None
-    values = values[:, :n]
-    evaluated: dict[Literal["f_A", "f_B", "f_AB"], FloatArray] = {
-        "f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None, :],
-    }  # fmt: skip
-    found = sobol_indices(func=evaluated, n=n, rng=_SEED)
-    with warnings.catch_warnings():
-        # A factor without any effect has the same index in every resample: no interval.
-        warnings.simplefilter("ignore")
-        spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=_RESAMPLES)
-    intervals = [
-        np.column_stack([part.confidence_interval.low, part.confidence_interval.high])
-        for part in (spread.first_order, spread.total_order)
-    ]
+    rows = np.random.default_rng(_SEED).integers(0, n, (_RESAMPLES, n))
+    again = np.array([sobol_shares(values[:, row]) for row in rows])
+    low, high = np.quantile(again, _QUANTILES, axis=0)
+    first, total = sobol_shares(values)
     return Sensitivity(
         output=output,
         factors=tuple(results.factors),
-        first=np.asarray(found.first_order),
-        total=np.asarray(found.total_order),
-        first_interval=intervals[0],
-        total_interval=intervals[1],
+        first=first,
+        total=total,
+        first_interval=np.column_stack([low[0], high[0]]),
+        total_interval=np.column_stack([low[1], high[1]]),
         samples=n,
     )
+
+
+def sobol_shares(values: FloatArray) -> FloatArray:
+    """Sobol' indices of the first order and total ones.
+
+    scipy.stats.sobol_indices has the same estimators, but takes powers of two only and gives other
+    intervals at each call.
+
+    Parameters
+    ----------
+    values : (k + 2, n) float
+        In the samples A, in B, and in A with the column of each of k factors from B.
+
+    Returns
+    -------
+    (2, k) float
+
+    References
+    ----------
+    Saltelli et al. 2010, Table 2, (b) and (f), doi 10.1016/j.cpc.2009.09.018.
+    """
+    # The estimators lose less to rounding and chance without the common mean.
+    a, b, *mixed = values - values[:2].mean()
+    variance = np.var(values[:2])
+    both = np.array(mixed)
+    first = np.mean(b * (both - a), axis=1)
+    total = 0.5 * np.mean((a - both) ** 2, axis=1)
+    return np.array([first, total]) / variance
 
 
 def _additive(
@@ -151,7 +168,7 @@ def _additive(
             for rows in generator.integers(0, len(values), (_RESAMPLES, len(values)))
         ]
     )
-    low, high = np.quantile(again, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE], axis=0)
+    low, high = np.quantile(again, _QUANTILES, axis=0)
     return _alone(
         results, output, _shares(columns, values), len(values), np.column_stack([low, high])
     )
