@@ -86,7 +86,7 @@ def dask_workers(
     library: Any = distributed  # without types
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.ERROR)
-    dask.config.set({"distributed.comm.timeouts.connect": "10s"})
+    dask.config.set({"distributed.comm.timeouts.connect": "5s"})
     with contextlib.ExitStack() as stack:
         if scheduler is None:
             cluster = stack.enter_context(
