@@ -81,7 +81,7 @@ def _write(
         for key, values in results.factors.items():
             is_text = values.dtype == object
             variable = file.create_variable(
-                f"factor_{key.replace('.', '_')}", ("design",), _text() if is_text else "f8"
+                _factor_name(key), ("design",), _text() if is_text else "f8"
             )
             variable[...] = values
             variable.attrs["long_name"] = key
@@ -89,13 +89,20 @@ def _write(
             variable = file.create_variable(name, ("design",), "f8")
             variable[...] = numbers
             variable.attrs.update(
-                units=results.meanings[name].unit, long_name=results.meanings[name].text
+                units=results.meanings[name].unit,
+                long_name=results.meanings[name].text,
+                # xarray selects and groups by them: CF conventions, section 5.
+                coordinates=" ".join(map(_factor_name, results.factors)),
             )
         reasons = file.create_variable("reason", ("design",), _text())
         reasons[...] = np.array(results.reasons, dtype=object)
         reasons.attrs["long_name"] = "why a design failed; empty: it did not"
         if study.keep_directions:
             _write_directions(file, study, len(results), outcomes)
+
+
+def _factor_name(key: str) -> str:
+    return f"factor_{key.replace('.', '_')}"
 
 
 def _text() -> Any:
@@ -156,7 +163,7 @@ def read_results(path: str | Path) -> StudyResults:
     try:
         names = json.loads(str(stored.attrs["outputs"]))
         keys = json.loads(str(stored.attrs["factors"]))
-        columns = {key: stored.variables[f"factor_{key.replace('.', '_')}"].values for key in keys}
+        columns = {key: stored.variables[_factor_name(key)].values for key in keys}
         found = {name: stored.variables[name] for name in names}
         return StudyResults(
             name=str(stored.attrs["name"]),

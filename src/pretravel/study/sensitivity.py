@@ -151,7 +151,7 @@ def sobol_shares(values: FloatArray) -> FloatArray:
     both = np.array(mixed)
     first = np.mean(b * (both - a), axis=1)
     total = 0.5 * np.mean((a - both) ** 2, axis=1)
-    return np.array([first, total]) / variance
+    return np.asarray(np.array([first, total]) / variance)
 
 
 def _additive(

@@ -1,0 +1,73 @@
+"""The commands study and studies, as docs/studies.md shows them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pretravel.study.definition import study_in
+from pretravel.study.plan import Plan
+from pretravel.study.shipped import shipped_study, study_names
+from pretravel.toml_file import parse_toml
+from tests.support.commands import both_outputs, run
+
+GUIDE = (Path(__file__).parents[3] / "docs/studies.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    found = re.findall(r"^```(\w*)\n(.*?)^```$", GUIDE, re.S | re.M)
+    return [block for stated, block in found if stated == language]
+
+
+def test_the_guide_can_be_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (commands,) = blocks("")
+    for line in commands.splitlines():
+        words = shlex.split(line, comments=True)[1:]
+        written = words[words.index(">") + 1] if ">" in words else None
+        said = run(*words[: words.index(">")] if written else words)
+        if written:
+            Path(written).write_text(said)
+    assert len(Plan(study_in(parse_toml(Path("mine.toml").read_text())))) == 128 * 8
+    assert Path("study.png").stat().st_size > 10_000
+    (script,) = blocks("python")
+    exec(script, {})
+
+
+def test_the_study_of_the_guide_is_one() -> None:
+    (text,) = blocks("toml")
+    assert len(Plan(study_in(parse_toml(text)))) == 9
+
+
+@pytest.mark.parametrize("name", study_names())
+def test_each_shipped_study_is_listed_and_can_be_computed(name: str) -> None:
+    assert re.search(rf"^{name} ", run("studies"), re.M)
+    assert len(Plan(shipped_study(name))) > 1
+
+
+def test_the_report_names_what_decides_and_what_failed(tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(
+        '[study]\nname = "tips"\n[directions]\nazimuth_deg = "0:330:30"\npolar_deg = 90\n'
+        '[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0, 8.0]\n'
+        '[[factor]]\nkey = "tip.radius_mm"\nvalues = [3.0, 1.0]\n'
+    )
+    output = tmp_path / "study.nc"
+    said, warned = both_outputs("study", study, "-o", output, "--page", tmp_path / "study.html")
+    assert "tips: 4 designs of omp40-2: pretravel range" in said
+    assert "2 of 4 designs cannot be computed" in warned
+    assert re.search(r"smaller than the stem .* 2$", said, re.M)
+    assert "tips" in (tmp_path / "study.html").read_text(encoding="utf-8")
+    assert run("study", output) == said
+
+
+def test_without_an_output_nothing_is_computed(tmp_path: Path) -> None:
+    assert "-o study.nc" in run("study", "preload-and-seats", code=2)
+
+
+def test_a_study_that_is_not_there() -> None:
+    said = run("study", "preload", "-o", "study.nc", code=2)
+    assert "neither a study of the package (preload-and-seats" in said
