@@ -8,7 +8,10 @@ from collections.abc import Generator
 from typing import Any
 
 import pytest
+from _pytest.doctest import DoctestItem
 from xdist.scheduler import LoadFileScheduling
+
+from tests.support.coarse_models import models_by_name_are_coarse
 
 TOGETHER = {
     "tests/machine/": "the one LinuxCNC of this computer",
@@ -66,3 +69,14 @@ def _kept_models(tmp_path_factory: pytest.TempPathFactory) -> None:
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     os.environ["PRETRAVEL_CACHE"] = str(shared / "reduced-models")
+
+
+@pytest.fixture(autouse=True)
+def _coarse_models_in_documents(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Documents are executed with the default mesh where slow tests are, elsewhere with a coarse
+    one, which gives the printed digits too."""
+    quick = request.config.option.markexpr == "not slow"
+    if quick and isinstance(request.node, DoctestItem) and request.node.path.suffix == ".md":
+        models_by_name_are_coarse(monkeypatch)

@@ -9,9 +9,11 @@ import pytest
 import typer.main
 import typer.testing
 from hypothesis import HealthCheck, settings
+from matplotlib.figure import Figure
 
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
+from pretravel.report.document import Picture
 from tests.support import forked_processes
 
 # Derandomised: a check that passes here passes on every machine.
@@ -49,6 +51,29 @@ def real_processes() -> Iterator[None]:
     forked_processes.use(*forked_processes.REAL)
     yield
     forked_processes.use(forked_processes.forked_worker, forked_processes.forked_kernel)
+
+
+_draw = Picture.draw
+
+
+def _without_layout(picture: Picture) -> Figure:
+    figure = _draw(picture)
+    figure.set_layout_engine("none")
+    return figure
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _pictures_have_no_layout() -> None:
+    """Half the time of a picture goes into the places of its axes, which few tests look at."""
+    Picture.draw = _without_layout  # type: ignore[method-assign]
+
+
+@pytest.fixture
+def laid_out_pictures() -> Iterator[None]:
+    """Pictures with their axes placed, as users see them."""
+    Picture.draw = _draw  # type: ignore[method-assign]
+    yield
+    Picture.draw = _without_layout  # type: ignore[method-assign]
 
 
 @pytest.fixture

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.coarse_models import MESHES, models_by_name_are_coarse
+
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 
 
@@ -26,7 +28,14 @@ def script(monkeypatch: pytest.MonkeyPatch) -> Any:
     return run
 
 
-def test_figures_4_07_to_4_15(script: Any) -> None:
+@pytest.fixture(params=MESHES)
+def mesh(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The finite elements of a script; the statements hold with a coarse mesh too."""
+    if request.param == "coarse":
+        models_by_name_are_coarse(monkeypatch)
+
+
+def test_figures_4_07_to_4_15(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_07_to_4_15_sensing_distance.py")
     computed = names["compute"]()
     rigid, hertz, existing = computed.values()
@@ -39,7 +48,7 @@ def test_figures_4_07_to_4_15(script: Any) -> None:
     assert len(names["draw"](computed).axes) == 18
 
 
-def test_figure_4_16(script: Any) -> None:
+def test_figure_4_16(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_16_polar_sweep.py")
     distances = names["compute"]()
     assert np.all(np.diff(distances, axis=0) < 0.0)  # the distance decreases with the polar angle
@@ -58,7 +67,7 @@ def test_figures_4_19_to_4_24(script: Any) -> None:
     assert len(names["draw"](computed).axes) == 8
 
 
-def test_figure_4_25(script: Any) -> None:
+def test_figure_4_25(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_25_spindle_travel.py")
     plane, ellipsoid, plane_there, true = names["compute"]()
     assert np.all(ellipsoid < plane)  # over the thesis's parameter

@@ -8,6 +8,7 @@ seats (Hertz), ``omp40-2-thesis`` with rigid seats. All other values here are pr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,10 +21,19 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 from pretravel.trigger.predict import Trigger, predict
+from tests.support.coarse_models import MESH_ERROR, MESHES, models_by_name_are_coarse
 
 REFERENCE = Path(__file__).parent / "reference"
 WALL = from_angles(np.pi / 2.0, np.radians(np.arange(0.0, 61.0, 10.0)))
 ROUNDING = 0.05e-3  # mm: half of the last printed digit
+
+
+@pytest.fixture(scope="module", params=MESHES, autouse=True)
+def mesh(request: pytest.FixtureRequest) -> Iterator[str]:
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "coarse":
+            models_by_name_are_coarse(patch)
+        yield request.param
 
 
 @pytest.fixture(scope="module")
@@ -38,16 +48,16 @@ def _columns(tables: CsvTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return polar, from_angles(np.radians(polar), np.radians(azimuth)), printed
 
 
-def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable) -> None:
+def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable, mesh: str) -> None:
     """The fit at 90° is no worse than the rounding of 3.4 um to 0.1 um (1.5 %). The other 56 are
     predicted: within 5 %, of which up to 2.5 % are the rounding of 2.0 um."""
     polar, directions, printed = _columns(tables)
     ours = predict(load_probe("omp40-2-thesis"), directions, "fem").sensing_distance
     off = ours / printed - 1.0
-    assert np.abs(off[polar == 90.0]).max() < 0.015
+    assert np.abs(off[polar == 90.0]).max() < 0.015 + MESH_ERROR[mesh]
     assert np.sum(polar != 90.0) == 56
     assert np.abs(off[polar != 90.0]).max() < 0.05
-    assert np.abs(ours - printed).max() < 2.5 * ROUNDING
+    assert np.all(np.abs(ours - printed) < 2.5 * ROUNDING + MESH_ERROR[mesh] * printed)
 
 
 def test_printed_sensing_distances_are_proportional_to_the_lateral_force(
@@ -91,10 +101,12 @@ def test_table_2_3_experiment(name: str) -> None:
     assert ours.max() == pytest.approx(28.865e-3, rel=0.05)
 
 
-def test_table_2_3_finite_elements_with_rigid_seats() -> None:
+def test_table_2_3_finite_elements_with_rigid_seats(mesh: str) -> None:
     """16.11 and 28.456 um at azimuth 0 and 60°; the 100 mm stylus was not fitted to."""
     trigger = predict(load_probe("omp40-2-thesis-100mm"), WALL[[0, 6]], "fem")
-    assert trigger.sensing_distance == pytest.approx([16.11e-3, 28.456e-3], rel=0.02)
+    assert trigger.sensing_distance == pytest.approx(
+        [16.11e-3, 28.456e-3], rel=0.02 + MESH_ERROR[mesh]
+    )
 
 
 def test_table_2_2_trigger_forces() -> None:
@@ -122,7 +134,7 @@ def test_what_the_analytic_model_leaves_out() -> None:
 
 
 @pytest.fixture(scope="module")
-def baseline() -> Trigger:
+def baseline(mesh: str) -> Trigger:
     """Section 4.6 varies a 100 mm stylus with carbide stem at 5.91 N (Table 4.12)."""
     return predict(_carbide(), WALL, "fem")
 

@@ -207,7 +207,7 @@ class _Problem:
         self.small_free, self.small_design = small[:, :split], small[:, split:-1]
         self.small_y = small[:, -1]
         degree, order = terms[:, 0], terms[:, 1]
-        self.degree = degree / 3.0
+        self.log_degree = np.log(degree / 3.0)
         self.zonal = order == 0
         self.even = np.flatnonzero((order % 3 == 0) & (order > 0))
         partner = {(int(d), int(m)): i for i, (d, m) in enumerate(terms)}
@@ -215,32 +215,27 @@ class _Problem:
             [partner[(int(degree[i]), -int(order[i]))] for i in self.even], dtype=np.int64
         )
         self.order = order[self.even]
-        self.lobe = np.zeros(len(terms), dtype=bool)
-        self.lobe[self.even] = True
+        self.partner = np.arange(len(terms))
+        self.partner[self.even], self.partner[self.odd] = self.odd, self.even
+        self.turning_order = np.zeros(len(terms))
+        """By which a turn about the axis adds a term's partner to it; zero where it has none."""
+        self.turning_order[self.even], self.turning_order[self.odd] = self.order, -self.order
+        lobe = np.zeros(len(terms), dtype=bool)
+        lobe[self.even] = True
+        self.amplitude = np.where(self.zonal, 0, np.where(lobe, 1, 2))
+        """Of each term: the number of its amplitude."""
+        self.members = (np.arange(3)[:, None] == self.amplitude).astype(np.float64)
+        """Zonal, lobed and other terms: 1 for those that belong to it, (3, k)."""
 
     def turned(self, design: FloatArray, azimuth: float) -> FloatArray:
         """Columns of lobes even and odd about an azimuth, instead of about +x."""
-        cosine, sine = np.cos(self.order * azimuth), np.sin(self.order * azimuth)
-        result = design.copy()
-        even, odd = design[:, self.even], design[:, self.odd]
-        result[:, self.even] = even * cosine + odd * sine
-        result[:, self.odd] = odd * cosine - even * sine
-        return result
+        angle = self.turning_order * azimuth
+        return np.asarray(design * np.cos(angle) + design[:, self.partner] * np.sin(angle))
 
     def prior_variances(self, h: FloatArray) -> FloatArray:
-        zonal, lobe, other = np.exp(2.0 * h[:3])
-        log_degree = np.log(self.degree)
-        return np.asarray(
-            np.where(
-                self.zonal,
-                zonal * np.exp(-2.0 * h[3] * log_degree),
-                np.where(
-                    self.lobe,
-                    lobe * np.exp(-2.0 * h[4] * log_degree),
-                    other * np.exp(-2.0 * _DECAY * log_degree),
-                ),
-            )
-        )
+        decays = np.array([h[3], h[4], _DECAY])
+        exponents = h[self.amplitude] - decays[self.amplitude] * self.log_degree
+        return np.asarray(np.exp(2.0 * exponents))
 
     def cost_and_slopes(self, h: FloatArray) -> tuple[float, FloatArray]:
         """Minus log restricted likelihood and log prior of the amplitudes, and its derivatives.
@@ -252,7 +247,7 @@ class _Problem:
         design = self.turned(self.small_design, h[_AZIMUTH])
         prior = self.prior_variances(h)
         total = (design * prior) @ design.T
-        total[np.diag_indices_from(total)] += noise + fixed * self.small_count
+        _diagonal(total)[:] += noise + fixed * self.small_count
         try:
             inverse = _inverse_of_factor(total)
         except np.linalg.LinAlgError:
@@ -263,27 +258,23 @@ class _Problem:
         weighted = projected @ self.small_y
         cost = (
             0.5 * float(self.small_y @ weighted)
-            - float(np.log(np.diag(inverse)).sum())
+            - float(np.log(_diagonal(inverse)).sum())
             - 0.5 * float(np.linalg.slogdet(normal)[1])
             + self.within_dof * h[_NOISE]
             + 0.5 * self.within / noise
         )
         slopes = self._prior_slopes(h)
         on_design, seen = projected @ design, design.T @ weighted
-        by_variance = 0.5 * (np.sum(design * on_design, axis=0) - seen**2) * prior
-        log_degree = np.log(self.degree)
-        for group, amplitude, decay in ((self.zonal, 0, 3), (self.lobe, 1, 4)):
-            slopes[amplitude] += 2.0 * by_variance[group].sum()
-            slopes[decay] -= 2.0 * (by_variance * log_degree)[group].sum()
-        slopes[2] += 2.0 * by_variance[~(self.zonal | self.lobe)].sum()
-        on_diagonal = np.diag(projected) - weighted**2
+        by_variance = (np.einsum("ij,ij->j", design, on_design) - seen**2) * prior
+        slopes[:3] += self.members @ by_variance
+        slopes[3:5] -= self.members[:2] @ (by_variance * self.log_degree)
+        on_diagonal = _diagonal(projected) - weighted**2
         slopes[_NOISE] += noise * on_diagonal.sum() + self.within_dof - self.within / noise
         if self.repeated:
             slopes[_FIXED] += fixed * float(self.small_count @ on_diagonal)
         turning = self.turn_slopes(design)
-        slopes[_AZIMUTH] += float(
-            prior @ (np.sum(turning * on_design, axis=0) - seen * (turning.T @ weighted))
-        )
+        by_turning = np.einsum("ij,ij->j", turning, on_design) - seen * (weighted @ turning)
+        slopes[_AZIMUTH] += float(prior @ by_turning)
         return cost + self._minus_log_prior(h), slopes
 
     def own_variances(self, h: FloatArray, count: FloatArray) -> FloatArray:
@@ -292,10 +283,7 @@ class _Problem:
 
     def turn_slopes(self, turned: FloatArray) -> FloatArray:
         """Derivative of turned columns by the azimuth."""
-        found = np.zeros_like(turned)
-        found[:, self.even] = self.order * turned[:, self.odd]
-        found[:, self.odd] = -self.order * turned[:, self.even]
-        return found
+        return np.asarray(turned[:, self.partner] * self.turning_order)
 
     def fixed_variance(self, h: FloatArray) -> float:
         """Variance of a direction that repeats do not reduce; without repeats it is noise."""
@@ -424,10 +412,18 @@ def _inverse_of_factor(covariance: FloatArray) -> FloatArray:
     numpy.linalg.LinAlgError
         The matrix is not positive definite.
     """
-    from scipy.linalg.lapack import dtrtri
+    from scipy.linalg.lapack import dpotrf, dtrtri
 
-    inverse, _ = dtrtri(np.linalg.cholesky(covariance), lower=1)
+    factor, fault = dpotrf(covariance.T, lower=1)  # symmetric, and in LAPACK's order
+    if fault:
+        raise np.linalg.LinAlgError("the covariance is not positive definite")
+    inverse, _ = dtrtri(factor, lower=1, overwrite_c=1)
     return np.asarray(inverse)
+
+
+def _diagonal(matrix: FloatArray) -> FloatArray:
+    """The diagonal of a square matrix, a view of it."""
+    return np.einsum("ii->i", matrix)
 
 
 def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:
@@ -499,21 +495,27 @@ def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, Flo
     own = problem.own_variances(h, problem.count)
     exact_enough = own.min() > _EXACT**2 and len(own) < _MANY_ROWS * problem.design.shape[1]
     found = _by_touches(problem, h, own) if exact_enough else _by_terms(problem, h)
-    # Back from lobes about their own azimuth to cosine and sine about +x.
+    to_coefficients, covariance = (_turned_back(problem, each, h[_AZIMUTH]) for each in found)
+    return to_coefficients, _turned_back(problem, covariance.T, h[_AZIMUTH])
+
+
+def _turned_back(problem: _Problem, rows: FloatArray, azimuth: float) -> FloatArray:
+    """Rows for lobes about their own azimuth, as rows for cosine and sine about +x."""
     split = problem.free.shape[1]
-    turn = np.eye(split + problem.design.shape[1])
     even, odd = split + problem.even, split + problem.odd
-    cosine, sine = np.cos(problem.order * h[_AZIMUTH]), np.sin(problem.order * h[_AZIMUTH])
-    turn[even, even], turn[even, odd] = cosine, -sine
-    turn[odd, even], turn[odd, odd] = sine, cosine
-    return np.asarray(turn @ found[0]), np.asarray(turn @ found[1] @ turn.T)
+    cosine = np.cos(problem.order * azimuth)[:, None]
+    sine = np.sin(problem.order * azimuth)[:, None]
+    result = rows.copy()
+    result[even] = cosine * rows[even] - sine * rows[odd]
+    result[odd] = sine * rows[even] + cosine * rows[odd]
+    return result
 
 
 def _by_touches(problem: _Problem, h: FloatArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Generalised least squares: as many equations as directions."""
     prior, design = problem.prior_variances(h), problem.turned(problem.design, h[_AZIMUTH])
     total = (design * prior) @ design.T
-    total[np.diag_indices_from(total)] += own
+    _diagonal(total)[:] += own
     inverse = np.linalg.inv(total)
     of_free = np.linalg.inv(problem.free.T @ inverse @ problem.free)
     free_of = of_free @ problem.free.T @ inverse

@@ -6,7 +6,6 @@ render it. Numbers stay numbers here: `formatting` alone turns them into text.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -196,9 +195,9 @@ class Picture:
     @cached_property
     def png(self) -> bytes:
         """The picture as the content of a PNG file; drawn once for a file and a page."""
-        data = io.BytesIO()
-        self.draw().savefig(data, format="png")
-        return data.getvalue()
+        from pretravel.report.style import png_content
+
+        return png_content(self.draw())
 
 
 def _computed_picture(caption: str, view: View) -> Picture:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,22 @@ def new_figure(width: float, height: float, title: str = "") -> Figure:
     return figure
 
 
+def png_content(figure: Figure) -> bytes:
+    """The content of a PNG file of a figure, as ``savefig`` writes it.
+
+    ``savefig`` draws twice, first only to place the axes; a single drawing places them too.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    content = io.BytesIO()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba()))
+    image.save(content, "png", dpi=(figure.dpi, figure.dpi))
+    return content.getvalue()
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure, whole or not at all.
 
@@ -64,12 +81,16 @@ def save(figure: Figure, path: str | Path) -> None:
     PretravelError
         Another ending.
     """
-    if Path(path).suffix.lower() not in _ENDINGS:
+    ending = Path(path).suffix.lower()
+    if ending not in _ENDINGS:
         raise PretravelError(
             f"a picture cannot be written to '{path}': the ending must be {', '.join(_ENDINGS)}"
         )
     with whole_file(path) as temporary:
-        figure.savefig(temporary)
+        if ending == ".png":
+            temporary.write_bytes(png_content(figure))
+        else:
+            figure.savefig(temporary)
 
 
 def save_picture_file(picture: Picture, path: str | Path) -> None:

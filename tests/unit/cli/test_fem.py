@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from pretravel.cli.main import app
 from pretravel.formats.csv_table import read_csv_table
 from pretravel.probe.catalogue import description_text
+from tests.support.coarse_models import models_by_name_are_coarse
 
 COARSE = ["--refinement", "0.4"]
 
@@ -136,7 +137,8 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
     assert png.stat().st_size > 20_000
 
 
-def test_predict_fem_shares_add_up(tmp_path: Path) -> None:
+def test_predict_fem_shares_add_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    models_by_name_are_coarse(monkeypatch)
     path = tmp_path / "map.csv"
     invoke(
         "predict", "omp40-2", "--model", "fem", "--azimuth", "0:330:30", "--polar", "20:90:35",

@@ -69,8 +69,9 @@ def test_a_translation_of_the_reference_tells_nothing() -> None:
     values = np.random.default_rng(5).normal(0.0, 0.5, len(N))
     moved = values + 40.0 + 7.0 * N[:, 0] - 5.0 * N[:, 2]
     plain, other = (_problem(v, N, 1).cost_and_slopes(FIRST) for v in (values, moved))
-    assert plain[0] == pytest.approx(other[0], abs=1e-9)
-    assert plain[1] == pytest.approx(other[1], abs=1e-8)
+    # The squares of 40 um over the noise add up to 4e5: a hundred times their rounding.
+    assert plain[0] == pytest.approx(other[0], abs=1e-8)
+    assert plain[1] == pytest.approx(other[1], abs=1e-7)
 
 
 def test_lobes_turn_with_the_probe() -> None:
