@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 from _pytest.doctest import DoctestItem
-from xdist.scheduler import LoadFileScheduling
-
 from tests.support.coarse_models import models_by_name_are_coarse
+from xdist.scheduler import LoadFileScheduling
 
 TOGETHER = {
     "tests/machine/": "the one LinuxCNC of this computer",
@@ -75,8 +74,10 @@ def _kept_models(tmp_path_factory: pytest.TempPathFactory) -> None:
 def _coarse_models_in_documents(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Documents are executed with the default mesh where slow tests are, elsewhere with a coarse
-    one, which gives the printed digits too."""
+    """Documents are executed with the default mesh where slow tests are.
+
+    Elsewhere with a coarse one, which gives the printed digits too.
+    """
     quick = request.config.option.markexpr == "not slow"
     if quick and isinstance(request.node, DoctestItem) and request.node.path.suffix == ".md":
         models_by_name_are_coarse(monkeypatch)
