@@ -5,12 +5,15 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.doctest import DoctestItem
+from _pytest.doctest import DoctestItem, DoctestModule
 from tests.support.coarse_models import models_by_name_are_coarse
 from xdist.scheduler import LoadFileScheduling
+
+TESTS = Path(__file__).parent / "tests"
 
 TOGETHER = {
     "tests/machine/": "the one LinuxCNC of this computer",
@@ -51,6 +54,14 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path: Path) -> Generator[None, list[pytest.Collector], object]:
+    """Search for doctests in the package alone: that takes a second for the modules of tests."""
+    found = yield
+    in_tests = file_path.is_relative_to(TESTS)
+    return [each for each in found if not (in_tests and isinstance(each, DoctestModule))]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

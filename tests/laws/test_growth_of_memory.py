@@ -57,7 +57,7 @@ def test_a_qualification_needs_memory_in_proportion_to_its_touches(kind):
         touches = _touches(count, count // 5)
         return lambda: qualify(touches, 25.0, tip_diameter=6.0, kind=kind, search_outliers=False)
 
-    assert _exponent(job, 1000, 4000) < LARGEST_EXPONENT
+    assert _exponent(job, 500, 2000) < LARGEST_EXPONENT
 
 
 def test_many_repeats_of_few_directions_need_memory_in_proportion():

@@ -109,6 +109,8 @@ def _with(content: bytes, change: Change) -> bytes:
 
 
 _QUICK = (("harmonic with delay", "changed"), ("wozniak", "deleted"))
+_EVERY = 4
+"""Of the changes in `_QUICK`, make check tries every fourth."""
 
 
 @cache
@@ -122,19 +124,21 @@ def test_a_map_is_read_as_it_was_written(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "way"),
+    ("name", "way", "every"),
     [
-        pytest.param(name, way, marks=() if (name, way) in _QUICK else pytest.mark.slow)
-        for name in MAPS
-        for way in ("changed", "deleted", "added")
+        *((name, way, _EVERY) for name, way in _QUICK),
+        *(
+            pytest.param(name, way, 1, marks=pytest.mark.slow)
+            for name in MAPS
+            for way in ("changed", "deleted", "added")
+        ),
     ],
 )
-def test_whatever_is_changed_is_noticed(name: str, way: str) -> None:
+def test_whatever_is_changed_is_noticed(name: str, way: str, every: int) -> None:
     content, same = _content(name), everything(MAPS[name]())
     refused = 0
-    for what, change in _changes(content):
-        if way not in what:
-            continue
+    changes = [(what, change) for what, change in _changes(content) if way in what]
+    for what, change in changes[::every]:
         try:
             found = map_of(_with(content, change))
         except PretravelError:
@@ -145,11 +149,11 @@ def test_whatever_is_changed_is_noticed(name: str, way: str) -> None:
 
 
 def test_single_bits_anywhere_in_the_file() -> None:
-    """In 100 places; `make hard` tries thousands."""
+    """In 40 places; `make hard` tries thousands."""
     content, same = _content("harmonic"), everything(MAPS["harmonic"]())
     chance = random.Random(16)
     refused = 0
-    for _ in range(100):
+    for _ in range(40):
         place, bit = chance.randrange(len(content)), chance.randrange(8)
         changed = bytearray(content)
         changed[place] ^= 1 << bit
@@ -157,4 +161,4 @@ def test_single_bits_anywhere_in_the_file() -> None:
             assert everything(map_of(bytes(changed))) == same, (place, bit)
         except PretravelError:
             refused += 1
-    assert refused > 20
+    assert refused > 8

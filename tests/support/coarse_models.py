@@ -1,4 +1,7 @@
-"""Coarse finite-element models of the OMP40-2 and of other probes of the catalogue."""
+"""Coarse finite-element models of the OMP40-2 and of other probes of the catalogue.
+
+Reduced models come from the cache, which the workers share.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from functools import cache, partial
 import pytest
 
 from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.condensation import ReducedModel, condense
+from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.elasticity import FiniteElementModel, finite_element_model
 from pretravel.model.fem.geometry import probe_solids
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
@@ -36,4 +39,4 @@ def coarse_model() -> FiniteElementModel:
 
 @cache
 def coarse_reduced() -> ReducedModel:
-    return condense(coarse_model())
+    return reduction_cache.reduced_model(load_probe("omp40-2"), COARSE)

@@ -52,28 +52,25 @@ def _part_errors(seed: int, kind: str = "harmonic") -> tuple[np.ndarray, np.ndar
     return error, points.standard_uncertainty
 
 
-SEEDS = range(20)
-
-
-@pytest.fixture(scope="module")
-def harmonic() -> list[tuple[np.ndarray, np.ndarray]]:
-    return [_part_errors(seed) for seed in SEEDS]
+@pytest.fixture(scope="module", params=[8, pytest.param(20, marks=pytest.mark.slow)])
+def harmonic(request: pytest.FixtureRequest) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [_part_errors(seed) for seed in range(request.param)]
 
 
 def test_errors_after_a_translation(harmonic: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """The limit for one data set is 0.6 um; the median of 20 must be well below, and no more
-    than one in twenty may be above."""
+    """The limit for one data set is 0.6 um; the median must be well below, and no more than one
+    of eight or twenty may be above."""
     spread = np.array([error.std() for error, _ in harmonic]) * 1e3
     assert np.median(spread) < 0.45
     assert np.sum(spread > 0.6) <= 1
 
 
 def test_uncertainties_are_honest(harmonic: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Mean (error/u)² over 20 maps. Errors of a map are correlated over a part: about six
-    independent errors for each map, 120 in all, give 1 ± 0.13 (one sigma); three sigma are allowed,
-    and for single maps also three, 1 + 3·√(2/6), once."""
+    """Mean (error/u)² over the maps. Errors of a map are correlated over a part: about six
+    independent errors for each map, 120 in all of 20 maps, give 1 ± 0.13 (one sigma); three sigma
+    are allowed, and for single maps also three, 1 + 3·√(2/6), once."""
     ratio = np.array([np.mean((error / u) ** 2) for error, u in harmonic])
-    assert 0.6 < ratio.mean() < 1.4
+    assert abs(ratio.mean() - 1.0) < 3.0 * np.sqrt(2.0 / (6.0 * len(harmonic)))
     assert np.sum(ratio > 2.7) <= 1
 
 
@@ -91,18 +88,22 @@ def test_the_kinds_in_their_order() -> None:
     assert left["mean"] < 2.5
 
 
-def test_many_touches_reach_the_noise() -> None:
+@pytest.mark.parametrize(
+    ("count", "most"), [(200, 1.3), pytest.param(400, 1.2, marks=pytest.mark.slow)]
+)
+def test_many_touches_reach_the_noise(count: int, most: float) -> None:
     """400 directions once: points are good to 1.2 of the noise of a touch. The excess over 1.0 is
-    due to the kinks, of which harmonics to degree 24 leave 0.1 um on this probe.
+    due to the kinks, of which harmonics to degree 24 leave 0.1 um on this probe. Half as many
+    touches leave errors of the coefficients that are larger by the root of two.
     """
     rng = np.random.default_rng(4)
-    n = fibonacci_cap(400, np.radians(92.0))
-    touches = Touches(n * (15.5 - _true(n, 0.4) + rng.normal(0.0, NOISE, 400))[:, None], n)
+    n = fibonacci_cap(count, np.radians(92.0))
+    touches = Touches(n * (15.5 - _true(n, 0.4) + rng.normal(0.0, NOISE, count))[:, None], n)
     result = qualify(touches, 25.0, tip_diameter=6.0)
     check = fibonacci_cap(1000, np.radians(88.0))
     error = result.pretravel_map.pretravel(check) - _true(check, 0.4)
     error -= check @ np.linalg.lstsq(check, error)[0]
-    assert np.hypot(error.std(), NOISE) < 1.2 * NOISE
+    assert np.hypot(error.std(), NOISE) < most * NOISE
     assert result.repeatability == pytest.approx(NOISE, rel=0.2)
 
 

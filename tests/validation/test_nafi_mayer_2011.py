@@ -25,10 +25,8 @@ from tests.support.examples import EXAMPLES
 
 UM, UM2 = 1e-3, 1e-6
 COUNT = 24
-SETS = {"reml": 200, "least-squares": 500}
-"""A set takes reml three times as long. Limits below that depend on the number say how."""
-LEAST = {"reml": 0.88, "least-squares": 0.90}
-"""Of the shares of intervals with the error: 0.94 less four standard deviations of a count."""
+SETS = {"reml": (60, 200), "least-squares": (120, 500)}
+"""In make check, and with the slow tests; a set takes reml three times as long."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +60,19 @@ def _readings(truth: Truth, rng: np.random.Generator) -> MultiStepReadings:
     return MultiStepReadings(i + 1, j + 1, errors)
 
 
-@pytest.fixture(scope="module", params=METHODS)
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param((method, sets), marks=marks, id=f"{method}-{sets}")
+        for method in METHODS
+        for sets, marks in zip(SETS[method], ((), pytest.mark.slow), strict=True)
+    ],
+)
 def many(request: pytest.FixtureRequest) -> tuple[Method, list[Separation]]:
-    method: Method = request.param
+    method, sets = request.param
     truth, rng = _truth(), np.random.default_rng(7)
     found = []
-    for _ in range(SETS[method]):
+    for _ in range(sets):
         variance = float(truth.pairs[0, 0] * rng.chisquare(199) / 199)
         repeated = RepeatedPair(1, 1, variance, 200) if method == "reml" else None
         readings = _readings(truth, rng)  # without gross errors
@@ -76,9 +81,10 @@ def many(request: pytest.FixtureRequest) -> tuple[Method, list[Separation]]:
 
 
 def test_intervals_of_errors_cover(many: tuple[Method, list[Separation]]) -> None:
-    """95 % intervals of 48 errors: 93 to 97 % over all, and no single one far off. One that always
-    contains the truth is too wide: of 200 sets all do so by chance in 0.004 % of the cases."""
-    method, found = many
+    """95 % intervals of 48 errors: 93 to 97 % over all, and no single one far off: 94 % less four
+    standard deviations of a count. One that always contains the truth is too wide: of 200 sets all
+    do so by chance in 0.004 % of the cases."""
+    _, found = many
     truth = _truth()
     target = np.concatenate([truth.machine, truth.probe])
     inside = []
@@ -87,8 +93,8 @@ def test_intervals_of_errors_cover(many: tuple[Method, list[Separation]]) -> Non
         inside.append((interval[:, 0] <= target) & (target <= interval[:, 1]))
     each = np.mean(inside, axis=0)
     assert 0.93 < each.mean() < 0.97
-    assert each.min() > LEAST[method]
-    assert each.max() < 1.0
+    assert each.min() > 0.94 - 4.0 * np.sqrt(0.06 * 0.94 / len(found))
+    assert each.max() < 1.0 or len(found) < 200
 
 
 def test_systematic_errors_are_unbiased(many: tuple[Method, list[Separation]]) -> None:
@@ -96,21 +102,23 @@ def test_systematic_errors_are_unbiased(many: tuple[Method, list[Separation]]) -
     machine = np.mean([result.machine_error for result in many[1]], axis=0)
     probe = np.mean([result.probe_error for result in many[1]], axis=0)
     # Four standard errors of a mean over the sets, u = 0.12 um.
-    tolerance = 4.0 * 0.14 * UM / np.sqrt(SETS[many[0]])
+    tolerance = 4.0 * 0.14 * UM / np.sqrt(len(many[1]))
     assert np.max(np.abs(machine - truth.machine)) < tolerance
     assert np.max(np.abs(probe - truth.probe)) < tolerance
 
 
 def test_variances_of_pairs_are_unbiased(many: tuple[Method, list[Separation]]) -> None:
-    """The total bias is below 3 % with both methods. For each direction, least squares is exactly
-    unbiased (its scatter over 500 sets is 2 %); restricted likelihood, which keeps variances
-    non-negative, raises the smallest variances by up to 6 %; over 200 sets it scatters by 3 %."""
+    """The total is unbiased with both methods: over 100 sets it scatters by 0.7 %. For each
+    direction, least squares is exactly unbiased (its scatter over 500 sets is 2 %, over 120 sets
+    4 %); restricted likelihood, which keeps variances non-negative, raises the smallest variances
+    by up to 6 %; over 200 sets it scatters by 3 %, over 60 by 5 %."""
     method, found = many
     truth = _truth()
     pairs = np.array([r.machine_variance[:, None] + r.probe_variance[None, :] for r in found])
     mean = pairs.mean(axis=0)
-    assert mean.mean() == pytest.approx(truth.pairs.mean(), rel=0.01)
-    allowed = 0.10 if method == "reml" else 0.06
+    few = np.sqrt(SETS[method][1] / len(found))
+    assert mean.mean() == pytest.approx(truth.pairs.mean(), rel=0.01 * few)
+    allowed = 0.06 + 0.04 * few if method == "reml" else 0.06 * few
     for axis in (0, 1):
         assert mean.mean(axis=axis) == pytest.approx(truth.pairs.mean(axis=axis), rel=allowed)
 
@@ -157,7 +165,7 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     i, j = np.divmod(np.arange(count**2), count)
     rng = np.random.default_rng(5)
     paper, ours = [], []
-    sets = 500
+    sets = 150
     for _ in range(sets):
         e = rng.standard_normal(count**2) * np.sqrt(sigma2)
         table = e.reshape(count, count)
@@ -258,12 +266,12 @@ def test_plan_reaches_what_it_promises() -> None:
     machine, probe = plan.pairs()
     rng = np.random.default_rng(4)
     errors = []
-    for _ in range(300):
+    for _ in range(150):
         noise = rng.standard_normal(len(machine)) * np.sqrt(0.5) * UM
         readings = MultiStepReadings(machine, probe, noise)
         result = separate(readings, method="least-squares", search_outliers=False)
         errors.append(result.machine_error)
-    assert np.std(errors) == pytest.approx(plan.u_error, rel=0.05)
+    assert np.std(errors) == pytest.approx(plan.u_error, rel=0.07)
     assert plan.u_error <= 0.25 * UM
 
 

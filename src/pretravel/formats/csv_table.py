@@ -95,7 +95,9 @@ class CsvTable:
         """
         result = np.empty((len(self), len(names)))
         for index, name in enumerate(names):
-            cells = [self._plain(cell) for cell in self.columns[name]]
+            cells: Sequence[str] = self.columns[name]
+            if self.decimal != "." or any("−" in cell for cell in cells):
+                cells = [self._plain(cell) for cell in cells]
             try:
                 values = np.array(cells, dtype=np.float64)
             except ValueError:
@@ -207,6 +209,9 @@ def _text(file: SourceFile) -> str:
 
 
 def _cells(file: SourceFile, line: str, number: int) -> list[str]:
+    if '"' not in line and len(line) < csv.field_size_limit():
+        found = [cell.strip() for cell in line.split(",")]
+        return found if "'" not in line else [cell_content(cell) for cell in found]
     try:
         return [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
     except csv.Error as error:

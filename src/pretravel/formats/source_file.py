@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
-
-import numpy as np
 
 from pretravel.errors import InputError, PretravelError, RowError
 from pretravel.units import INCH, LARGEST_NUMBER
@@ -141,8 +140,8 @@ class SourceFile:
             try:
                 value = float(cell)
             except ValueError:
-                value = np.nan
-            if not np.isfinite(value):
+                value = math.nan
+            if not math.isfinite(value):
                 hint = "; use a point as decimal sign" if "," in cell else ""
                 raise self.error(f"'{shortened(cell)}' is not a finite number{hint}", line)
             if abs(value) > LARGEST_NUMBER:

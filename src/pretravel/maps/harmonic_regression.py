@@ -423,7 +423,8 @@ def _inverse_of_factor(covariance: FloatArray) -> FloatArray:
 
 def _diagonal(matrix: FloatArray) -> FloatArray:
     """The diagonal of a square matrix, a view of it."""
-    return np.einsum("ii->i", matrix)
+    view: FloatArray = np.einsum("ii->i", matrix)
+    return view
 
 
 def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:

@@ -60,9 +60,10 @@ def png_content(figure: Figure) -> bytes:
     from PIL import Image
 
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    canvas.draw()  # type: ignore[no-untyped-call]
     content = io.BytesIO()
-    image = Image.fromarray(np.asarray(canvas.buffer_rgba()))
+    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    image = Image.fromarray(pixels)
     image.save(content, "png", dpi=(figure.dpi, figure.dpi))
     return content.getvalue()
 

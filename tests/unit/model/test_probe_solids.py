@@ -21,8 +21,7 @@ from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
 from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.predict import predict
-
-COARSE = MeshSettings(refinement=0.4)
+from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
 
 def hub(probe: Probe, **changes: float) -> Probe:
@@ -90,12 +89,11 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
     """Written and read again: the same sensing distance, up to the different mesh."""
     directions = from_angles(np.radians([90.0, 40.0]), np.radians([0.0, 75.0]))
     probe = replace(omp40, step=merged_step(omp40, tmp_path))
-    found = []
-    for each in (omp40, probe):
-        solids = probe_solids(each)
-        reduced = condense(finite_element_model(each, solids, mesh_solids(solids, COARSE)))
-        found.append(predict(each, directions, FiniteElements(reduced)).sensing_distance)
-    assert found[1] == pytest.approx(found[0], rel=3e-3)
+    solids = probe_solids(probe)
+    reduced = condense(finite_element_model(probe, solids, mesh_solids(solids, COARSE)))
+    found = predict(probe, directions, FiniteElements(reduced)).sensing_distance
+    described = predict(omp40, directions, FiniteElements(coarse_reduced())).sensing_distance
+    assert found == pytest.approx(described, rel=3e-3)
 
 
 def merged_step(probe: Probe, folder: Path) -> StepGeometry:
@@ -180,10 +178,8 @@ def test_want_of_memory_is_said_before_the_work(
     omp40: Probe, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(condensation, "available_memory", lambda: 1e8)
-    solids = probe_solids(omp40)
-    model = finite_element_model(omp40, solids, mesh_solids(solids, COARSE))
     with pytest.raises(CapacityError, match=r"need about .* GB .*lower the refinement"):
-        condense(model)
+        condense(coarse_model())
 
 
 def test_uneven_rods_are_meshed_too(omp40: Probe) -> None:

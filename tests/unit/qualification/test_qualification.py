@@ -260,7 +260,7 @@ class TestQualification:
         harmonic = qualify(self._touches(), 25.0, tip_diameter=6.0)
         assert 50.0 <= harmonic.degrees_of_freedom < 71.0
 
-    @pytest.mark.parametrize("draws", [200, pytest.param(600, marks=pytest.mark.slow)])
+    @pytest.mark.parametrize("draws", [100, pytest.param(600, marks=pytest.mark.slow)])
     def test_centre_and_radius_covariance_against_monte_carlo(self, draws: int) -> None:
         """Mean kind, perfect probe; n draws determine variances to √(2/n), four of that are
         allowed, and half of it for a deviation."""
