@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.doctest import DoctestItem, DoctestModule
+from _pytest.doctest import DoctestModule
 from tests.support.coarse_models import models_by_name_are_coarse
 from xdist.scheduler import LoadFileScheduling
 
@@ -81,14 +81,13 @@ def _kept_models(tmp_path_factory: pytest.TempPathFactory) -> None:
     os.environ["PRETRAVEL_CACHE"] = str(shared / "reduced-models")
 
 
-@pytest.fixture(autouse=True)
-def _coarse_models_in_documents(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Documents are executed with the default mesh where slow tests are.
+COARSE_IN_CHECK = ("finite_elements.md", "test_every_compliance_model.py")
+"""Whose statements hold with a coarse mesh, to the printed digits."""
 
-    Elsewhere with a coarse one, which gives the printed digits too.
-    """
+
+@pytest.fixture(autouse=True)
+def _coarse_models(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The default mesh is taken with the slow tests, a coarse one in make check."""
     quick = request.config.option.markexpr == "not slow"
-    if quick and isinstance(request.node, DoctestItem) and request.node.path.suffix == ".md":
+    if quick and request.node.path.name in COARSE_IN_CHECK:
         models_by_name_are_coarse(monkeypatch)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -43,11 +43,17 @@ def subroutines() -> dict[str, str]:
     return linuxcnc_subroutines(pretravel_map, form)
 
 
+@lru_cache(maxsize=1000)
+def pretravel_along(normal: Vector) -> float:
+    """The machine asks for it at every place of a move, along a wall for the same normal."""
+    return float(simulated_pretravel(np.array([normal]))[0])
+
+
 def made(name: str, *faults: Fault, before: str = "", after: str = "", call: str = "") -> Trace:
     """One call on the model, from the place where the cycle expects the tip."""
     arguments, place, thing, _ = CYCLES[name]
     machine = Machine(World((thing,)), position=place, acceleration=2000.0)
-    probe = Probe(lambda n: float(simulated_pretravel(np.array([n]))[0]), faults=faults)
+    probe = Probe(pretravel_along, faults=faults)
     text = f"G21 G90 G94 G54\n{before}\no<pretravel_{name}> call {call or arguments}\n{after}\nM2\n"
     return run(machine, text, probe=probe, subroutines=subroutines())
 

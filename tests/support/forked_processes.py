@@ -8,6 +8,7 @@ those of the real process. Tests of the real one use the fixture ``real_processe
 from __future__ import annotations
 
 import faulthandler
+import gc
 import os
 import resource
 import signal
@@ -80,6 +81,7 @@ def _forked(work: Callable[[], None]) -> tuple[int, bytes, bytes]:
             child = os.fork()
         if child == 0:
             faulthandler.disable()  # a crash is an answer
+            gc.disable()  # it would copy all that this process has in memory
             os.dup2(out.fileno(), 1)
             os.dup2(err.fileno(), 2)
             os._exit(_code_of(work))

@@ -7,11 +7,12 @@ within directions are free of them, and of every error of their models.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray
+from pretravel.arrays import BoolArray, FloatArray, IntArray
 
 _LEAST_INFORMATION = 1e-6
 """Of a column's variation, the share within directions below which it is rounding."""
@@ -96,11 +97,22 @@ def exchanged_within(values: npt.ArrayLike, groups: npt.ArrayLike) -> FloatArray
     ((999, 3), [[1.0, 2.0, 5.0], [2.0, 1.0, 5.0]])
     """
     number = np.unique(np.asarray(groups), return_inverse=True)[1]
-    order = np.argsort(number, kind="stable")
+    touches = _exchanges(tuple(number.tolist()))
+    return np.asarray(np.asarray(values, dtype=np.float64)[touches])
+
+
+@lru_cache(maxsize=2)
+def _exchanges(number: tuple[int, ...]) -> IntArray:
+    """Of each set: the touch whose value each touch gets, (s, n).
+
+    Kept, because several tests of a qualification exchange the values of the same directions.
+    """
+    each = np.array(number)
+    order = np.argsort(each, kind="stable")
     sets = max(199, min(_SETS, _NUMBERS // len(order)))
-    keys = number[order] + np.random.default_rng(0).random((sets, len(order)))
-    found = np.empty(keys.shape)
-    found[:, order] = np.asarray(values, dtype=np.float64)[order][np.argsort(keys, axis=1)]
+    keys = each[order] + np.random.default_rng(0).random((sets, len(order)))
+    found = np.empty(keys.shape, dtype=np.int64)
+    found[:, order] = order[np.argsort(keys, axis=1)]
     return found
 
 
