@@ -43,6 +43,13 @@ class TestMapValidation:
                 **{"tip_radius": 3.0, **numbers},
             )  # fmt: skip
 
+    def test_one_coefficient_that_is_not_finite(self) -> None:
+        with pytest.raises(PretravelError, match="coefficients of a map must be finite"):
+            PretravelMap(
+                HarmonicBasis(np.array([[0, 0], [1, 0]])), np.array([0.01, math.nan]),
+                Covariance.none(2), self.SUPPORT, tip_radius=3.0,
+            )  # fmt: skip
+
     @pytest.mark.parametrize("terms", [[[1, 2]], [[-1, 0]], [[2, 0], [2, 0]], [[0.5, 0.0]], [0, 0]])
     def test_harmonics_that_no_map_has(self, terms: list[list[float]]) -> None:
         with pytest.raises(PretravelError, match="orders from -degree to degree, each once"):

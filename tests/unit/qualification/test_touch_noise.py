@@ -72,3 +72,11 @@ def test_other_touches_change_all_directions_alike() -> None:
     )
     assert pooled.variances == pytest.approx(2.5 * noise.variances, rel=1e-12)
     assert pooled.raw_variances == pytest.approx(2.5 * noise.raw_variances, rel=1e-12)
+
+
+def test_without_own_scatter_every_direction_has_that_of_other_touches() -> None:
+    zero = np.zeros(3)
+    noise = TouchNoise(Scatter(0.0, 0.0), 0.0, zero, zero, zero, np.ones(3), 0.0)
+    pooled = noise.pooled_with(Scatter(2e-3, 5.0))
+    assert pooled.variances == pytest.approx(np.full(3, 4e-6), rel=1e-12)
+    assert pooled.raw_variances == pytest.approx(np.full(3, 4e-6), rel=1e-12)
