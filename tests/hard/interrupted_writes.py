@@ -57,6 +57,7 @@ COMMANDS = tuple(
     for row in (
         ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.nc "
          "--plot {0}/map.png"), ("map.nc", "map.png")),
+        ("study", "preload-and-seats --workers 1 -o {0}/study.nc", ("study.nc",)),
         ("qualify:csv", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean "
          "-o {0}/mean.csv"), ("mean.csv",)),
         ("qualify:harmonic", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "

@@ -43,6 +43,8 @@ MORE = (
     WritingCommand("faces", f"{EXAMPLES}/part.step", ()),
     WritingCommand("formats", "", ()),
     WritingCommand("demo", f"--data {EXAMPLES.parent}/nowhere -o {{0}}/demo", ()),
+    WritingCommand("studies", "what-matters", ()),
+    WritingCommand("wishes", "stylus-50mm", ()),
     WritingCommand("convert:look", f"{SPHERE}", ()),
 )  # fmt: skip
 

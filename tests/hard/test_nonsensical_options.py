@@ -28,8 +28,9 @@ def test_every_command_is_tried() -> None:
         for path, group in (((), nonsensical_options.commands()), (("program",), None))
         for name in (group or nonsensical_options.commands("program"))
     }
-    # A server; minutes for each model; a text to edit.
-    assert commands - {n.split(":")[0] for n in BY_NAME} == {"program", "app", "fem", "laboratory"}
+    # A server; minutes for each model; a text to edit; a search of thousands of designs.
+    untried = {"program", "app", "fem", "laboratory", "design"}
+    assert commands - {n.split(":")[0] for n in BY_NAME} == untried
 
 
 def test_an_exception_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:

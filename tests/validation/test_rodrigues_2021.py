@@ -15,7 +15,7 @@ from pretravel.directions import from_angles
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.probe.catalogue import load_probe
 from pretravel.study.run import Workers, run_study
-from pretravel.study.shipped import shipped_study
+from pretravel.study.shipped_studies import shipped_study
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.units import delay_travel
 

@@ -19,6 +19,7 @@ from pretravel.cli import (
     compensate,
     convert,
     demo,
+    design,
     export,
     faces,
     fem,
@@ -100,6 +101,8 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
         identify.identify,
         study.study,
         study.studies,
+        design.design,
+        design.wishes,
     ),
     "Laboratory": (
         rig.rig,

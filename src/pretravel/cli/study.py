@@ -79,7 +79,7 @@ def studies(
     Example: pretravel studies what-matters > mine.toml
     """
     from pretravel.study.plan import Plan
-    from pretravel.study.shipped import shipped_study, study_names, study_text
+    from pretravel.study.shipped_studies import shipped_study, study_names, study_text
 
     if name is not None:
         typer.echo(study_text(name), nl=False)

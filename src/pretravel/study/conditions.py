@@ -129,7 +129,7 @@ def case_of(study: Study, levels: Mapping[str, Level]) -> Case:
     PretravelError
         Unknown keys; a probe or conditions that cannot be.
 
-    >>> from pretravel.study.shipped import shipped_study
+    >>> from pretravel.study.shipped_studies import shipped_study
     >>> case_of(shipped_study("preload-and-seats"), {"spring.preload_N": 4.5}).probe.preload
     4.5
     """

@@ -126,7 +126,7 @@ def outcome_of(study: Study, levels: Mapping[str, Level]) -> Outcome:
     -------
     Outcome
 
-    >>> from pretravel.study.shipped import shipped_study
+    >>> from pretravel.study.shipped_studies import shipped_study
     >>> study = shipped_study("preload-and-seats")
     >>> outcome_of(study, {"spring.preload_N": 5.91}).pretravel.shape  # polar, azimuth
     (9, 36)

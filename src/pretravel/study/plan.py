@@ -23,7 +23,7 @@ class Plan:
     ----------
     study : Study
 
-    >>> from pretravel.study.shipped import shipped_study
+    >>> from pretravel.study.shipped_studies import shipped_study
     >>> plan = Plan(shipped_study("preload-and-seats"))
     >>> len(plan), plan.levels(0)
     (35, {'spring.preload_N': 4.0, 'seats.support_angle_deg': 20.0})

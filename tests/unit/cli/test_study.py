@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.study.definition import study_in
 from pretravel.study.plan import Plan
-from pretravel.study.shipped import shipped_study, study_names
+from pretravel.study.shipped_studies import shipped_study, study_names
 from pretravel.toml_file import parse_toml
 from tests.support.commands import both_outputs, run
 

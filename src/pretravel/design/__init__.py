@@ -1,0 +1,1 @@
+"""Design: the probe that fits a wish best, within ranges and limits."""

@@ -1,0 +1,134 @@
+"""Report of a search: the best design beside the one it started from."""
+
+from __future__ import annotations
+
+import math
+
+from pretravel.arrays import FloatArray
+from pretravel.design.design_search import FoundDesign
+from pretravel.design.wish import known_quantities
+from pretravel.directions import grid
+from pretravel.report.document import Column, Document, Picture, Table
+from pretravel.report.formatting import decimals, number_text, significant
+from pretravel.report.prediction_view import prediction_view
+from pretravel.study.definition import Factor, Level
+from pretravel.trigger.predict import predict
+
+
+def design_document(found: FoundDesign) -> Document:
+    """The report of the best design.
+
+    Parameters
+    ----------
+    found : FoundDesign
+
+    Returns
+    -------
+    Document
+    """
+    wish = found.wish
+    goal, study = wish.goal, wish.study
+    before, after = (d.quantities[goal] for d in (found.start, found.best))
+    unit = known_quantities()[goal].unit.replace("um", "µm")
+    share = f" ({number_text(100.0 * (after / before - 1.0), decimals(0))} %)" if before else ""
+    title = f"{study.name}: the best of {found.tried} designs of {study.probe}"
+    model = str(study.prediction.get("model", "analytic"))
+    return Document(
+        title=title,
+        verdict=f"{title}: {goal.replace('_', ' ')} {number_text(after, significant(4))} {unit} "
+        f"instead of {number_text(before, significant(4))} {unit}{share}",
+        tables=(_free_table(found), _quantities_table(found), *_front_tables(found)),
+        pictures=(
+            Picture(
+                "Force and pretravel of the best design, and the elastic parts of the pretravel",
+                lambda: prediction_view(
+                    predict(found.best.probe, _directions(found), model), title
+                ),
+            ),
+        ),
+        notes=(
+            (
+                f"Predicted by model {model}. Predict the description with model fem before you "
+                "build it. Where a free quantity lies at an end of its range, the range decides it."
+            ),
+        ),
+    )
+
+
+def _directions(found: FoundDesign) -> FloatArray:
+    return grid(found.wish.study.directions.polar, found.wish.study.directions.azimuth)
+
+
+def _free_table(found: FoundDesign) -> Table:
+    factors = found.wish.study.factors
+    return Table(
+        (
+            Column("free quantity", tuple(factor.key for factor in factors)),
+            Column("best", tuple(_cell(found.best.levels[f.key]) for f in factors), "",
+                   significant(5)),
+            Column("", tuple(_at_end(f, found.best.levels[f.key]) for f in factors)),
+        ),
+        title="The best design",
+    )  # fmt: skip
+
+
+def _cell(value: Level) -> float | str:
+    return value if isinstance(value, str) else float(value)
+
+
+def _at_end(factor: Factor, value: Level) -> str:
+    if factor.range is None or isinstance(value, str):
+        return ""
+    low, high = factor.range
+    near = 1e-3 * (high - low)
+    if value <= low + near:
+        return "lower end of the range"
+    return "upper end of the range" if value >= high - near else ""
+
+
+def _quantities_table(found: FoundDesign) -> Table:
+    limits = {limit.of: limit for limit in found.wish.limits}
+    names = list(found.best.quantities)
+    meanings = known_quantities()
+    return Table(
+        (
+            Column("quantity", tuple(name.replace("_", " ") for name in names)),
+            Column("unit", tuple(meanings[name].unit.replace("um", "µm") for name in names)),
+            Column.of("start", [found.start.quantities[n] for n in names], "", significant(4)),
+            Column.of("best", [found.best.quantities[n] for n in names], "", significant(4)),
+            Column.of("at least", [_end(limits.get(n), "at_least") for n in names], "",
+                      significant(4)),
+            Column.of("at most", [_end(limits.get(n), "at_most") for n in names], "",
+                      significant(4)),
+        ),
+        title="What it does",
+    )  # fmt: skip
+
+
+def _end(limit: object, name: str) -> float:
+    value = getattr(limit, name, math.nan)
+    return value if math.isfinite(value) else math.nan
+
+
+def _front_tables(found: FoundDesign) -> tuple[Table, ...]:
+    if not found.front:
+        return ()
+    names = (found.wish.goal, found.wish.second)
+    keys = [factor.key for factor in found.wish.study.factors]
+    return (
+        Table(
+            (
+                *(
+                    Column.of(n.replace("_", " "), [d.quantities[n] for d in found.front], "",
+                              significant(4))
+                    for n in names
+                ),
+                *(
+                    Column(key, tuple(_cell(d.levels[key]) for d in found.front), "",
+                           significant(4))
+                    for key in keys
+                ),
+            ),
+            title="Designs of which none is better in both goals",
+        ),
+    )  # fmt: skip
