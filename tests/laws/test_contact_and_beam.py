@@ -63,6 +63,8 @@ def test_elliptical_contact_is_hertz_s(ratio: float) -> None:
 def test_contact_bears_no_tension() -> None:
     with pytest.raises(PretravelError, match="no tension"):
         ball_on_flat([-1.0], 3.0, MODULUS)
+    with pytest.raises(PretravelError, match="no tension"):
+        ball_on_flat([1.0, -1.0], 3.0, MODULUS)
 
 
 @given(st.floats(0.01, 10.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pretravel.controls.control_table import TableSettings, plain_number
+from pretravel.controls.control_table import TableSettings, check_radii, plain_number
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
@@ -23,7 +24,7 @@ from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.units import DEGREE
-from tests.support.example_maps import example_map, lobes
+from tests.support.example_maps import example_map, lobes, mean_map
 from tests.support.macro_b_interpreter import MacroAlarm, MacroControl, MacroSyntaxError
 from tests.support.siemens_interpreter import SiemensAlarm, SiemensControl, SiemensSyntaxError
 
@@ -398,3 +399,9 @@ class TestDelayTravel:
         ]
         # Six decimals of 10 mm.
         assert first[1] - first[0] == pytest.approx(0.01, abs=2e-6)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_pretravel_that_is_not_finite_is_named(value: float) -> None:
+    with pytest.raises(PretravelError, match="must be finite"):
+        check_radii(mean_map(0.01), np.array([0.01, value]))
