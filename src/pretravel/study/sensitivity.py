@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -162,16 +163,16 @@ def _additive(
     if len(values) < 2 * sum(part.shape[1] for part in columns) + _LEAST_SAMPLES:
         return None
     generator = np.random.default_rng(_SEED)
+    chance = np.full(len(values), 1.0 / len(values))
     again = np.array(
-        [
-            _shares([part[rows] for part in columns], values[rows])
-            for rows in generator.integers(0, len(values), (_RESAMPLES, len(values)))
-        ]
-    )
+        [_shares(columns, values, generator.multinomial(len(values), chance))
+         for _ in range(_RESAMPLES)]
+    )  # fmt: skip
     low, high = np.quantile(again, _QUANTILES, axis=0)
     return _alone(
-        results, output, _shares(columns, values), len(values), np.column_stack([low, high])
-    )
+        results, output, _shares(columns, values, np.ones(len(values))), len(values),
+        np.column_stack([low, high]),
+    )  # fmt: skip
 
 
 def _polynomial(column: npt.NDArray[Any]) -> FloatArray:
@@ -184,9 +185,16 @@ def _polynomial(column: npt.NDArray[Any]) -> FloatArray:
     return np.asarray(np.column_stack([scaled**power for power in range(1, _DEGREE + 1)]))
 
 
-def _shares(columns: list[FloatArray], values: FloatArray) -> FloatArray:
-    centred = [part - part.mean(axis=0) for part in columns]
-    coefficients = np.linalg.lstsq(np.hstack(centred), values - values.mean(), rcond=None)[0]
-    ends = np.cumsum([part.shape[1] for part in centred])[:-1]
-    parts = zip(centred, np.split(coefficients, ends), strict=True)
-    return np.asarray([np.var(part @ own) / np.var(values) for part, own in parts])
+def _shares(columns: list[FloatArray], values: FloatArray, weights: npt.NDArray[Any]) -> FloatArray:
+    """Variance of each part of the least-squares sum over that of the values.
+
+    Both follow from the covariance of columns and values: a resample costs one product.
+    """
+    table = np.column_stack([*columns, values])
+    table = table - np.average(table, axis=0, weights=weights)
+    covariance = table.T @ (table * weights[:, None]) / weights.sum()
+    coefficients = np.linalg.lstsq(covariance[:-1, :-1], covariance[:-1, -1], rcond=None)[0]
+    ends = np.cumsum([0, *(part.shape[1] for part in columns)])
+    parts = [slice(first, last) for first, last in pairwise(ends)]
+    explained = [coefficients[p] @ covariance[p, p] @ coefficients[p] for p in parts]
+    return np.asarray(np.array(explained) / covariance[-1, -1])
