@@ -14,8 +14,8 @@ import pytest
 from pretravel.directions import from_angles
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.probe.catalogue import load_probe
+from pretravel.study.definition import load_study
 from pretravel.study.run import Workers, run_study
-from pretravel.study.shipped_studies import shipped_study
 from pretravel.trigger.predict import Trigger, predict
 from pretravel.units import delay_travel
 
@@ -130,7 +130,7 @@ class TestSensitivityStudies:
 
     @staticmethod
     def _numbers(name: str, tmp_path: Path) -> dict[str, np.ndarray]:
-        results = run_study(shipped_study(name), tmp_path / "study.nc", Workers(count=1))
+        results = run_study(load_study(name), tmp_path / "study.nc", Workers(count=1))
         return dict(results.numbers)
 
     def test_a_longer_stem_triggers_at_less_force_and_bends_more(self, tmp_path: Path) -> None:

@@ -45,11 +45,11 @@ def wishes(
 
     Example: pretravel wishes stylus-100mm > wish.toml
     """
-    from pretravel.design.shipped_wishes import shipped_wish, wish_names, wish_text
+    from pretravel.design.wish import WISHES, load_wish
 
     if name is not None:
-        typer.echo(wish_text(name), nl=False)
+        typer.echo(WISHES.text(name), nl=False)
         return
-    for entry in wish_names():
-        typer.echo(f"{entry:14} {shipped_wish(entry).study.name}")
+    for entry in WISHES.names():
+        typer.echo(f"{entry:14} {load_wish(entry).study.name}")
     typer.echo("\npretravel wishes NAME > wish.toml prints a wish to edit.")

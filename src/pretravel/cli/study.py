@@ -78,13 +78,13 @@ def studies(
 
     Example: pretravel studies what-matters > mine.toml
     """
+    from pretravel.study.definition import STUDIES, load_study
     from pretravel.study.plan import Plan
-    from pretravel.study.shipped_studies import shipped_study, study_names, study_text
 
     if name is not None:
-        typer.echo(study_text(name), nl=False)
+        typer.echo(STUDIES.text(name), nl=False)
         return
-    for entry in study_names():
-        found = shipped_study(entry)
+    for entry in STUDIES.names():
+        found = load_study(entry)
         typer.echo(f"{entry:20} {found.name}, {found.plan}, {len(Plan(found))} designs")
     typer.echo("\npretravel studies NAME > mine.toml prints a study to edit.")

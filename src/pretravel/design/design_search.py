@@ -86,8 +86,8 @@ def tried_design(wish: Wish, levels: Mapping[str, Level]) -> TriedDesign:
     PretravelError
         A design that cannot be, or that never triggers in one of the directions.
 
-    >>> from pretravel.design.shipped_wishes import shipped_wish
-    >>> tried_design(shipped_wish("stylus-50mm"), {}).quantities["lever"]
+    >>> from pretravel.design.wish import load_wish
+    >>> tried_design(load_wish("stylus-50mm"), {}).quantities["lever"]
     64.4
     """
     case = case_of(wish.study, levels)

@@ -7,15 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from pretravel.errors import PretravelError
+from pretravel.shipped_texts import ShippedTexts
 from pretravel.study.definition import (
-    AngleList,
     Directions,
     Factor,
-    Levels,
     Study,
-    study_in,
+    StudyParts,
+    StudySettings,
+    structure_with_factors,
+    study_of_parts,
 )
 from pretravel.study.outputs import MEANINGS, OutputMeaning
 from pretravel.toml_file import TomlDocument, TomlStructure
@@ -26,6 +29,8 @@ OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "rod_lift": OutputMeaning("mm", "rise of the rod that opens at the wished overtravel"),
 }
 """Quantities of a description that a wish can limit, beside the outputs of studies."""
+WISHES = ShippedTexts("pretravel.design", "data", "wish", "wishes")
+"""The wishes that come with the package."""
 
 
 @dataclass(frozen=True)
@@ -101,16 +106,15 @@ class _Whole:
     limit: tuple[Limit, ...] = ()
     wish: _WishTable = field(default_factory=_WishTable)
     directions: Directions = field(default_factory=Directions)
-    prediction: Mapping[str, str] = field(default_factory=dict)
+    prediction: Mapping[str, Any] = field(default_factory=dict)
+    touch: Mapping[str, Any] = field(default_factory=dict)
+    calibration: Mapping[str, Any] = field(default_factory=dict)
 
 
 @cache
 def _structure() -> TomlStructure:
-    structure = TomlStructure(hint="pretravel wishes stylus-50mm prints a whole wish")
-    structure.table(Directions, azimuth="azimuth_deg", polar="polar_deg")
+    structure = structure_with_factors("pretravel wishes stylus-50mm prints a whole wish")
     structure.table(_WishTable, overtravel="overtravel_mm")
-    structure.value(AngleList, AngleList.read)
-    structure.value(Levels, Levels.read)
     return structure
 
 
@@ -145,9 +149,9 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
                 f"there is no quantity '{name}'; known are {', '.join(known_quantities())}", *place
             )
     names = {goal, table.and_least, *(limit.of for limit in parts.limit)}
-    outputs = [output for output, numbers in MEANINGS.items() if names & set(numbers)]
+    outputs = tuple(output for output, numbers in MEANINGS.items() if names & set(numbers))
     return Wish(
-        study=study_in(_as_study(document, outputs), folder),
+        study=study_of_parts(_as_study(parts, outputs), document, folder, "wish", "free"),
         goal=goal,
         sign=1.0 if table.least else -1.0,
         second=table.and_least,
@@ -155,6 +159,20 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
         overtravel=table.overtravel,
         seed=table.seed,
     )
+
+
+def load_wish(wish: str | Path) -> Wish:
+    """A wish by the name of a shipped one, or from a TOML file.
+
+    Raises
+    ------
+    PretravelError
+        Neither such a name nor a file; a file that is not a wish.
+
+    >>> load_wish("stylus-50mm").goal
+    'pretravel_deviation'
+    """
+    return wish_in(*WISHES.document(wish))
 
 
 def known_quantities() -> dict[str, OutputMeaning]:
@@ -169,18 +187,17 @@ def known_quantities() -> dict[str, OutputMeaning]:
     }
 
 
-def _as_study(document: TomlDocument, outputs: list[str]) -> TomlDocument:
-    """The study that a wish contains; lines in messages are those of the wish."""
-    tables = document.tables
-    study = {
-        key: value for key, value in tables.get("wish", {}).items() if key in ("probe", "name")
-    }
-    made = {
-        "study": {
-            **study, "plan": "latin-hypercube", "outputs": outputs, "keep_directions": False
-        },
-        "factor": tables["free"],
-        **{key: tables[key] for key in ("directions", "prediction", "calibration", "touch")
-           if key in tables},
-    }  # fmt: skip
-    return TomlDocument(made, document.text.replace("[[free]]", "[[factor]]"), document.path)
+def _as_study(parts: _Whole, outputs: tuple[str, ...]) -> StudyParts:
+    """The free quantities and conditions as those of a study; the search chooses the designs."""
+    table = parts.wish
+    return StudyParts(
+        factor=parts.free,
+        study=StudySettings(
+            probe=table.probe, name=table.name, plan="latin-hypercube", outputs=outputs,
+            keep_directions=False,
+        ),
+        directions=parts.directions,
+        prediction=parts.prediction,
+        touch=parts.touch,
+        calibration=parts.calibration,
+    )  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pretravel.design.described import found_description
 from pretravel.design.design_search import FoundDesign, find_design
-from pretravel.design.shipped_wishes import load_wish
+from pretravel.design.wish import load_wish
 from pretravel.report.design_report import design_document
 from pretravel.report.document import Document
 from pretravel.whole_file import whole_file

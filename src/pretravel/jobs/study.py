@@ -7,10 +7,10 @@ from pathlib import Path
 
 from pretravel.report.document import Document
 from pretravel.report.study_report import study_document
+from pretravel.study.definition import load_study
 from pretravel.study.results import StudyResults
 from pretravel.study.results_file import read_results
 from pretravel.study.run import Workers, run_study
-from pretravel.study.shipped_studies import load_study
 
 
 @dataclass(frozen=True, eq=False)

@@ -129,8 +129,8 @@ def case_of(study: Study, levels: Mapping[str, Level]) -> Case:
     PretravelError
         Unknown keys; a probe or conditions that cannot be.
 
-    >>> from pretravel.study.shipped_studies import shipped_study
-    >>> case_of(shipped_study("preload-and-seats"), {"spring.preload_N": 4.5}).probe.preload
+    >>> from pretravel.study.definition import load_study
+    >>> case_of(load_study("preload-and-seats"), {"spring.preload_N": 4.5}).probe.preload
     4.5
     """
     tables: dict[str, Any] = study.tables(levels)

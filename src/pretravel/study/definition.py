@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from pretravel.errors import InputError, PretravelError
 from pretravel.probe.catalogue import catalogue_names, source_text
 from pretravel.quantities import degrees_in
+from pretravel.shipped_texts import ShippedTexts
 from pretravel.toml_file import TomlDocument, TomlStructure, parse_toml, quoted
 from pretravel.units import DEGREE
 
@@ -32,6 +33,8 @@ OUTPUTS: Mapping[str, str] = {
     "stress": "highest von Mises stress at the trigger (model fem)",
 }
 """What a study computes of each design."""
+STUDIES = ShippedTexts("pretravel.study", "data", "study", "studies")
+"""The studies that come with the package."""
 LARGEST_PLAN = 1_000_000
 """Most designs of a study."""
 Level: TypeAlias = float | str
@@ -273,7 +276,9 @@ def _no_table(inside: Any, step: str, key: str) -> PretravelError:
 
 
 @dataclass(frozen=True)
-class _StudyTable:
+class StudySettings:
+    """The table ``[study]`` of a file; see `Study`."""
+
     probe: str = "omp40-2"
     name: str = "study"
     plan: str = "full-factorial"
@@ -284,23 +289,36 @@ class _StudyTable:
 
 
 @dataclass(frozen=True)
-class _Whole:
+class StudyParts:
+    """The tables of a study's file; see `Study`."""
+
     factor: tuple[Factor, ...]
-    study: _StudyTable = field(default_factory=_StudyTable)
+    study: StudySettings = field(default_factory=StudySettings)
     directions: Directions = field(default_factory=Directions)
     prediction: Mapping[str, Any] = field(default_factory=dict)
     touch: Mapping[str, Any] = field(default_factory=dict)
     calibration: Mapping[str, Any] = field(default_factory=dict)
 
 
-@cache
-def _structure() -> TomlStructure:
-    structure = TomlStructure(hint="pretravel studies stylus-length prints a whole study")
+def structure_with_factors(hint: str) -> TomlStructure:
+    """The keys of a file that has factors and directions.
+
+    Parameters
+    ----------
+    hint : str
+        Where to find a whole file.
+    """
+    structure = TomlStructure(hint=hint)
     structure.table(Directions, azimuth="azimuth_deg", polar="polar_deg")
     structure.value(AngleList, AngleList.read)
     structure.value(Levels, Levels.read)
     structure.value(bool, _truth)
     return structure
+
+
+@cache
+def _structure() -> TomlStructure:
+    return structure_with_factors("pretravel studies stylus-length prints a whole study")
 
 
 def _truth(value: Any) -> bool:
@@ -328,9 +346,49 @@ def study_in(document: TomlDocument, folder: Path = Path()) -> Study:
     >>> study_in(parse_toml(text + "values = [4.0, 5.0]")).factors[0].single_values
     (4.0, 5.0)
     """
-    parts = _structure().make(document, _Whole)
+    return study_of_parts(_structure().make(document, StudyParts), document, folder)
+
+
+def load_study(study: str | Path) -> Study:
+    """A study by the name of a shipped one, or from a TOML file.
+
+    Raises
+    ------
+    PretravelError
+        Neither such a name nor a file; a file that is not a study.
+
+    >>> load_study("stylus-length").factors[0].key
+    'stylus.2.length_mm'
+    """
+    return study_in(*STUDIES.document(study))
+
+
+def study_of_parts(
+    parts: StudyParts,
+    document: TomlDocument,
+    folder: Path,
+    settings: str = "study",
+    factors: str = "factor",
+) -> Study:
+    """A study from the values of its tables, which are checked together.
+
+    Parameters
+    ----------
+    parts : StudyParts
+    document : TomlDocument
+        For the lines in messages.
+    folder : Path
+        To which paths are relative.
+    settings, factors : str
+        Names of their tables in the document.
+
+    Raises
+    ------
+    PretravelError
+        See `study_in`.
+    """
     table = parts.study
-    with document.located("study"):
+    with document.located(settings):
         _one_of(table.plan, PLANS, "plan")
         for output in table.outputs:
             _one_of(output, OUTPUTS, "outputs")
@@ -344,7 +402,7 @@ def study_in(document: TomlDocument, folder: Path = Path()) -> Study:
         raise document.error(
             f"the probe '{table.probe}' is neither in the catalogue ({', '.join(catalogue_names())}"
             f") nor a file beside the study",
-            "study",
+            settings,
             "probe",
         )
     study = Study(
@@ -364,7 +422,7 @@ def study_in(document: TomlDocument, folder: Path = Path()) -> Study:
         folder=(folder / table.probe).parent,
         touch_folder=folder,
     )
-    _check_factors(study, document)
+    _check_factors(study, document, factors)
     return study
 
 
@@ -373,22 +431,21 @@ def _one_of(name: str, known: Mapping[str, str], key: str) -> None:
         raise PretravelError(f"{key} has '{name}'; known are {', '.join(known)}")
 
 
-def _check_factors(study: Study, document: TomlDocument) -> None:
+def _check_factors(study: Study, document: TomlDocument, table: str) -> None:
     if not study.factors:
-        raise document.error("a study needs at least one [[factor]]")
+        raise document.error(f"at least one [[{table}]] is needed")
     seen = set()
     for number, factor in enumerate(study.factors):
         if factor.key in seen:
-            raise document.error(f"the factor {factor.key} stands twice", "factor", number, "key")
+            raise document.error(f"the factor {factor.key} stands twice", table, number, "key")
         seen.add(factor.key)
         if factor.range is None and study.plan == "sobol" and not factor.is_text:
             raise document.error(
-                f"the plan sobol needs a range of {factor.key}, not single numbers", "factor",
-                number,
-            )  # fmt: skip
+                f"the plan sobol needs a range of {factor.key}, not single numbers", table, number
+            )
         try:
             study.tables({factor.key: factor.at(0.0)})
         except InputError:
             raise
         except PretravelError as error:
-            raise document.error(str(error), "factor", number, "key") from None
+            raise document.error(str(error), table, number, "key") from None

@@ -126,8 +126,8 @@ def outcome_of(study: Study, levels: Mapping[str, Level]) -> Outcome:
     -------
     Outcome
 
-    >>> from pretravel.study.shipped_studies import shipped_study
-    >>> study = shipped_study("preload-and-seats")
+    >>> from pretravel.study.definition import load_study
+    >>> study = load_study("preload-and-seats")
     >>> outcome_of(study, {"spring.preload_N": 5.91}).pretravel.shape  # polar, azimuth
     (9, 36)
     >>> outcome_of(study, {"spring.preload_N": -1.0}).reason

@@ -23,8 +23,8 @@ class Plan:
     ----------
     study : Study
 
-    >>> from pretravel.study.shipped_studies import shipped_study
-    >>> plan = Plan(shipped_study("preload-and-seats"))
+    >>> from pretravel.study.definition import load_study
+    >>> plan = Plan(load_study("preload-and-seats"))
     >>> len(plan), plan.levels(0)
     (35, {'spring.preload_N': 4.0, 'seats.support_angle_deg': 20.0})
     """

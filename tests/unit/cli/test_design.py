@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.design.shipped_wishes import wish_names
-from pretravel.design.wish import wish_in
+from pretravel.design.wish import WISHES, wish_in
 from pretravel.probe.catalogue import load_probe
 from pretravel.toml_file import parse_toml
 from tests.support.commands import run
@@ -48,6 +47,6 @@ def test_the_best_probe_is_written_and_can_be_predicted(
 
 def test_wishes_are_listed_and_printed() -> None:
     listed = run("wishes")
-    for name in wish_names():
+    for name in WISHES.names():
         assert name in listed
         assert "[wish]" in run("wishes", name)

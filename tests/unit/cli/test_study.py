@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.study.definition import study_in
+from pretravel.study.definition import STUDIES, load_study, study_in
 from pretravel.study.plan import Plan
-from pretravel.study.shipped_studies import shipped_study, study_names
 from pretravel.toml_file import parse_toml
 from tests.support.commands import both_outputs, run
 
@@ -42,10 +41,10 @@ def test_the_study_of_the_guide_is_one() -> None:
     assert len(Plan(study_in(parse_toml(text)))) == 9
 
 
-@pytest.mark.parametrize("name", study_names())
+@pytest.mark.parametrize("name", STUDIES.names())
 def test_each_shipped_study_is_listed_and_can_be_computed(name: str) -> None:
     assert re.search(rf"^{name} ", run("studies"), re.M)
-    assert len(Plan(shipped_study(name))) > 1
+    assert len(Plan(load_study(name))) > 1
 
 
 def test_the_report_names_what_decides_and_what_failed(tmp_path: Path) -> None:

@@ -10,8 +10,7 @@ import pytest
 
 from pretravel.design.described import found_description
 from pretravel.design.design_search import find_design, tried_design
-from pretravel.design.shipped_wishes import shipped_wish, wish_names
-from pretravel.design.wish import Wish, wish_in
+from pretravel.design.wish import WISHES, Wish, load_wish, wish_in
 from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import parse_probe
 from pretravel.toml_file import parse_toml
@@ -126,8 +125,8 @@ def test_a_wish_that_cannot_be_says_why(text: str, said: str) -> None:
         wish(text)
 
 
-@pytest.mark.parametrize("name", wish_names())
+@pytest.mark.parametrize("name", WISHES.names())
 def test_shipped_wishes_start_from_a_probe(name: str) -> None:
     levels = {"stylus.2.length_mm": 138.0} if "150" in name else {}
-    length = tried_design(shipped_wish(name), levels).quantities["stylus_length"]
+    length = tried_design(load_wish(name), levels).quantities["stylus_length"]
     assert f"{length:g}mm" in name
