@@ -9,7 +9,7 @@ from pretravel.design.design_search import FoundDesign
 from pretravel.design.wish import known_quantities
 from pretravel.directions import grid
 from pretravel.report.document import Column, Document, Picture, Table
-from pretravel.report.formatting import decimals, number_text, significant
+from pretravel.report.formatting import decimals, number_text, shown_unit, significant
 from pretravel.report.prediction_view import prediction_view
 from pretravel.study.definition import Factor, Level
 from pretravel.trigger.predict import predict
@@ -29,7 +29,7 @@ def design_document(found: FoundDesign) -> Document:
     wish = found.wish
     goal, study = wish.goal, wish.study
     before, after = (d.quantities[goal] for d in (found.start, found.best))
-    unit = known_quantities()[goal].unit.replace("um", "µm")
+    unit = shown_unit(known_quantities()[goal].unit)
     share = f" ({number_text(100.0 * (after / before - 1.0), decimals(0))} %)" if before else ""
     title = f"{study.name}: the best of {found.tried} designs of {study.probe}"
     model = str(study.prediction.get("model", "analytic"))
@@ -93,7 +93,7 @@ def _quantities_table(found: FoundDesign) -> Table:
     return Table(
         (
             Column("quantity", tuple(name.replace("_", " ") for name in names)),
-            Column("unit", tuple(meanings[name].unit.replace("um", "µm") for name in names)),
+            Column("unit", tuple(shown_unit(meanings[name].unit) for name in names)),
             Column.of("start", [found.start.quantities[n] for n in names], "", significant(4)),
             Column.of("best", [found.best.quantities[n] for n in names], "", significant(4)),
             Column.of("at least", [_end(limits.get(n), "at_least") for n in names], "",

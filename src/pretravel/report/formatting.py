@@ -25,6 +25,15 @@ def significant(count: int) -> Digits:
     return Digits(count, significant=True)
 
 
+def shown_unit(unit: str) -> str:
+    """A unit of a file, as people read it.
+
+    >>> shown_unit("um"), shown_unit("N")
+    ('µm', 'N')
+    """
+    return "µm" if unit == "um" else unit
+
+
 def number_text(value: float, digits: Digits = Digits()) -> str:
     """A number as text.
 

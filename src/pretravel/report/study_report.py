@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,10 @@ import numpy.typing as npt
 from pretravel.report.chart import Axis, Chart, PlaneChart, View
 from pretravel.report.chart_marks import Bars, Dots
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
-from pretravel.report.formatting import decimals, number_text, significant
-from pretravel.study.results import StudyResults, best_design
+from pretravel.report.formatting import decimals, number_text, shown_unit, significant
+from pretravel.study.results import StudyResults
 from pretravel.study.sensitivity import Sensitivity, sensitivity
 
-_UNITS = {"um": "µm"}
 _MAIN = (
     "pretravel_range",
     "pretravel_greatest",
@@ -46,7 +46,8 @@ def study_document(results: StudyResults) -> Document:
         return Document(
             title, verdict=f"{title}: none of them can be computed", tables=(_reasons(results),)
         )
-    found = sensitivity(results, main)
+    shares = [one for one in (sensitivity(results, n) for n in results.numbers) if one is not None]
+    found = next((one for one in shares if one.output == main), None)
     return Document(
         title=title,
         verdict=f"{title}: {_words(main)} {_range_text(results, main)}{_decided_by(found)}",
@@ -57,7 +58,7 @@ def study_document(results: StudyResults) -> Document:
         ),
         tables=(
             _best_table(results, main),
-            *(() if found is None else (_shares_table(results),)),
+            *((_shares_table(shares),) if shares else ()),
             *((_reasons(results),) if failed else ()),
         ),
         pictures=(
@@ -88,8 +89,7 @@ def _words(name: str) -> str:
 
 
 def _unit(results: StudyResults, name: str) -> str:
-    unit = results.meanings[name].unit
-    return _UNITS.get(unit, unit)
+    return shown_unit(results.meanings[name].unit)
 
 
 def _ends(results: StudyResults, name: str) -> tuple[float, float]:
@@ -104,11 +104,11 @@ def _range_text(results: StudyResults, name: str) -> str:
 def _decided_by(found: Sensitivity | None) -> str:
     if found is None:
         return ""
-    shares = found.first if np.isnan(found.total).all() else found.total
-    first = int(np.nanargmax(shares))
+    first = int(np.nanargmax(found.shares))
+    share = min(float(found.shares[first]), 1.0)
     return (
         f"; {found.factors[first]} explains most of its variance "
-        f"({number_text(100.0 * min(float(shares[first]), 1.0), decimals(0))} %)"
+        f"({number_text(100.0 * share, decimals(0))} %)"
     )
 
 
@@ -134,7 +134,7 @@ def _notes(results: StudyResults, found: Sensitivity | None) -> tuple[str, ...]:
 def _best_table(results: StudyResults, main: str) -> Table:
     """The designs with the smallest and the largest value of the main output."""
     values = results.numbers[main]
-    rows = [best_design(results, main), int(np.nanargmax(values))]
+    rows = [int(np.nanargmin(values)), int(np.nanargmax(values))]
     return Table(
         (
             Column("design", ("smallest", "largest")),
@@ -152,17 +152,14 @@ def _cells(values: npt.NDArray[Any]) -> list[float | str]:
     return [value if isinstance(value, str) else float(value) for value in values.tolist()]
 
 
-def _shares_table(results: StudyResults) -> Table:
+def _shares_table(known: Sequence[Sensitivity]) -> Table:
     """For each factor its share in the variance of each output."""
-    found = [sensitivity(results, name) for name in results.numbers]
-    known = [one for one in found if one is not None]
-    shares = [one.first if np.isnan(one.total).all() else one.total for one in known]
     return Table(
         (
             Column("output", tuple(_words(one.output) for one in known)),
             *(
-                Column.of(key, 100.0 * np.array([share[i] for share in shares]), "%", decimals(0))
-                for i, key in enumerate(results.factors)
+                Column.of(key, 100.0 * np.array([o.shares[i] for o in known]), "%", decimals(0))
+                for i, key in enumerate(known[0].factors)
             ),
         ),
         title="Share of each factor in the variance of the outputs",
@@ -204,7 +201,7 @@ def _places(column: npt.NDArray[Any], key: str) -> tuple[npt.NDArray[np.float64]
 
 def _shares_view(found: Sensitivity) -> View:
     """Bars of the shares with their intervals."""
-    order = np.argsort(-(found.first if np.isnan(found.total).all() else found.total))
+    order = np.argsort(-found.shares)
     places = np.arange(len(order), dtype=np.float64)
     marks = [_bars(places - 0.2, found.first, found.first_interval, order, "alone", "series1")]
     if np.isfinite(found.total).any():

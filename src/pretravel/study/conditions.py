@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import described_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material, material
@@ -138,10 +137,7 @@ def case_of(study: Study, levels: Mapping[str, Level]) -> Case:
         name: _structure().make(_unwritten({name: tables.pop(name)}), kind, name)
         for name, kind in _TABLES.items()
     }
-    try:
-        probe = described_probe(_unwritten(tables), study.folder)
-    except PretravelError as error:
-        raise type(error)(str(error).removeprefix(": ")) from None
+    probe = described_probe(_unwritten(tables), study.folder)
     return Case(
         probe, parts["prediction"], parts["touch"], parts["calibration"], study.touch_folder
     )

@@ -21,6 +21,7 @@ from pretravel.errors import PretravelError
 from pretravel.study.outputs import Outcome
 
 _ARRAYS = ("force", "sensing_distance", "pretravel")
+_HEADER = b"SQLite format 3\0"
 _SECONDS = 1.0
 """How long another process may keep the journal before this one is refused."""
 
@@ -43,6 +44,8 @@ class Journal:
         Made where it does not exist.
     digest : str
         Of the study; see `pretravel.study.run.digest_of`.
+    anew : bool
+        Whether what it contains is removed, also where it belongs to another study.
 
     Raises
     ------
@@ -51,14 +54,19 @@ class Journal:
         no journal; the disk is full.
     """
 
-    def __init__(self, path: Path, digest: str) -> None:
+    def __init__(self, path: Path, digest: str, *, anew: bool = False) -> None:
         self.path = path
+        if anew and not _is_database(path):
+            path.unlink(missing_ok=True)
         with self._faults():
             self._base = sqlite3.connect(path, timeout=_SECONDS, isolation_level=None)
             # Held until the connection is closed, or the process ends in any way.
             self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._base.execute("PRAGMA synchronous = NORMAL")
             self._base.execute("BEGIN EXCLUSIVE")
+            if anew:
+                self._base.execute("DROP TABLE IF EXISTS study")
+                self._base.execute("DROP TABLE IF EXISTS design")
             self._base.execute("CREATE TABLE IF NOT EXISTS study (digest TEXT)")
             self._base.execute(
                 "CREATE TABLE IF NOT EXISTS design (number INTEGER PRIMARY KEY, content BLOB)"
@@ -152,6 +160,14 @@ class Journal:
         self.close()
         for ending in ("", "-journal", "-wal", "-shm"):
             self.path.with_name(self.path.name + ending).unlink(missing_ok=True)
+
+
+def _is_database(path: Path) -> bool:
+    """Whether a file begins as those of SQLite do; it may be in use."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(_HEADER)) == _HEADER
 
 
 def _packed(outcome: Outcome) -> bytes:

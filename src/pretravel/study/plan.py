@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
-from pretravel.study.definition import LARGEST_PLAN, Factor, Level, Study
+from pretravel.study.definition import LARGEST_PLAN, Level, Study
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +119,3 @@ class Plan:
         if part >= 2:
             columns[part - 2] += count
         return columns
-
-
-def factor_values(plan: Plan, factor: Factor) -> list[Level | None]:
-    """The values of a factor in all designs; None where it keeps its base."""
-    return [plan.levels(number).get(factor.key) for number in range(len(plan))]

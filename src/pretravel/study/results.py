@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
 from pretravel.study.definition import Factor, Level, Study
 from pretravel.study.outputs import Outcome, OutputMeaning, output_names
 from pretravel.study.plan import Plan
@@ -103,22 +102,3 @@ def _base_value(study: Study, factor: Factor) -> Level:
         except (KeyError, IndexError, TypeError, ValueError):
             return missing
     return inside if isinstance(inside, str | int | float) else missing
-
-
-def best_design(results: StudyResults, name: str) -> int:
-    """The design with the smallest value of an output.
-
-    Parameters
-    ----------
-    results : StudyResults
-    name : str
-
-    Raises
-    ------
-    PretravelError
-        No design has this output.
-    """
-    values = results.numbers[name]
-    if np.isnan(values).all():
-        raise PretravelError(f"no design of the study has the output {name}")
-    return int(np.nanargmin(values))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import logging
@@ -107,7 +106,7 @@ def run_study(
         NetCDF. The journal lies beside it until the study is complete.
     workers : Workers, optional
     restart : bool
-        Whether the journal of another study is removed.
+        Whether what an earlier run left in the journal is removed.
 
     Returns
     -------
@@ -121,17 +120,13 @@ def run_study(
     """
     workers = workers or Workers()
     path, plan = journal_path(output), Plan(study)
-    if restart:
-        with contextlib.suppress(PretravelError):
-            Journal(path, "").remove()
-        path.unlink(missing_ok=True)
-    with Journal(path, digest_of(study)) as journal:
+    with Journal(path, digest_of(study), anew=restart) as journal:
         done = journal.done()
         missing = [number for number in range(len(plan)) if number not in done]
         if done and missing:
             log.info("%d of %d designs are done already", len(done), len(plan))
         if missing:
-            _compute(study, plan, missing, workers, journal)
+            _compute(plan, missing, workers, journal)
         log.info("writing %s", output.name)
         results = collected(study, plan, journal.outcomes())
         write_results(output, results, study, journal.outcomes())
@@ -139,50 +134,47 @@ def run_study(
     return results
 
 
-def _compute(
-    study: Study, plan: Plan, missing: list[int], workers: Workers, journal: Journal
-) -> None:
+def _compute(plan: Plan, missing: list[int], workers: Workers, journal: Journal) -> None:
     progress = _Progress(len(plan), len(plan) - len(missing))
     each = 0.0
     for number in missing[:_TIMED]:
         began = time.perf_counter()
-        journal.add(compute_block(study, [number]))
+        journal.add(compute_block(plan, [number]))
         each = time.perf_counter() - began
         progress.add(1)
     rest = missing[_TIMED:]
     if not rest:
         return
     size = max(1, min(_LONGEST_BLOCK, math.ceil(_BLOCK / max(each, 1e-6))))
-    blocks = list(blocks_of(study, plan, rest, size))
-    for block in _computed(study, blocks, workers, each * len(rest)):
+    blocks = list(blocks_of(plan, rest, size))
+    for block in _computed(plan, blocks, workers, each * len(rest)):
         journal.add(block)
         progress.add(len(block))
 
 
 def _computed(
-    study: Study, blocks: Sequence[Sequence[int]], workers: Workers, seconds: float
+    plan: Plan, blocks: Sequence[Sequence[int]], workers: Workers, seconds: float
 ) -> Iterator[Block]:
     """The blocks as they come, from this process or from others."""
     alone = workers.scheduler is None and (
         workers.count == 1 or (workers.count is None and (seconds < _SHORT or _cores() == 1))
     )
     if alone:
-        yield from in_this_process(study, blocks)
+        yield from in_this_process(plan, blocks)
         return
     with dask_workers(workers.scheduler, workers.count) as compute:
-        yield from compute(study, blocks)
+        yield from compute(plan, blocks)
 
 
 def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def blocks_of(study: Study, plan: Plan, numbers: Sequence[int], size: int) -> Iterator[list[int]]:
+def blocks_of(plan: Plan, numbers: Sequence[int], size: int) -> Iterator[list[int]]:
     """Blocks of designs; those with the same finite-element model follow each other.
 
     Parameters
     ----------
-    study : Study
     plan : Plan
     numbers : sequence of int
     size : int
@@ -194,7 +186,7 @@ def blocks_of(study: Study, plan: Plan, numbers: Sequence[int], size: int) -> It
     """
     groups: dict[str, list[int]] = {}
     for number in numbers:
-        groups.setdefault(_model_key(study, plan, number), []).append(number)
+        groups.setdefault(_model_key(plan, number), []).append(number)
     whole: list[int] = []
     for key, group in groups.items():
         if key:  # two workers would make the same model twice
@@ -204,12 +196,12 @@ def blocks_of(study: Study, plan: Plan, numbers: Sequence[int], size: int) -> It
     yield from _parts(whole, size)
 
 
-def _model_key(study: Study, plan: Plan, number: int) -> str:
+def _model_key(plan: Plan, number: int) -> str:
     """The finite-element model of a design; empty without one."""
-    if not _may_use_models(study):
+    if not _may_use_models(plan.study):
         return ""
     try:
-        case = case_of(study, plan.levels(number))
+        case = case_of(plan.study, plan.levels(number))
         if case.prediction.model != "fem":
             return ""
         return reduction_key(case.probe, MeshSettings())

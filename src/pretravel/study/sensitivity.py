@@ -45,6 +45,11 @@ class Sensitivity:
     total_interval: FloatArray
     samples: int
 
+    @property
+    def shares(self) -> FloatArray:
+        """Together with others where the plan tells it, else alone, (k,)."""
+        return self.first if np.isnan(self.total).all() else self.total
+
 
 def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
     """The shares of the factors in the variance of an output.

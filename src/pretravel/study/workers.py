@@ -15,7 +15,6 @@ from threadpoolctl import threadpool_limits
 
 from pretravel import __version__
 from pretravel.errors import PretravelError
-from pretravel.study.definition import Study
 from pretravel.study.outputs import Outcome, outcome_of
 from pretravel.study.plan import Plan
 
@@ -24,36 +23,35 @@ _AHEAD = 3
 """Blocks that wait at each worker: few, so that the memory does not grow with the study."""
 
 
-def compute_block(study: Study, numbers: Sequence[int]) -> Block:
+def compute_block(plan: Plan, numbers: Sequence[int]) -> Block:
     """Compute designs.
 
     One thread computes, so that the last digits do not depend on the number of cores.
 
     Parameters
     ----------
-    study : Study
+    plan : Plan
     numbers : sequence of int
-        Of the designs in the plan.
+        Of its designs.
 
     Returns
     -------
     list of number and Outcome
     """
-    plan = Plan(study)
     with threadpool_limits(1):
-        return [(number, outcome_of(study, plan.levels(number))) for number in numbers]
+        return [(number, outcome_of(plan.study, plan.levels(number))) for number in numbers]
 
 
-def in_this_process(study: Study, blocks: Sequence[Sequence[int]]) -> Iterator[Block]:
+def in_this_process(plan: Plan, blocks: Sequence[Sequence[int]]) -> Iterator[Block]:
     """Compute blocks one after the other."""
     for numbers in blocks:
-        yield compute_block(study, numbers)
+        yield compute_block(plan, numbers)
 
 
 @contextlib.contextmanager
 def dask_workers(
     scheduler: str | None, count: int | None
-) -> Iterator[Callable[[Study, Sequence[Sequence[int]]], Iterator[Block]]]:
+) -> Iterator[Callable[[Plan, Sequence[Sequence[int]]], Iterator[Block]]]:
     """Workers of a running scheduler, or of one that is started here and ends with the block.
 
     Parameters
@@ -66,7 +64,7 @@ def dask_workers(
     Yields
     ------
     callable
-        From study and blocks to the computed blocks, in the order in which they come.
+        From plan and blocks to the computed blocks, in the order in which they come.
 
     Raises
     ------
@@ -107,7 +105,7 @@ def dask_workers(
                     inputs=("scheduler",),
                 ) from None
             _check_versions(client, scheduler)
-        yield lambda study, blocks: _as_they_come(client, study, blocks)
+        yield lambda plan, blocks: _as_they_come(client, library.as_completed, plan, blocks)
 
 
 def _version() -> str:
@@ -137,11 +135,10 @@ def _check_versions(client: Any, scheduler: str) -> None:
         )
 
 
-def _as_they_come(client: Any, study: Study, blocks: Sequence[Sequence[int]]) -> Iterator[Block]:
-    import distributed
-
-    library: Any = distributed
-    shared = client.scatter(study, broadcast=True)
+def _as_they_come(
+    client: Any, as_completed: Any, plan: Plan, blocks: Sequence[Sequence[int]]
+) -> Iterator[Block]:
+    shared = client.scatter(plan, broadcast=True)
     waiting = iter(blocks)
 
     def submit() -> Any:
@@ -152,7 +149,7 @@ def _as_they_come(client: Any, study: Study, blocks: Sequence[Sequence[int]]) ->
 
     ahead = _AHEAD * max(len(client.scheduler_info()["workers"]), 1)
     first = [task for task in (submit() for _ in range(ahead)) if task is not None]
-    running = library.as_completed(first)
+    running = as_completed(first)
     for task in running:
         try:
             yield task.result()

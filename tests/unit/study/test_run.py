@@ -137,6 +137,20 @@ def test_the_journal_of_another_study_is_kept(tmp_path: Path) -> None:
     assert len(read_results(path)) == 6
 
 
+def test_a_restart_takes_nothing_from_a_study_that_runs(tmp_path: Path) -> None:
+    path = journal_path(tmp_path / "study.nc")
+    with Journal(path, digest_of(study())) as journal:
+        journal.add([(0, Outcome({"pretravel_range": 1.0}))])
+        done = subprocess.run(
+            command(tmp_path, 3, "--restart"), cwd=tmp_path, capture_output=True, text=True
+        )
+        assert done.returncode == 2
+        assert "another process runs a study with this output" in done.stderr
+        assert journal.done() == {0}
+    with Journal(path, digest_of(study())) as journal:
+        assert journal.done() == {0}
+
+
 def test_a_journal_holds_what_was_put_in(tmp_path: Path) -> None:
     shape = (2, 3)
     values = [np.random.default_rng(i).normal(size=shape) for i in range(3)]
@@ -157,6 +171,8 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path: Path) -> None:
     journal_path(tmp_path / "study.nc").write_text("a text, not a journal, " * 100)
     with pytest.raises(PretravelError, match="no journal of a study"):
         run_study(study(), tmp_path / "study.nc", ALONE)
+    run_study(study(), tmp_path / "study.nc", ALONE, restart=True)
+    assert len(read_results(tmp_path / "study.nc")) == 6
 
 
 def test_a_block_is_kept_whole_or_not_at_all(
@@ -201,10 +217,10 @@ def test_every_setting_is_part_of_the_digest() -> None:
 def test_designs_with_the_same_finite_elements_are_computed_together() -> None:
     """Preload changes no mesh; the material of the stem does."""
     one = study(4, '[prediction]\nmodel = "fem"\n')
-    blocks = list(blocks_of(one, Plan(one), range(8), 1))
+    blocks = list(blocks_of(Plan(one), range(8), 1))
     assert blocks == [[0, 2, 4, 6], [1, 3, 5, 7]]
     plain = study(4)
-    assert list(blocks_of(plain, Plan(plain), range(8), 3)) == [[0, 1, 2], [3, 4, 5], [6, 7]]
+    assert list(blocks_of(Plan(plain), range(8), 3)) == [[0, 1, 2], [3, 4, 5], [6, 7]]
 
 
 def test_without_dask_the_advice_is_to_install_it(
