@@ -129,6 +129,6 @@ def _front_tables(found: FoundDesign) -> tuple[Table, ...]:
                     for key in keys
                 ),
             ),
-            title="Designs of which none is better in both goals",
+            title="Best designs between the two goals: none is worse than another one in both",
         ),
     )  # fmt: skip

@@ -171,7 +171,7 @@ def _predict_with_friction(
     workpiece: Material | None,
     gravity: npt.ArrayLike | None,
 ) -> Trigger:
-    # Finite elements load only where they are used.
+    # Imported here, because the libraries for finite elements take a second to load.
     from pretravel.trigger.predict_with_friction import rubbed_trigger
 
     if gravity is not None:
