@@ -85,6 +85,18 @@ def test_the_rise_of_a_rod() -> None:
     assert tried_design(one, {}).quantities["rod_lift"] == pytest.approx(1.902950, abs=1e-6)
 
 
+def test_conditions_of_a_wish_are_those_of_studies() -> None:
+    """Fewer touches leave more of the same probe."""
+    text = (
+        '[wish]\nleast = "left_after_calibration"\n' + PRELOAD + "[calibration]\nnoise_um = 0.0\n"
+    )
+    left = [
+        tried_design(wish(f"{text}touches = {touches}\n"), {}).quantities["left_after_calibration"]
+        for touches in (12, 60)
+    ]
+    assert left[0] > 2.0 * left[1]
+
+
 def test_limits_that_no_design_keeps() -> None:
     one = wish(
         '[wish]\nleast = "pretravel_greatest"\n' + PRELOAD
