@@ -39,13 +39,19 @@ def forget() -> None:
     reduction_cache._remembered.cache_clear()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def coarse() -> ReducedModel:
+    """Made before a test has a folder and steps of its own: making it uses the cache itself."""
+    return coarse_reduced()
+
+
 @pytest.fixture
-def made(monkeypatch: pytest.MonkeyPatch) -> ReducedModel:
+def made(coarse: ReducedModel, monkeypatch: pytest.MonkeyPatch) -> ReducedModel:
     """The model that is made, without its meshing anew: the cache looks at no number of it."""
     for step in ("probe_solids", "mesh_solids", "ball_correction", "finite_element_model"):
         monkeypatch.setattr(reduction_cache, step, lambda *_: None)
-    monkeypatch.setattr(reduction_cache, "condense", lambda *_: coarse_reduced())
-    return coarse_reduced()
+    monkeypatch.setattr(reduction_cache, "condense", lambda *_: coarse)
+    return coarse
 
 
 def kept(folder: Path) -> Path:
