@@ -18,8 +18,6 @@ if getattr(sys, "argv", [])[:1] == ["-m"] and not sys.flags.safe_path:
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
-
 _PUBLIC = {
     # foundations
     "PretravelError": "errors",
@@ -133,6 +131,8 @@ _PUBLIC = {
 __all__ = ["__version__", *_PUBLIC]
 
 if TYPE_CHECKING:
+    __version__: str
+
     from pretravel.compensation.comparison import compare_corrections
     from pretravel.compensation.compensation import apply, embed
     from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
@@ -217,9 +217,22 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _installed_version()
     if name in _PUBLIC:
         return getattr(import_module(f"pretravel.{_PUBLIC[name]}"), name)
     raise AttributeError(f"module 'pretravel' has no attribute '{name}'")
+
+
+def _installed_version() -> str:
+    """What the build wrote from the tags; a folder that was never installed has no version."""
+    # Imported here: it takes as long as the rest of this package.
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("pretravel")
+    except PackageNotFoundError:
+        return "0+not.installed"
 
 
 def __dir__() -> list[str]:

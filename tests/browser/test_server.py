@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
+import pretravel
 from pretravel.workbench.project import Project, StoredFile
 from pretravel.workbench.project_file import project_bytes, read_project, write_project
 from tests.browser.workbench_server import RunningWorkbench, running_workbench
@@ -85,7 +86,7 @@ def test_other_computers_need_the_token(tmp_path: Path) -> None:
         code, text = answer(base)
         assert code == 403
         assert "with its token" in text
-        assert answer(f"{base}static/0.1.0/workbench.js")[0] == 403
+        assert answer(f"{base}static/{pretravel.__version__}/workbench.js")[0] == 403
         assert answer(f"{base}_nicegui_ws/socket.io/?EIO=4&transport=polling")[0] == 403
         cookie = {"Cookie": f"pretravel_{parts.port}={parts.query.removeprefix('token=')}"}
         assert answer(base, cookie)[0] == 200

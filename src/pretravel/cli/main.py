@@ -12,7 +12,6 @@ from typing import Annotated, NoReturn, TextIO
 
 import typer
 
-from pretravel import __version__
 from pretravel.cli import (
     check,
     compare,
@@ -67,6 +66,8 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
+        from pretravel import __version__
+
         typer.echo(f"pretravel {__version__}")
         raise typer.Exit
 

@@ -1,0 +1,48 @@
+"""What docs/security.md states about connections and about objects that are unpickled."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pretravel
+
+PACKAGE = Path(pretravel.__file__).parent
+NETWORK = {
+    "aiohttp", "distributed", "fastapi", "ftplib", "http", "httpx", "nicegui", "requests",
+    "smtplib", "socket", "socketserver", "ssl", "starlette", "urllib", "uvicorn",
+    "webbrowser", "xmlrpc",
+}  # fmt: skip
+OBJECTS = {"cloudpickle", "dill", "joblib", "marshal", "pickle", "shelve"}
+
+
+def _imported(path: Path) -> Iterator[str]:
+    """The first parts of the names of all modules that a file imports, also inside functions."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+@cache
+def _imports() -> dict[str, set[str]]:
+    return {
+        path.relative_to(PACKAGE).as_posix(): set(_imported(path)) for path in PACKAGE.rglob("*.py")
+    }
+
+
+def _importers(names: set[str]) -> set[str]:
+    return {module for module, imported in _imports().items() if names & imported}
+
+
+def test_only_the_workbench_and_dask_use_the_network() -> None:
+    found = {name for name in _importers(NETWORK) if not name.startswith("workbench/")}
+    # cli/app.py: the page that it opens in the browser.
+    assert found - {"cli/app.py"} == {"study/workers.py"}
+
+
+def test_objects_are_unpickled_between_own_processes_only() -> None:
+    assert _importers(OBJECTS) == {"workbench/task_process.py"}
