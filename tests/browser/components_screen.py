@@ -16,7 +16,7 @@ from pretravel.cli.app import app
 from pretravel.errors import PretravelError
 from pretravel.report.document import Column, Document, KeyFigure, Table
 from pretravel.workbench.components.document_view import document_view, table_view
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import download_button, result_button
 from pretravel.workbench.components.fields import (
     choice_field,
     number_field,
@@ -26,12 +26,12 @@ from pretravel.workbench.components.fields import (
 )
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import inputs_and_results, panel
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens import Screen
 from pretravel.workbench.shell import screen_page
-from pretravel.workbench.tasks import Inputs, Task
+from pretravel.workbench.tasks import Inputs, Task, Work
 
 
 def count_lines(inputs: Inputs) -> Document:
@@ -100,7 +100,8 @@ def show(state: ScreenState) -> None:
                 choice_field(state, "kind", "Kind", {"a": "First", "b": "Second"}, default="a")
                 switch_field(state, "fine", "Fine")
         with right:
-            outcome(state, LINES, show_lines, missing="Drop texts on the left.")
+            work = outcome(state, LINES, show_lines, missing="Drop texts on the left.")
+            kept(work, lambda: lines_to_keep(work))
             with panel("Long work"):
                 outcome(state, LONG, lambda result: None, button="Wait")
             outcome(state, QUICK, lambda result: None)
@@ -116,10 +117,15 @@ def refused(path: Path) -> None:
 
 def show_lines(document: Document) -> None:
     document_view(document)
-    download_button("Report", "lines.txt", lambda path: path.write_text(document.verdict))
+    same_elsewhere("pretravel example 'a b'", "import pretravel")
+
+
+def lines_to_keep(work: Work) -> None:
+    result_button(
+        work, "Report", "lines.txt", lambda path, document: path.write_text(document.verdict)
+    )
     download_button("Refused", "no.txt", refused)
     download_button("Flawed", "no.txt", lambda path: 1 / 0)
-    same_elsewhere("pretravel example 'a b'", "import pretravel")
 
 
 class ComponentsScreen(Screen):

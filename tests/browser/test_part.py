@@ -46,6 +46,9 @@ def test_points_and_features_are_those_of_the_command_line(
     by_command = tmp_path / "features_by_command.csv"
     run("measure", theirs, "--feature", "plane", "--u-machine", 2, "-o", by_command)
     assert data_lines(features) == data_lines(by_command)
+    page.get_by_label("u of the machine [µm]").fill("3")
+    page.get_by_role("button", name="Measure", exact=True).click()  # the click ends the typing
+    page.wait_for_selector("text=--u-machine 3")
 
 
 def test_the_lines_that_it_shows_run(

@@ -28,12 +28,15 @@ the event loop. So a reload, a second tab and a new start show the same. ::
                 with panel("Reference"):
                     number_field(state, "diameter", "Diameter", unit="mm", default=25.0)
             with right:
-                outcome(state, TOUCHES, show_result, missing="Drop touches on the left.")
+                work = outcome(state, TOUCHES, show_result, missing="Drop touches on the left.")
+                kept(work, lambda: to_keep(work))
 
     def show_result(result: QualifyResult) -> None:
         document_view(result.document)
-        download_button("Map", "map.nc", lambda path: write_map(path, result.map))
         same_elsewhere("pretravel qualify …", "import pretravel …")
+
+    def to_keep(work: Work) -> None:      # made once: the buttons stay while results come
+        result_button(work, "Map", "map.nc", lambda path, result: write_map(path, result.map))
 
 **State.** ``state.settings`` is a mapping of names to values that JSON can hold;
 ``state.settings.get("diameter", 25.0)`` reads, ``state.settings["diameter"] = 30.0`` stores, saves
@@ -52,9 +55,10 @@ A `PretravelError` is shown as it is; its message names the user's file. Log mes
 
 **Components** (``workbench/components``): ``layout`` (`inputs_and_results`, `panel`, `folded`,
 `text`, `note`, `warning`, `live`, `here`), ``fields`` (`number_field`, `slider_field`,
-`text_field`, `choice_field`, `switch_field`), ``file_drop``, ``outcome`` (`outcome`; `follow` to
-change a picture in place; `error_view`), ``document_view`` (`document_view`, `key_figures`,
-`table_view`, `plot`), ``downloads`` (`download_button`, `download_folder_button`),
+`text_field`, `choice_field`, `switch_field`), ``file_drop``, ``outcome`` (`outcome`;
+`kept` for buttons of a result; `follow` to change a picture in place; `error_view`),
+``document_view`` (`document_view`, `key_figures`, `table_view`, `plot`), ``downloads``
+(`download_button`, `result_button`, `result_folder_button`),
 ``same_elsewhere``. For what they lack, use ``nicegui.ui``. `here(subscribe, handler)` calls a
 handler in this tab at changes until the tab closes; never keep elements of a tab elsewhere.
 

@@ -86,6 +86,24 @@ class Task:
     live: bool = False
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A result with what it was computed from.
+
+    Attributes
+    ----------
+    result : object
+    settings : mapping of str to value
+        Those that were set.
+    files : mapping of str to tuple of StoredFile
+        By purpose.
+    """
+
+    result: Any
+    settings: Mapping[str, SettingValue]
+    files: Mapping[str, tuple[StoredFile, ...]]
+
+
 @dataclass
 class Work:
     """The state of a task, shared by all tabs.
@@ -136,6 +154,27 @@ class Work:
     def ready(self) -> bool:
         """Whether all files that it needs are there."""
         return all(self.state.files[purpose] for purpose in self.task.needs)
+
+    async def finished(self) -> Finished:
+        """The result of the inputs as they are now; waits for a run that was begun or will be.
+
+        Raises
+        ------
+        PretravelError
+            The run failed or was cancelled, or there was none.
+        """
+        while self.running or self._timer is not None:
+            changed = asyncio.Event()
+            end = self.listen(changed.set)
+            await changed.wait()
+            end()
+        outdated = self.stale and self.task.automatic
+        if self.error or outdated or self.result is None:
+            raise PretravelError(
+                self.error or self.cancelled or "There is no result yet: fill in what is missing."
+            )
+        settings, files = self._done
+        return Finished(self.result, settings, files)
 
     def listen(self, listener: Listener) -> Listener:
         """Call a function after each change of the work; the result ends it."""

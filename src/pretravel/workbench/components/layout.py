@@ -115,7 +115,7 @@ def live(
     subscribe: Iterable[Callable[[Listener], Listener]],
     build: Callable[[], None],
     key: Callable[[], object] = lambda: object(),
-) -> None:
+) -> Element:
     """A place whose content is built again when something changes.
 
     Parameters
@@ -126,6 +126,11 @@ def live(
         Makes the content.
     key : callable
         What the content depends on; built again only when it has changed.
+
+    Returns
+    -------
+    Element
+        The place; it stays.
     """
     place = ui.element("div").classes("live")
     last: list[object] = []
@@ -141,3 +146,4 @@ def live(
 
     rebuild()
     here(subscribe, rebuild)
+    return place

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from nicegui import ui
+from nicegui.element import Element
 
-from pretravel.workbench.components.layout import here, note, text, warning
+from pretravel.workbench.components.layout import here, live, note, text, warning
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.tasks import WORKS, Task, Work
 
@@ -39,21 +40,20 @@ def outcome(
     """
     work = WORKS.of(state, task)
     status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
+    if not task.automatic:
+        _start_button(work, button)
     place = ui.element("div").classes("live")
     shown: list[Any] = []
     said: list[object] = []
 
     def refresh() -> None:
-        waiting = work.stale or work.running
-        place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
-        # The files of an old result are not those of the fields: they cannot be taken.
-        place.props("inert" if work.error else "", remove="" if work.error else "inert")
+        _mark(place, work)
         now = (work.running, work.started, work.error, work.cancelled, work.stale, work.ready())
         if not said or said[0] != now:
             said[:] = [now]
             status.clear()
             with status:
-                _show_status(work, missing, button)
+                _show_status(work, missing)
         if not shown or shown[0] is not work.result:
             shown[:] = [work.result]
             place.clear()
@@ -66,6 +66,48 @@ def outcome(
     refresh()
     here([work.listen], refresh)
     return work
+
+
+def _mark(place: Element, work: Work) -> None:
+    """Show on a place with a result whether the result is that of the fields."""
+    waiting = work.stale or work.running
+    place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
+    # The files of an old result are not those of the fields: they cannot be taken.
+    place.props("inert" if work.error else "", remove="" if work.error else "inert")
+
+
+def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
+    """A place for buttons of a result, there with the first one, that stays while others come.
+
+    What `outcome` shows is made anew for each result; a click on a button in it that has just been
+    replaced would be lost, as after a typed value: the click itself ends the typing.
+
+    Parameters
+    ----------
+    work : Work
+    build : callable
+        Makes the buttons (`downloads.result_button`, `page_button`).
+    key : callable
+        Takes the result; the buttons are made anew when what it returns has changed.
+    """
+
+    def filled() -> tuple[object, ...]:
+        return () if work.result is None else (key(work.result) if key else "",)
+
+    place = live([work.listen], lambda: build() if filled() else None, filled)
+    _mark(place, work)
+    here([work.listen], lambda: _mark(place, work))
+
+
+def _start_button(work: Work, label: str) -> None:
+    """It stays while the status changes, for the same reason as those in `kept`."""
+    button = ui.button(label, on_click=work.start).props("no-caps unelevated")
+
+    def show() -> None:
+        button.set_visibility(work.ready() and not work.running)
+
+    show()
+    here([work.listen], show)
 
 
 def follow(state: ScreenState, task: Task, handler: Callable[[Any], None]) -> Work:
@@ -93,7 +135,7 @@ def error_view(message: str) -> None:
         text("p", message)
 
 
-def _show_status(work: Work, missing: str, button: str) -> None:
+def _show_status(work: Work, missing: str) -> None:
     if work.running:
         _show_running(work)
         return
@@ -107,10 +149,8 @@ def _show_status(work: Work, missing: str, button: str) -> None:
             note("What stands below is the result of earlier inputs. It cannot be used.")
     if work.cancelled:
         note(work.cancelled)
-    if not work.task.automatic:
-        if work.stale:
-            note("The settings have changed since this result.")
-        ui.button(button, on_click=work.start).props("no-caps unelevated")
+    if work.stale and not work.task.automatic:
+        note("The settings have changed since this result.")
 
 
 def _show_running(work: Work) -> None:

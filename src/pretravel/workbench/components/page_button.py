@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from nicegui import ui
 
 from pretravel.report.document import Document
 from pretravel.report.page import write_page
 from pretravel.report.work_record import InputFile, Setting, WorkRecord, record_now
-from pretravel.workbench.components.downloads import download_button
-from pretravel.workbench.project import ScreenState
-from pretravel.workbench.tasks import Task
+from pretravel.workbench.components.downloads import prepared_button
+from pretravel.workbench.tasks import Finished, Task, Work
 
 
 def page_button(
-    state: ScreenState,
-    task: Task,
-    document: Document,
+    work: Work,
+    document: Callable[[Any], Document],
+    command: Callable[[Any], str],
     *,
-    command: str,
     name: str = "report.html",
     label: str = "Page",
     template: str = "page.html",
@@ -28,33 +29,38 @@ def page_button(
 
     Parameters
     ----------
-    state : ScreenState
-    task : Task
-        Whose files and settings the record lists.
-    document : Document
-    command : str
-        That does the same.
+    work : Work
+        Whose newest result is reported, with the files and settings of that result.
+    document, command : callable
+        Take the result; the command does the same.
     name, label : str
         Of the file, and on the button.
     template : str
         A name of `write_page`.
     """
-    record = work_record(state, task, command)
-    return download_button(
-        label, name, lambda path: write_page(path, document, record=record, template=template)
-    )
+
+    async def newest() -> Callable[[Path], object]:
+        finished = await work.finished()
+
+        def write(path: Path) -> None:
+            record = work_record(work.task, finished, command(finished.result))
+            write_page(path, document(finished.result), record=record, template=template)
+
+        return write
+
+    return prepared_button(label, name, newest)
 
 
-def work_record(state: ScreenState, task: Task, command: str) -> WorkRecord:
-    """The files with their checksums, and the settings, that a task used."""
+def work_record(task: Task, finished: Finished, command: str) -> WorkRecord:
+    """The files with their checksums, and the settings, that a result was computed from."""
     inputs = [
         InputFile(purpose, file.name, len(file.content), hashlib.sha256(file.content).hexdigest())
         for purpose in dict.fromkeys((*task.needs, *task.files))
-        for file in state.files[purpose]
+        for file in finished.files[purpose]
     ]
     settings = [
-        Setting(name.replace("_", " "), str(state.settings[name]), given=True)
+        Setting(name.replace("_", " "), str(finished.settings[name]), given=True)
         for name in task.settings
-        if name in state.settings
+        if name in finished.settings
     ]
     return record_now(command, inputs, settings)

@@ -15,7 +15,7 @@ from nicegui import ui
 from pretravel.errors import PretravelError
 from pretravel.whole_file import temporary_folder
 from pretravel.workbench.components.document_view import plot, table_view
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import result_button
 from pretravel.workbench.components.fields import (
     bare_slider,
     choice_field,
@@ -337,26 +337,17 @@ def _tables(work: Work) -> None:
 
 
 def _downloads(state: ScreenState, work: Work) -> None:
-    def result() -> ComparedDesigns:
-        if work.result is None or work.error:
-            raise PretravelError(work.error or "there is no design yet")
-        found: ComparedDesigns = work.result
-        return found
-
     text_field(state, "name", "Name of the design", hint="Empty: the name of the start, changed")
     with ui.element("div").classes("button-row"):
-        download_button(
+        result_button(
+            work,
             "Description (.toml)",
             DESIGN_FILE,
-            lambda path: path.write_text(result().text(), encoding="utf-8"),
+            lambda path, result: path.write_text(result.text(), encoding="utf-8"),
         )
         for ending in ("nc", "csv"):
-            download_button(
-                f"Map (.{ending})",
-                f"design-map.{ending}",
-                lambda path: _write_map(path, result()),
-            )
-        download_button("Page (.html)", "design.html", lambda path: _write_page(path, result()))
+            result_button(work, f"Map (.{ending})", f"design-map.{ending}", _write_map)
+        result_button(work, "Page (.html)", "design.html", _write_page)
     live([work.listen], lambda: _same(work.result), lambda: work.result and work.result.other_name)
 
 

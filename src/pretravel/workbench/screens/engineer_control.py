@@ -6,16 +6,17 @@ from pathlib import Path
 
 from nicegui import ui
 
+from pretravel.errors import PretravelError
 from pretravel.jobs.export import makes_folder, settings_of, takes_feed, write_export
-from pretravel.workbench.components.downloads import download_button, download_folder_button
+from pretravel.workbench.components.downloads import result_button, result_folder_button
 from pretravel.workbench.components.fields import choice_field, number_field
 from pretravel.workbench.components.layout import folded, live, note, panel, text, warning
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens.control_steps import control_steps
 from pretravel.workbench.screens.engineer_settings import EXPORT_DEFAULTS, export_name
 from pretravel.workbench.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
-from pretravel.workbench.tasks import WORKS
+from pretravel.workbench.tasks import WORKS, Work
 
 CONTROL_WORDS = {
     None: "Choose …",
@@ -35,14 +36,12 @@ def control_panel(state: ScreenState) -> None:
     with panel("3 Values for your control"):
         choice_field(state, "control", "Your control", CONTROL_WORDS, default=None)
         live([state.listen], lambda: _settings(state), lambda: state.settings.get("control"))
-        outcome(state, EXPORT, _download)
+        export = outcome(state, EXPORT, _warnings)
+        kept(export, lambda: _download(export), lambda result: result.to)
+        live([export.listen], lambda: _steps(export.result), lambda: export.result)
         fit = WORKS.of(state, FIT)
-        live(
-            [fit.listen],
-            # After an error the old result is not that of the fields.
-            lambda: _map_files(None if fit.error else fit.result),
-            lambda: (fit.result, fit.error),
-        )
+        live([fit.listen], lambda: _nothing_yet(fit), lambda: fit.result is None)
+        kept(fit, lambda: _map_files(fit))
 
 
 def _settings(state: ScreenState) -> None:
@@ -82,44 +81,60 @@ def _settings(state: ScreenState) -> None:
                          hint="Only for touches at several feeds")  # fmt: skip
 
 
-def _download(result: ExportResult) -> None:
-    """The files of the control."""
+def _warnings(result: ExportResult) -> None:
     for words in result.files.warnings:
         warning(words[0].upper() + words[1:])
 
-    def write(path: Path) -> None:
+
+def _download(work: Work) -> None:
+    """The files of the control."""
+
+    def write(path: Path, result: ExportResult) -> None:
+        if result.to != to:  # chosen so shortly before that this button is still there
+            raise PretravelError("You have chosen another control: press its button.")
         write_export(path, result.files)
 
-    name = export_name(result.to)
-    if makes_folder(result.to):
-        button = download_folder_button(f"Download {name}.zip", f"{name}.zip", write)
+    to = work.result.to
+    name = export_name(to)
+    if makes_folder(to):
+        button = result_folder_button(work, f"Download {name}.zip", f"{name}.zip", write)
     else:
-        button = download_button(f"Download {name}", name, write)
+        button = result_button(work, f"Download {name}", name, write)
     button.props(remove="outline", add="unelevated").classes("main-download")
+
+
+def _steps(result: ExportResult | None) -> None:
+    if result is None:
+        return
     text("h3", "At the control")
     with ui.element("ol").classes("steps"):
         for step in control_steps(result.to, result.files.texts):
             text("li", step)
 
 
-def _map_files(result: FitResult | None) -> None:
-    """The map and the page of the qualification."""
-    if result is None:
+def _nothing_yet(work: Work) -> None:
+    if work.result is None:
         note("The map and the report can be downloaded here when the probe is qualified.")
-        return
-    from pretravel.formats.map_file import write_map
-    from pretravel.report.page import write_page
 
-    made = result.qualified.pretravel_map
+
+def _map_files(work: Work) -> None:
+    """The map and the page of the qualification."""
+
+    def write(path: Path, result: FitResult) -> None:
+        from pretravel.formats.map_file import write_map
+
+        write_map(path, result.qualified.pretravel_map)
+
+    def page(path: Path, result: FitResult) -> None:
+        from pretravel.report.page import write_page
+
+        write_page(path, result.report, record=result.record)
+
     with folded("Map and report"):
         for ending, words in (
             ("nc", "Map for pretravel (.nc)"),
             ("csv", "Map as table"),
             ("json", "Map, JSON"),
         ):
-            download_button(words, f"map.{ending}", lambda path: write_map(path, made))
-
-        def page(path: Path) -> None:
-            write_page(path, result.report, record=result.record)
-
-        download_button("Report (page)", "qualification.html", page)
+            result_button(work, words, f"map.{ending}", write)
+        result_button(work, "Report (page)", "qualification.html", page)

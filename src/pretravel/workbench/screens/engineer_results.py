@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
@@ -10,7 +11,7 @@ from nicegui.events import GenericEventArguments
 from pretravel.report.chart import PolarChart, SpaceChart
 from pretravel.report.chart_plotly import plotly_figure
 from pretravel.workbench.components.document_view import document_view
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import result_button
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import (
     folded,
@@ -22,7 +23,7 @@ from pretravel.workbench.components.layout import (
     text,
     warning,
 )
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState
@@ -39,7 +40,7 @@ from pretravel.workbench.screens.engineer_work import (
     TouchesPicture,
     TriedMap,
 )
-from pretravel.workbench.tasks import WORKS
+from pretravel.workbench.tasks import WORKS, Work
 
 _MISSING = "Here you see your touches on the sphere, a verdict on the probe, and what it costs."
 _LONGEST_TEXT = 20_000
@@ -179,14 +180,17 @@ def _part(state: ScreenState) -> None:
         return
     with folded("Try the map on a part", opened=bool(state.files["part"])):
         file_drop(state, "part", "Touches on a part, to compensate with this map")
-        outcome(state, PART, _show_part)
+        work = outcome(
+            state, PART, lambda made: document_view(made.compensated.document(made.name))
+        )
+        kept(work, lambda: _points_to_keep(work))
 
 
-def _show_part(result: TriedMap | None) -> None:
-    if result is None:
-        return
-    document_view(result.compensated.document(result.name))
-    download_button("Surface points", "points.csv", result.write)
+def _points_to_keep(work: Work) -> None:
+    def write(path: Path, result: TriedMap) -> None:
+        result.write(path)
+
+    result_button(work, "Surface points", "points.csv", write)
 
 
 def _same(state: ScreenState) -> None:

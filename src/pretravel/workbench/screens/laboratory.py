@@ -18,7 +18,7 @@ from pretravel.report.rig_report import trace_view
 from pretravel.units import MICROMETRE
 from pretravel.whole_file import write_json
 from pretravel.workbench.components.document_view import document_view
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import result_button
 from pretravel.workbench.components.examples import example_button
 from pretravel.workbench.components.fields import choice_field, number_field
 from pretravel.workbench.components.file_drop import file_drop
@@ -28,9 +28,8 @@ from pretravel.workbench.components.layout import (
     live,
     note,
     panel,
-    text,
 )
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.components.page_button import page_button
 from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
@@ -46,7 +45,7 @@ from pretravel.workbench.screens.laboratory_work import (
     separate_readings,
     shown_events,
 )
-from pretravel.workbench.tasks import Task
+from pretravel.workbench.tasks import Task, Work
 
 RIG = Task(
     "rig",
@@ -110,10 +109,12 @@ def _rig(state: ScreenState) -> None:
                              default=8.0, limits=(0.0, 100.0))  # fmt: skip
             statements_form(state, certificate=True)
         with results:
-            outcome(
+            work = outcome(
                 state, RIG, partial(_show_rig, state),
                 missing="Drop the traces of the rig, one file for each touch.",
             )  # fmt: skip
+            kept(work, lambda: _rig_to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
 def _show_rig(state: ScreenState, result: RigResult) -> None:
@@ -129,19 +130,27 @@ def _show_rig(state: ScreenState, result: RigResult) -> None:
             lambda: _show_trace(state, result),
             key=lambda: state.settings.get("trace"),
         )
+
+
+def _rig_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            state, RIG, result.certificate, command=result.command, name="certificate.html",
-            label="Certificate (page)", template=TEMPLATE,
+            work, lambda result: result.certificate, lambda result: result.command,
+            name="certificate.html", label="Certificate (page)", template=TEMPLATE,
         )  # fmt: skip
-        download_button(
-            "rig.csv", "rig.csv", lambda path: write_csv_table(path, result.rig.table())
-        )
-        download_button(
-            "rig.json", "rig.json",
-            lambda path: write_json(path, result.rig.values(result.statements)),
+        result_button(
+            work, "rig.csv", "rig.csv",
+            lambda path, result: write_csv_table(path, result.rig.table()),
         )  # fmt: skip
-    same_elsewhere(result.command, result.python)
+        result_button(
+            work, "rig.json", "rig.json",
+            lambda path, result: write_json(path, result.rig.values(result.statements)),
+        )  # fmt: skip
+
+
+def _same(result: RigResult | SeparationResult | None) -> None:
+    if result is not None:
+        same_elsewhere(result.command, result.python)
 
 
 def _trace_chooser(state: ScreenState, result: RigResult) -> None:
@@ -234,27 +243,28 @@ def _separation(state: ScreenState) -> None:
             choice_field(state, "method", "Method of the variances", METHOD_NAMES, default="reml")
             statements_form(state)
         with results:
-            outcome(
-                state, SEPARATION, partial(_show_separation, state),
+            work = outcome(
+                state, SEPARATION, lambda result: document_view(result.document),
                 missing="Drop the readings of a multi-step test.",
             )  # fmt: skip
+            kept(work, lambda: _separation_to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
-def _show_separation(state: ScreenState, result: SeparationResult) -> None:
-    document_view(result.document)
+def _separation_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            state, SEPARATION, result.document, command=result.command, name="separation.html"
-        )
-        download_button(
-            "separation.csv", "separation.csv",
-            lambda path: write_csv_table(path, separation_table(result.separation)),
+            work, lambda result: result.document, lambda result: result.command,
+            name="separation.html",
         )  # fmt: skip
-        download_button(
-            "separation.json", "separation.json",
-            lambda path: write_json(
+        result_button(
+            work, "separation.csv", "separation.csv",
+            lambda path, result: write_csv_table(path, separation_table(result.separation)),
+        )  # fmt: skip
+        result_button(
+            work, "separation.json", "separation.json",
+            lambda path, result: write_json(
                 path, with_laboratory_values(separation_json(result.separation), result.statements)
             ),
         )  # fmt: skip
-    text("p", "A reading is the error of the machine minus that of the probe.", "note")
-    same_elsewhere(result.command, result.python)
+    note("A reading is the error of the machine minus that of the probe.")

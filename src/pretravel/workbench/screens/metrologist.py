@@ -11,7 +11,7 @@ from pretravel.formats.csv_table import write_csv_table
 from pretravel.formats.standard_figures import standard_table
 from pretravel.whole_file import write_json
 from pretravel.workbench.components.document_view import document_view
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import result_button
 from pretravel.workbench.components.fields import choice_field, number_field, switch_field
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import (
@@ -21,7 +21,7 @@ from pretravel.workbench.components.layout import (
     note,
     panel,
 )
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.components.page_button import page_button
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.components.statements import statements_form
@@ -34,7 +34,7 @@ from pretravel.workbench.screens.metrologist_work import (
     example_touches,
     has_field,
 )
-from pretravel.workbench.tasks import Task
+from pretravel.workbench.tasks import Task, Work
 
 CHECK = Task(
     "check",
@@ -57,13 +57,15 @@ def show(state: ScreenState) -> None:
         with inputs:
             _inputs(state)
         with results:
-            outcome(
+            work = outcome(
                 state,
                 CHECK,
-                lambda result: _show_result(state, result),
+                _show_result,
                 missing="Drop the touches on the sphere, in the pattern of the standard. Those of "
                 "the stylus-tip offset have a column spindle_deg.",
             )
+            kept(work, lambda: _to_keep(work))
+            live([work.listen], lambda: _definitions(work.result), lambda: work.result)
 
 
 def _inputs(state: ScreenState) -> None:
@@ -126,20 +128,29 @@ async def _fill(state: ScreenState) -> None:
     state.files["touches"] = (StoredFile(name, content),)
 
 
-def _show_result(state: ScreenState, result: CheckResult) -> None:
+def _show_result(result: CheckResult) -> None:
     document_view(result.document)
+
+
+def _to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            state, CHECK, result.document, command=result.command, name="certificate.html",
-            label="Certificate (page)",
+            work, lambda result: result.document, lambda result: result.command,
+            name="certificate.html", label="Certificate (page)",
         )  # fmt: skip
-        download_button(
-            "check.json", "check.json",
-            lambda path: write_json(path, result.checked.values(statements=result.statements)),
+        result_button(
+            work, "check.json", "check.json",
+            lambda path, result: write_json(
+                path, result.checked.values(statements=result.statements)
+            ),
         )  # fmt: skip
-        download_button(
-            "check.csv", "check.csv",
-            lambda path: write_csv_table(path, standard_table(result.checked.result)),
+        result_button(
+            work, "check.csv", "check.csv",
+            lambda path, result: write_csv_table(path, standard_table(result.checked.result)),
         )  # fmt: skip
-    note("The definitions are recalled, not checked against the texts of the standards.")
-    same_elsewhere(result.command, result.python)
+
+
+def _definitions(result: CheckResult | None) -> None:
+    if result is not None:
+        note("The definitions are recalled, not checked against the texts of the standards.")
+        same_elsewhere(result.command, result.python)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from pretravel.workbench.components.document_view import (
     key_figures,
     table_view,
 )
-from pretravel.workbench.components.downloads import download_button
+from pretravel.workbench.components.downloads import result_button
 from pretravel.workbench.components.fields import (
     choice_field,
     number_field,
@@ -39,9 +38,8 @@ from pretravel.workbench.components.layout import (
     live,
     note,
     panel,
-    text,
 )
-from pretravel.workbench.components.outcome import outcome
+from pretravel.workbench.components.outcome import kept, outcome
 from pretravel.workbench.components.page_button import page_button
 from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
@@ -55,7 +53,7 @@ from pretravel.workbench.screens.part_work import (
     example_map,
     measure_part,
 )
-from pretravel.workbench.tasks import WORKS, Inputs, Task
+from pretravel.workbench.tasks import WORKS, Inputs, Task, Work
 
 COMPENSATION = Task(
     "compensate",
@@ -75,7 +73,7 @@ def show(state: ScreenState) -> None:
         with inputs:
             _inputs(state)
         with results:
-            outcome(
+            work = outcome(
                 state,
                 COMPENSATION,
                 lambda result: _show_result(state, result),
@@ -83,6 +81,8 @@ def show(state: ScreenState) -> None:
                 "Qualify a probe), or choose a probe.  3. With the part as a STEP file the contact "
                 "is computed on its faces.",
             )
+            kept(work, lambda: _to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
 def _inputs(state: ScreenState) -> None:
@@ -150,16 +150,24 @@ def _show_result(state: ScreenState, result: PartResult) -> None:
         )
     with panel("Features"):
         _show_features(state, result)
+
+
+def _to_keep(work: Work) -> None:
+    def write(path: Path, result: PartResult) -> None:
+        result.compensated.write(path, result.touches_name, result.map_name)
+
     with panel("Points to download"), ui.element("div").classes("buttons"):
         for ending in ENDINGS_OF_POINTS:
-            download_button(
-                f"points{ending}", f"points{ending}",
-                lambda path: result.compensated.write(path, result.touches_name, result.map_name),
-            )  # fmt: skip
+            result_button(work, f"points{ending}", f"points{ending}", write)
         page_button(
-            state, COMPENSATION, result.document, command=result.command(), name="points.html"
-        )
-    same_elsewhere(result.command(), result.python())
+            work, lambda result: result.document, lambda result: result.command(),
+            name="points.html",
+        )  # fmt: skip
+
+
+def _same(result: PartResult | None) -> None:
+    if result is not None:
+        same_elsewhere(result.command(), result.python())
 
 
 def _clickable(state: ScreenState, figure: dict[str, Any], description: str) -> None:
@@ -242,17 +250,23 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
     labels = ", ".join(result.compensated.points.labels[:8])
     note(f"Labels of the points: {labels} …")
     task = _features_task(state)
-    outcome(state, task, partial(_show_measured, state, task), button="Measure")
+    work = outcome(state, task, lambda result: document_view(result.document), button="Measure")
+    kept(work, lambda: _features_to_keep(work))
+    live([work.listen], lambda: _command_of_features(work.result), lambda: work.result)
 
 
-def _show_measured(state: ScreenState, task: Task, result: PartFeatures) -> None:
-    document_view(result.document)
-    table = result.features.table()
-
-    def write(path: Path) -> None:
-        write_table(path, table)
+def _features_to_keep(work: Work) -> None:
+    def write(path: Path, result: PartFeatures) -> None:
+        write_table(path, result.features.table())
 
     with ui.element("div").classes("buttons"):
-        download_button("features.csv", "features.csv", write)
-        page_button(state, task, result.document, command=result.command, name="features.html")
-    text("p", result.command, "note")
+        result_button(work, "features.csv", "features.csv", write)
+        page_button(
+            work, lambda result: result.document, lambda result: result.command,
+            name="features.html",
+        )  # fmt: skip
+
+
+def _command_of_features(result: PartFeatures | None) -> None:
+    if result is not None:
+        note(result.command)
