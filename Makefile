@@ -12,7 +12,7 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test hard mutation benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -44,6 +44,7 @@ format: $(STAMP)  ## put the code in order
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/codespell docs README.md CONTRIBUTING.md CHANGELOG.md src
 
 types: $(STAMP)
 	$(BIN)/mypy
@@ -53,6 +54,13 @@ contracts: $(STAMP)
 
 test: $(STAMP)  ## the tests and doctests
 	$(TESTS) -m "not slow"
+
+docs: $(STAMP)  ## build the site of the documentation into docs/_build/site; a warning is an error
+	$(SINGLE) $(BIN)/sphinx-build --quiet --fresh-env --fail-on-warning --keep-going --nitpicky docs docs/_build/site
+	@echo "open docs/_build/site/index.html"
+
+docs-gallery: $(STAMP)  ## run the scripts of the gallery: pictures, and the numbers that they assert (minutes)
+	for script in docs/gallery/plot_*.py; do $(BIN)/python $$script || exit 1; done
 
 linuxcnc: $(STAMP)  ## install LinuxCNC (Debian), and do all of docs/how-to/linuxcnc.md on it
 	examples/linuxcnc/install
@@ -83,4 +91,4 @@ lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 		--no-header --upgrade pyproject.toml -o requirements-dev.lock
 
 clean:  ## remove what make made
-	rm -rf .venv demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv docs/_build demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

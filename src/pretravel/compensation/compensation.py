@@ -34,9 +34,9 @@ def apply(
     """Compensate touches: from the latched spindle points to the surface.
 
     Without a nominal surface the normals are those of the touches. Between first contact and
-    trigger the spindle travels pretravel / |a·n| along the approach a. The point of first contact
-    lies back by this travel, and by the tip radius along n. A map that contains the signal delay is
-    that of the probe at rest; feed times delay is subtracted first.
+    trigger the spindle travels ``pretravel / |a·n|`` along the approach a. The point of first
+    contact lies back by this travel, and by the tip radius along n. A map that contains the
+    signal delay is that of the probe at rest; feed times delay is subtracted first.
 
     With a nominal surface the contact is determined on it: the deflected ball touches a surface
     parallel to the nominal one. The map is evaluated at the normal there, however far the tip has
