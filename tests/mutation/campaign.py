@@ -19,6 +19,11 @@ from tests.mutation.scratch import PYTEST_OPTIONS, Scratch
 
 _MAKE_MODELS = ("model", "surface", "maps")
 """Rooms that have a part in finite-element models: with a fault there, none is kept."""
+_IN_OWN_PROCESS = {
+    "surface/cad/file_to_brep.py": "surface/cad/kernel_process.py",
+    "surface/cad/iges_bodies.py": "surface/cad/iges_reader.py",
+}
+"""Modules whose lines run in a process that is not followed, and the module that starts it."""
 _QUICK = 1.0
 """Such tests come first. [s]"""
 _SETS = (2, 6, 30)
@@ -115,6 +120,8 @@ def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[st
                     found |= line_map.executing(
                         path.relative_to(package).as_posix(), number, number
                     )
+    if fault.module in _IN_OWN_PROCESS:
+        return line_map.of_module(_IN_OWN_PROCESS[fault.module])
     is_value = not fault.function or fault.function.rpartition(".")[2][:1].isupper()
     return found or (line_map.of_module(fault.module) if is_value else set())
 

@@ -16,12 +16,18 @@ _FOLDER = Path(__file__).parent
 
 
 def accepted() -> dict[tuple[str, str, str, str], str]:
-    """Reasons by the key of a fault."""
+    """Reasons by the key of a fault; without the changed line, of every other number in a line."""
     text = (_FOLDER / "accepted.toml").read_text(encoding="utf-8")
     return {
-        (f["module"], f["function"], f["line"], f["fault"]): f["reason"]
+        (f["module"], f["function"], f["line"], f.get("fault", "")): f["reason"]
         for f in tomllib.loads(text)["accepted"]
     }
+
+
+def reason_of(fault: Fault, reasons: dict[tuple[str, str, str, str], str]) -> str:
+    """Why no test can or need notice a fault; empty where there is no reason."""
+    number = reasons.get((*fault.key[:3], ""), "") if fault.kind == "number" else ""
+    return reasons.get(fault.key, number)
 
 
 def named(package: Path) -> list[Fault]:

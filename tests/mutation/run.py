@@ -18,7 +18,7 @@ from platformdirs import user_cache_path
 
 from tests.mutation.campaign import Verdict, try_fault
 from tests.mutation.faults import Fault, faults_of
-from tests.mutation.known_faults import accepted, named
+from tests.mutation.known_faults import accepted, named, reason_of
 from tests.mutation.line_map import LineMap, make_line_map
 from tests.mutation.processes import in_processes
 from tests.mutation.scratch import PROJECT, ROOMS, Scratch, load_libraries
@@ -53,7 +53,7 @@ def table(verdicts: Sequence[Verdict], reasons: dict[tuple[str, str, str, str], 
     for room in rooms:
         of_room = [v for v in verdicts if v.fault.module.startswith(f"{room}/") or not room]
         killed = sum(bool(v.killer) for v in of_room)
-        equal = sum(not v.killer and v.fault.key in reasons for v in of_room)
+        equal = sum(not v.killer and bool(reason_of(v.fault, reasons)) for v in of_room)
         left = len(of_room) - killed - equal
         lines.append(
             f"| {room or 'all'} | {len(of_room)} | {killed} | {equal} | {left} "
@@ -66,7 +66,7 @@ def survivors(
     verdicts: Iterable[Verdict], reasons: dict[tuple[str, str, str, str], str]
 ) -> list[Verdict]:
     """Faults that no test noticed and that have no reason."""
-    return [v for v in verdicts if not v.killer and v.fault.key not in reasons]
+    return [v for v in verdicts if not v.killer and not reason_of(v.fault, reasons)]
 
 
 def main() -> int:
@@ -141,7 +141,7 @@ def _campaign(
 
 
 def _tell(verdict: Verdict, number: str, reasons: dict[tuple[str, str, str, str], str]) -> None:
-    said = f"noticed by {verdict.killer}" if verdict.killer else reasons.get(verdict.fault.key, "")
+    said = f"noticed by {verdict.killer}" if verdict.killer else reason_of(verdict.fault, reasons)
     said = said or f"SURVIVED {verdict.tests} tests ({verdict.executing} execute it)"
     print(f"{number} {verdict.fault}\n    {said}, {verdict.seconds:.1f} s", flush=True)
 
