@@ -1,6 +1,6 @@
 """Coarse finite-element models of the OMP40-2 and of other probes of the catalogue.
 
-Reduced models come from the cache, which the workers share.
+Models by name come from the cache, which the workers share.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from functools import cache, partial
 import pytest
 
 from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.condensation import ReducedModel
+from pretravel.model.fem.condensation import ReducedModel, condense
 from pretravel.model.fem.elasticity import FiniteElementModel, finite_element_model
-from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.geometry import probe_body, probe_solids
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.probe.catalogue import load_probe
 
@@ -39,4 +39,13 @@ def coarse_model() -> FiniteElementModel:
 
 @cache
 def coarse_reduced() -> ReducedModel:
-    return reduction_cache.reduced_model(load_probe("omp40-2"), COARSE)
+    """Of the whole mesh, without its symmetry."""
+    return condense(coarse_model())
+
+
+@cache
+def coarse_sixth() -> FiniteElementModel:
+    """The same probe by its symmetry."""
+    probe = load_probe("omp40-2")
+    solids = probe_body(probe, COARSE.patch_radius * probe.tripod.rod_radius)
+    return finite_element_model(probe, solids, mesh_solids(solids, COARSE))

@@ -125,7 +125,7 @@ def build_model(
     """
     check_solver(solver)
     reduced = reduced_model(probe, settings, solver)
-    return replace(reduced, load_field=_InMemory(reduced.elastic_field))
+    return replace(reduced, load_field=_InMemory(reduced.load_field()))
 
 
 def state_at_trigger(

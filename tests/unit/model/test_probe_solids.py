@@ -11,7 +11,7 @@ from netgen.occ import Box, Glue, Pnt
 
 from pretravel.directions import from_angles
 from pretravel.errors import CapacityError, DescriptionError, InputError, MeshError
-from pretravel.model.fem import condensation
+from pretravel.model.fem import free_body
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.geometry import probe_solids, write_step
@@ -177,7 +177,7 @@ def test_a_mesh_too_fine_for_any_machine(omp40: Probe) -> None:
 def test_want_of_memory_is_said_before_the_work(
     omp40: Probe, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(condensation, "available_memory", lambda: 1e8)
+    monkeypatch.setattr(free_body, "available_memory", lambda: 1e8)
     with pytest.raises(CapacityError, match=r"need about .* GB .*lower the refinement"):
         condense(coarse_model())
 

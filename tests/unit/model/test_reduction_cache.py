@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.condensation import ReducedModel
+from pretravel.model.fem.condensation import ReducedModel, condense
 from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.reduction_cache import reduced_model, reduction_key
@@ -22,7 +22,7 @@ from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
-from tests.support.coarse_models import coarse_reduced
+from tests.support.coarse_models import coarse_reduced, coarse_sixth
 
 COARSE = MeshSettings(refinement=0.3)
 
@@ -39,19 +39,13 @@ def forget() -> None:
     reduction_cache._remembered.cache_clear()
 
 
-@pytest.fixture(scope="module", autouse=True)
-def coarse() -> ReducedModel:
-    """Made before a test has a folder and steps of its own: making it uses the cache itself."""
-    return coarse_reduced()
-
-
 @pytest.fixture
-def made(coarse: ReducedModel, monkeypatch: pytest.MonkeyPatch) -> ReducedModel:
+def made(monkeypatch: pytest.MonkeyPatch) -> ReducedModel:
     """The model that is made, without its meshing anew: the cache looks at no number of it."""
-    for step in ("probe_solids", "mesh_solids", "ball_correction", "finite_element_model"):
+    for step in ("probe_body", "mesh_solids", "ball_correction", "finite_element_model"):
         monkeypatch.setattr(reduction_cache, step, lambda *_: None)
-    monkeypatch.setattr(reduction_cache, "condense", lambda *_: coarse)
-    return coarse
+    monkeypatch.setattr(reduction_cache, "condense", lambda *_: coarse_reduced())
+    return coarse_reduced()
 
 
 def kept(folder: Path) -> Path:
@@ -75,6 +69,23 @@ def test_found_again_to_the_last_bit(
     assert again.summary == first.summary
     forces = np.zeros(len(INTERFACE))
     assert np.all(again.lift(forces) == 0.0)
+
+
+def test_a_sixth_is_kept_and_its_images_are_made_when_asked_for(
+    omp40: Probe, folder: Path, forget: None, made: ReducedModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sixth = condense(coarse_sixth())
+    monkeypatch.setattr(reduction_cache, "condense", lambda *_: sixth)
+    reduced_model(omp40, COARSE)
+    reduction_cache._remembered.cache_clear()
+    monkeypatch.setattr(reduction_cache, "condense", None)
+    again = reduced_model(omp40, COARSE)
+    assert np.array_equal(again.flexibility, sixth.flexibility)
+    assert np.array_equal(again.load_field().modes, sixth.load_field().modes)
+    assert len(again.elastic_field.modes) > 4 * len(again.load_field().modes)
+    assert np.array_equal(again.elastic_field.modes, sixth.elastic_field.modes)
+    assert np.array_equal(again.elastic_field.mesh.elements, sixth.elastic_field.mesh.elements)
+    assert again.elastic_field.mesh.faces.keys() == sixth.elastic_field.mesh.faces.keys()
 
 
 def test_damaged_and_foreign_files_are_noticed_and_made_anew(

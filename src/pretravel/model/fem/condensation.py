@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.arrays import FloatArray, frozen
-from pretravel.errors import CapacityError, PretravelError
+from pretravel.errors import PretravelError
 from pretravel.model.fem.elasticity import FiniteElementModel, rigid_motions
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh, element_unknowns
+from pretravel.model.fem.free_body import free_solve
 from pretravel.model.fem.interface_loads import INTERFACE
-from pretravel.model.fem.linear_solvers import Solve, factorise
+from pretravel.model.fem.linear_solvers import Solve
+from pretravel.model.fem.sixth_modes import sixth_modes
+from pretravel.model.fem.symmetry import COPIES, ThreefoldSymmetry
+from pretravel.model.fem.unfolding import unfolded_mesh
 from pretravel.probe.materials import Material
-
-log = logging.getLogger(__name__)
-
-_BYTES_PER_UNKNOWN = 18e3
-"""Memory per unknown of assembly and factor, measured; it grows slowly with the mesh. [B]"""
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticField:
-    """The mesh and its displacement under a newton on each entry of `INTERFACE`.
+    """A mesh and its displacement under a newton on each entry of `INTERFACE`.
 
     Attributes
     ----------
@@ -35,11 +32,22 @@ class ElasticField:
     materials : mapping of region to Material
     modes : (n, 3, 22) float
         Up to rigid motions. [mm/N]
+    symmetry : ThreefoldSymmetry, optional
+        If mesh and modes are those of one sixth of the body.
     """
 
     mesh: FiniteElementMesh
     materials: Mapping[str, Material]
     modes: FloatArray
+    symmetry: ThreefoldSymmetry | None = None
+
+    def whole(self) -> ElasticField:
+        """The field of the whole body: itself, or a sixth with its images."""
+        if self.symmetry is None:
+            return self
+        unfolded = unfolded_mesh(self.mesh, self.symmetry)
+        modes = unfolded.modes(self.modes, self.symmetry)
+        return ElasticField(unfolded.mesh, self.materials, frozen(modes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +72,8 @@ class ReducedModel:
         The part on which the seats push.
     summary : mapping of str to str
         Unknowns, elements, quality, and the refinements with their reasons.
+    load_field : callable
+        Mesh and modes of the part that was meshed: all of the body, or a sixth.
     """
 
     flexibility: FloatArray
@@ -82,8 +92,8 @@ class ReducedModel:
 
     @cached_property
     def elastic_field(self) -> ElasticField:
-        """Mesh and modes, read at the first use."""
-        return self.load_field()
+        """Mesh and modes of the whole body, read at the first use."""
+        return self.load_field().whole()
 
     def lift(self, forces: npt.ArrayLike, rigid: npt.ArrayLike | None = None) -> FloatArray:
         """Displacement of every node under forces on the interface.
@@ -144,7 +154,8 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
     The body is free: each unit load is balanced by a body force over its whole
     volume, six displacements are fixed (their reactions are then zero), and rigid
     motions are subtracted. Under forces in equilibrium the body forces
-    cancel, and the result is exact for the mesh.
+    cancel, and the result is exact for the mesh. Of a body with threefold symmetry one sixth
+    is given; the result is the one that the mesh of all its images would have.
 
     >>> import numpy as np
     >>> from pretravel.model.fem.elasticity import finite_element_model
@@ -158,19 +169,22 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
     >>> bool(np.allclose(reduced.flexibility, reduced.flexibility.T))
     True
     """
-    mesh = model.mesh
-    modes = free_body(model, solver)(model.loads)
+    mesh, symmetry = model.mesh, model.symmetry
+    if symmetry is None:
+        modes = free_body(model, solver)(model.loads)
+    else:
+        modes = sixth_modes(model, symmetry, _nodal_volumes(model), solver)
     by_region = _flexibility_by_region(model, modes)
     return ReducedModel(
         flexibility=frozen(sum(by_region.values(), start=np.zeros(2 * (len(INTERFACE),)))),
         flexibility_by_region={name: frozen(part) for name, part in by_region.items()},
-        resultants=frozen(rigid_motions(mesh.points).T @ model.loads),
+        resultants=frozen(_resultants(model)),
         patch_compliance=model.patch_compliance,
         ball_correction=model.ball_correction,
         seat_part=model.seat_part,
-        summary=_summary(mesh),
+        summary=_summary(mesh, symmetry),
         load_field=lambda field=ElasticField(  # type: ignore[misc]
-            mesh, model.materials, frozen(modes.reshape(-1, 3, len(INTERFACE)))
+            mesh, model.materials, frozen(modes.reshape(-1, 3, len(INTERFACE))), symmetry
         ): field,
     )
 
@@ -180,40 +194,8 @@ def free_body(model: FiniteElementModel, solver: str = "auto") -> Solve:
 
     Loads are balanced by a body force, displacements have no mean rigid motion.
     """
-    mesh = model.mesh
-    _check_memory(mesh)
-    motions = rigid_motions(mesh.points)
-    weighted = _nodal_volumes(model)[:, None] * motions
-    inertia = motions.T @ weighted
-    free = np.setdiff1d(np.arange(mesh.unknowns), _held_unknowns(mesh))
-    log.info("factorising %d unknowns", mesh.unknowns, extra={"done": 0.6})
-    solve = factorise(model.stiffness[free][:, free].tocsr(), solver)
-
-    def displacements(loads: FloatArray) -> FloatArray:
-        balanced = loads - weighted @ np.linalg.solve(inertia, motions.T @ loads)
-        modes = np.zeros_like(balanced)
-        modes[free] = solve(balanced[free])
-        return np.asarray(modes - motions @ np.linalg.solve(inertia, weighted.T @ modes))
-
-    return displacements
-
-
-def _held_unknowns(mesh: FiniteElementMesh) -> npt.NDArray[np.int64]:
-    """Six displacements of three corners that hold the body without constraining it."""
-    points = mesh.points[: mesh.corners]
-    first = int(np.argmin(points[:, 2]))
-    second = int(np.argmax(np.linalg.norm(points - points[first], axis=1)))
-    axis = points[second] - points[first]
-    axis = axis / np.linalg.norm(axis)
-    away = points - points[first]
-    third = int(np.argmax(np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)))
-    candidates = (3 * np.array([first, second, third])[:, None] + np.arange(3)).ravel()
-    rows = rigid_motions(mesh.points)[candidates]
-    rows[:, 3:] /= np.linalg.norm(points[second] - points[first])
-    from scipy.linalg import qr
-
-    _, _, order = qr(rows.T, mode="economic", pivoting=True)
-    return np.asarray(np.sort(candidates[order[:6]]), dtype=np.int64)
+    motions = rigid_motions(model.mesh.points)
+    return free_solve(model.stiffness, motions, _nodal_volumes(model), solver)
 
 
 def _nodal_volumes(model: FiniteElementModel) -> FloatArray:
@@ -234,39 +216,39 @@ def _flexibility_by_region(model: FiniteElementModel, modes: FloatArray) -> dict
         chosen = np.flatnonzero(model.mesh.regions == index)
         local = modes[unknowns[chosen]]
         energy = np.einsum("eak,eab,ebl->kl", local, model.elements[chosen], local, optimize=True)
-        parts[name] = 0.5 * (energy + energy.T)
+        parts[name] = _of_all_images(0.5 * (energy + energy.T), model.symmetry)
     return parts
 
 
-def _summary(mesh: FiniteElementMesh) -> dict[str, str]:
+def _of_all_images(energy: FloatArray, symmetry: ThreefoldSymmetry | None) -> FloatArray:
+    """The sum of a sixth's images, (22, 22)."""
+    if symmetry is None:
+        return energy
+    action = symmetry.interface
+    return np.asarray(np.einsum("gab,bc,gdc->ad", action, energy, action, optimize=True))
+
+
+def _resultants(model: FiniteElementModel) -> FloatArray:
+    """Force and moment about the origin of the loads on the whole body, (6, 22)."""
+    own = rigid_motions(model.mesh.points).T @ model.loads
+    if model.symmetry is None:
+        return np.asarray(own)
+    rigid, action = model.symmetry.rigid, model.symmetry.interface
+    return np.asarray(np.einsum("gab,bc,gdc->ad", rigid, own, action, optimize=True))
+
+
+def _summary(mesh: FiniteElementMesh, symmetry: ThreefoldSymmetry | None) -> dict[str, str]:
+    unknowns, elements, how = mesh.unknowns, len(mesh.elements), ""
+    if symmetry is not None:
+        images = COPIES / symmetry.fixing(mesh.points).sum(axis=0)
+        unknowns, elements = 3 * round(images.sum()), COPIES * elements
+        how = "; one sixth is meshed, the others are its images"
     worst = int(np.argmin(mesh.quality))
     x, y, z = mesh.points[mesh.elements[worst, :4]].mean(axis=0)
     return {
-        "unknowns": f"{mesh.unknowns}",
-        "elements": f"{len(mesh.elements)} curved ten-node tetrahedra",
+        "unknowns": f"{unknowns}",
+        "elements": f"{elements} curved ten-node tetrahedra{how}",
         "quality": f"median {np.median(mesh.quality):.2f}, worst {mesh.quality[worst]:.2f} in "
         f"{mesh.region_names[mesh.regions[worst]]} at ({x:.2f}, {y:.2f}, {z:.2f}) mm; 1 is regular",
         "refined": "; ".join(mesh.notes),
     }
-
-
-def _check_memory(mesh: FiniteElementMesh) -> None:
-    needed, available = _BYTES_PER_UNKNOWN * mesh.unknowns, available_memory()
-    if available is not None and needed > available:
-        raise CapacityError(
-            f"{mesh.unknowns} unknowns need about {needed / 1e9:.1f} GB to factorise, and "
-            f"{available / 1e9:.1f} GB are free: lower the refinement (half of it needs about a "
-            "tenth), or close other programs"
-        )
-
-
-def available_memory() -> float | None:
-    """Free memory in bytes; None on systems that do not report it."""
-    try:
-        with Path("/proc/meminfo").open(encoding="ascii") as lines:
-            for line in lines:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * float(line.split()[1])
-    except (OSError, ValueError, IndexError):
-        pass
-    return None

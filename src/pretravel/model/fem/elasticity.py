@@ -16,6 +16,7 @@ from pretravel.model.fem.geometry import ProbeSolids
 from pretravel.model.fem.interface_loads import half_space_compliance, interface_loads
 from pretravel.model.fem.quadrature import quadrature
 from pretravel.model.fem.regions import part_name, seat_face
+from pretravel.model.fem.symmetry import ThreefoldSymmetry
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 
@@ -45,6 +46,8 @@ class FiniteElementModel:
         Deflection of a ball in excess of Hertz's half-space. [mm/N]
     seat_part : str
         The part on which the seats push.
+    symmetry : ThreefoldSymmetry, optional
+        If mesh, elements, stiffness and loads are those of one sixth of the body.
     """
 
     mesh: FiniteElementMesh
@@ -55,6 +58,7 @@ class FiniteElementModel:
     patch_compliance: float
     ball_correction: float
     seat_part: str
+    symmetry: ThreefoldSymmetry | None = None
 
 
 def finite_element_model(
@@ -109,18 +113,19 @@ def finite_element_model(
         materials=solids.materials,
         elements=frozen(elements),
         stiffness=upper_stiffness(mesh, elements),
-        loads=frozen(interface_loads(probe, mesh, radius)),
+        loads=frozen(interface_loads(probe, mesh, radius, sixth=solids.symmetry is not None)),
         patch_compliance=half_space_compliance(probe.tripod.material, radius),
         ball_correction=ball,
         seat_part=part_name(regions[0]),
+        symmetry=solids.symmetry,
     )
 
 
 def _seat_regions(mesh: FiniteElementMesh) -> list[str]:
     """The regions, of one part, on which the seats push."""
     found: set[str] = set()
-    for seat in range(6):
-        face = mesh.faces[seat_face(seat)][:, :3]
+    for name in {seat_face(seat) for seat in range(6)} & set(mesh.faces):
+        face = mesh.faces[name][:, :3]
         touching = np.isin(mesh.elements[:, :4], face).sum(axis=1) == 3
         found |= {mesh.region_names[index] for index in np.unique(mesh.regions[touching])}
     return sorted(found)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,6 +19,7 @@ from pretravel.errors import DescriptionError
 from pretravel.model.fem.described_solids import described_solids
 from pretravel.model.fem.regions import PATCH, SPRING, ProbeSolid, seat_face
 from pretravel.model.fem.step_solids import step_solids
+from pretravel.model.fem.symmetry import COPIES, ThreefoldSymmetry, threefold_symmetry
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
@@ -26,6 +27,8 @@ from pretravel.whole_file import whole_file
 
 _SEAT_TOLERANCE = 0.02
 """Largest distance between the rods' surface and the described seats. [mm]"""
+_ON_MIRROR = 1e-6
+"""Largest distance of points of a mirror plane from it, as the CAD kernel cuts. [mm]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,8 @@ class ProbeSolids:
         with the diameter that the sizes of their elements refer to. [mm]
     patch_radius : float
         Of the patches over which the seat forces are spread. [mm]
+    symmetry : ThreefoldSymmetry, optional
+        If the solids are one sixth of the body, which consists of its images.
     """
 
     shape: Any
@@ -51,6 +56,12 @@ class ProbeSolids:
     thickness: Mapping[str, float]
     refined: Sequence[tuple[Any, float]]
     patch_radius: float
+    symmetry: ThreefoldSymmetry | None = None
+
+    @property
+    def seats(self) -> range:
+        """The seats that push on these solids."""
+        return range(6 if self.symmetry is None else 1)
 
 
 def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids:
@@ -78,29 +89,10 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     >>> sorted(probe_solids(load_probe("omp40-2")).materials)
     ['holder', 'hub', 'rods', 'stylus 1', 'stylus 2', 'tip']
     """
-    patch = PATCH * probe.tripod.rod_radius if patch_radius is None else patch_radius
-    if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
-        raise DescriptionError(
-            f"a seat patch of radius {patch:g} mm does not fit on rods of radius "
-            f"{probe.tripod.rod_radius:g} mm; use at most half of it"
-        )
-    parts = described_solids(probe) if probe.step is None else step_solids(probe, probe.step)
-    _check_overlaps(parts)
-    spring, uncut = _spring_face(parts), parts
-    parts = _with_seat_patches(probe, parts, patch)
-    from netgen.occ import Glue
-
-    for part in parts:
-        part.solid.solids.name = part.name
-    spring.name = SPRING
-    shape = Glue([part.solid for part in parts])
-    owners: dict[Any, list[str]] = {}
-    for solid in shape.solids:
-        for face in solid.faces:
-            owners.setdefault(face, []).append(solid.name)
-    _check_joined([part.name for part in parts], owners, parts)
-    meeting = [face for face, names in owners.items() if len(set(names)) > 1]
-    _check_names(shape)
+    patch = _checked_patch(probe, patch_radius)
+    uncut = described_solids(probe) if probe.step is None else step_solids(probe, probe.step)
+    _check_overlaps(uncut)
+    shape, parts, meeting = _joined(probe, uncut, patch, range(6))
     refined = [(face.edges, math.sqrt(4.0 * face.mass / math.pi)) for face in meeting]
     if probe.step is not None:  # in described parts every re-entrant edge is an interface
         refined += _reentrant_edges(shape, uncut, patch)
@@ -111,6 +103,120 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
         refined=refined,
         patch_radius=patch,
     )
+
+
+def probe_body(probe: Probe, patch_radius: float | None = None) -> ProbeSolids:
+    """The least that has to be meshed: one sixth of a symmetric probe, or all of another.
+
+    Parameters and errors are those of `probe_solids`.
+
+    Notes
+    -----
+    The sixth lies between the plane through the first rod's axis and the plane 60° further
+    counter-clockwise, and contains the first seat.
+
+    >>> from pretravel.probe.catalogue import load_probe
+    >>> probe = load_probe("omp40-2")
+    >>> sixth, whole = probe_body(probe).shape.mass, probe_solids(probe).shape.mass
+    >>> bool(abs(6.0 * sixth / whole - 1.0) < 1e-6)
+    True
+    """
+    patch = _checked_patch(probe, patch_radius)
+    symmetry = threefold_symmetry(probe)
+    if symmetry is None or not _patch_within_sixth(probe, patch):
+        return probe_solids(probe, patch_radius)
+    whole = described_solids(probe)
+    wedge = _wedge(probe)
+    uncut = [replace(part, solid=part.solid * wedge) for part in whole]
+    _check_overlaps(uncut, COPIES)
+    shape, parts, meeting = _joined(probe, uncut, patch, range(1))
+    mirrored = {edge for face in shape.faces if _on_mirror(probe, face) for edge in face.edges}
+    refined = []
+    for face in meeting:
+        diameter = math.sqrt(4.0 * face.mass * _images_joined(probe, face) / math.pi)
+        refined += [(edge, diameter) for edge in face.edges if edge not in mirrored]
+    return ProbeSolids(
+        shape=shape,
+        materials={part.name: part.material for part in parts},
+        thickness=_thickness(whole),
+        refined=refined,
+        patch_radius=patch,
+        symmetry=symmetry,
+    )
+
+
+def _checked_patch(probe: Probe, patch_radius: float | None) -> float:
+    patch = PATCH * probe.tripod.rod_radius if patch_radius is None else patch_radius
+    if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
+        raise DescriptionError(
+            f"a seat patch of radius {patch:g} mm does not fit on rods of radius "
+            f"{probe.tripod.rod_radius:g} mm; use at most half of it"
+        )
+    return patch
+
+
+def _joined(
+    probe: Probe, uncut: Sequence[ProbeSolid], patch: float, seats: range
+) -> tuple[Any, list[ProbeSolid], list[Any]]:
+    """The joined shape, its parts with the patches of some seats, the faces where they meet."""
+    from netgen.occ import Glue
+
+    spring = _spring_face(uncut)
+    parts = _with_seat_patches(probe, uncut, patch, seats)
+    for part in parts:
+        part.solid.solids.name = part.name
+    spring.name = SPRING
+    shape = Glue([part.solid for part in parts])
+    owners: dict[Any, list[str]] = {}
+    for solid in shape.solids:
+        for face in solid.faces:
+            owners.setdefault(face, []).append(solid.name)
+    _check_joined([part.name for part in parts], owners, parts)
+    _check_names(shape, seats)
+    return shape, parts, [face for face, names in owners.items() if len(set(names)) > 1]
+
+
+def _wedge(probe: Probe) -> Any:
+    """The space between the planes of azimuth 0 and 60° from the first rod."""
+    from netgen.occ import Axes, Dir, Pnt, WorkPlane, Z
+
+    tripod, hub = probe.tripod, probe.hub
+    assert hub is not None  # described_solids has checked it
+    widths = [hub.radius, tripod.radius, probe.tip.radius, *(s.diameter for s in probe.stylus)]
+    side = 4.0 * max(widths)
+    height = 2.0 * (hub.height + probe.lever + probe.tip.radius)
+    azimuth = tripod.rod_azimuths[0]
+    along = Dir(math.cos(azimuth), math.sin(azimuth), 0.0)
+    plane = WorkPlane(Axes(Pnt(0, 0, -0.75 * height), n=Z, h=along))
+    plane.MoveTo(0, 0).LineTo(side, 0).LineTo(0.5 * side, 0.5 * math.sqrt(3.0) * side).Close()
+    return plane.Face().Extrude(height)
+
+
+def _patch_within_sixth(probe: Probe, patch: float) -> bool:
+    """Whether the plug under a seat stays clear of the mirror plane through the rod."""
+    angle, rod = probe.seats.support_angle, probe.tripod.rod_radius
+    return patch * (math.cos(angle) + math.sin(angle)) < 0.95 * rod * math.cos(angle)
+
+
+def _mirror_normals(probe: Probe) -> FloatArray:
+    """Unit normals of the two planes that bound the sixth, (2, 3)."""
+    azimuths = probe.tripod.rod_azimuths[0] + np.array([0.0, math.pi / 3.0])
+    return np.stack([-np.sin(azimuths), np.cos(azimuths), np.zeros(2)], axis=1)
+
+
+def _on_mirror(probe: Probe, face: Any) -> bool:
+    """Whether a face of the sixth is a cut through the body. The sixth is convex at its cuts:
+    no other face has its centre there.
+    """
+    centre = np.array([face.center.x, face.center.y, face.center.z])
+    return bool(np.any(np.abs(_mirror_normals(probe) @ centre) < _ON_MIRROR))
+
+
+def _images_joined(probe: Probe, face: Any) -> int:
+    """Number of images that a face of the sixth and those that it touches consist of."""
+    points = np.array([[v.p.x, v.p.y, v.p.z] for v in face.vertices])
+    touched = np.any(np.abs(points @ _mirror_normals(probe).T) < _ON_MIRROR, axis=0)
+    return (1, 2, COPIES)[int(touched.sum())]
 
 
 def write_step(path: str | Path, probe: Probe) -> None:
@@ -130,7 +236,7 @@ def write_step(path: str | Path, probe: Probe) -> None:
         Glue([part.solid for part in parts]).WriteStep(str(temporary))
 
 
-def _check_overlaps(parts: Sequence[ProbeSolid]) -> None:
+def _check_overlaps(parts: Sequence[ProbeSolid], copies: int = 1) -> None:
     for first, second in combinations(parts, 2):
         try:
             volume = (first.solid * second.solid).mass
@@ -139,8 +245,8 @@ def _check_overlaps(parts: Sequence[ProbeSolid]) -> None:
         smaller = min(first.solid.mass, second.solid.mass)
         if volume > 1e-6 * smaller:
             raise DescriptionError(
-                f"'{first.name}' and '{second.name}' overlap by {volume:.3g} mm³: the same place "
-                "cannot have two materials; cut one away or correct its dimensions"
+                f"'{first.name}' and '{second.name}' overlap by {copies * volume:.3g} mm³: the "
+                "same place cannot have two materials; cut one away or correct its dimensions"
             )
 
 
@@ -177,16 +283,18 @@ def _spring_face(parts: Sequence[ProbeSolid]) -> Any:
     return max(faces, key=lambda face: (round(face.center.z, 9), face.mass))
 
 
-def _with_seat_patches(probe: Probe, parts: Sequence[ProbeSolid], patch: float) -> list[ProbeSolid]:
-    """Cut out a small plug under each seat, so that a separate face carries the force."""
+def _with_seat_patches(
+    probe: Probe, parts: Sequence[ProbeSolid], patch: float, seats: range
+) -> list[ProbeSolid]:
+    """Cut out a small plug under some seats, so that a separate face carries the force."""
     from netgen.occ import Cylinder, Dir, Pnt, Vertex
 
     frame = seat_frame(probe)
     whole = list(parts)
     plugs: list[ProbeSolid] = []
-    for index, (contact, normal) in enumerate(
-        zip(frame.contacts(probe.tripod.rod_radius), frame.normals, strict=True)
-    ):
+    contacts = frame.contacts(probe.tripod.rod_radius)
+    for index in seats:
+        contact, normal = contacts[index], frame.normals[index]
         start = contact - patch * normal
         tool = Cylinder(Pnt(*start), Dir(*map(float, normal)), r=patch, h=2.0 * patch)
         carrier, plug = _cut_by(tool, whole)
@@ -236,9 +344,9 @@ def _misses(index: int, contact: FloatArray, part: str, distance: float) -> NoRe
     )
 
 
-def _check_names(shape: Any) -> None:
+def _check_names(shape: Any, seats: range) -> None:
     names = {face.name for face in shape.faces}
-    missing = [name for name in [SPRING, *(seat_face(k) for k in range(6))] if name not in names]
+    missing = [name for name in [SPRING, *(seat_face(seat) for seat in seats)] if name not in names]
     if missing:
         raise DescriptionError(
             f"the face '{missing[0]}' was lost while the parts were joined; two parts may nearly "
@@ -284,7 +392,8 @@ def _thickness(parts: Sequence[ProbeSolid]) -> dict[str, float]:
     thickness: dict[str, float] = {}
     for part in parts:
         for solid in part.solid.solids:
-            inertia = np.array([[solid.inertia[i, j] for j in range(3)] for i in range(3)])
+            tensor = solid.inertia  # computed at each call
+            inertia = np.array([[tensor[i, j] for j in range(3)] for i in range(3)])
             spread = 0.5 * np.trace(inertia) * np.eye(3) - inertia
             length = math.sqrt(12.0 * np.linalg.eigvalsh(spread)[-1] / solid.mass)
             size = math.sqrt(4.0 * solid.mass / (math.pi * length))

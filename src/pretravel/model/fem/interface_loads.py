@@ -37,7 +37,9 @@ SPRING_FORCE = 9
 TANGENTIAL = slice(10, 22)
 
 
-def interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> FloatArray:
+def interface_loads(
+    probe: Probe, mesh: FiniteElementMesh, radius: float, sixth: bool = False
+) -> FloatArray:
     """Nodal forces of one newton on each entry of `INTERFACE`, (3 n, 22).
 
     Parameters
@@ -46,11 +48,14 @@ def interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> Flo
     mesh : FiniteElementMesh
     radius : float
         Of the patches under the seats. [mm]
+    sixth : bool
+        The mesh is the first sixth of a body with threefold symmetry: it carries the first seat's
+        forces, and a sixth of those of tip and spring.
     """
     loads = np.zeros((len(mesh.points), 3, len(INTERFACE)))
     frame = seat_frame(probe)
     contacts = frame.contacts(probe.tripod.rod_radius)
-    for seat in range(6):
+    for seat in range(1 if sixth else 6):
         nodal = hertz_pressure(
             mesh,
             seat_face(seat),
@@ -61,10 +66,10 @@ def interface_loads(probe: Probe, mesh: FiniteElementMesh, radius: float) -> Flo
         loads[:, :, seat] = nodal[:, None] * frame.normals[seat]
         loads[:, :, 10 + 2 * seat] = nodal[:, None] * frame.along[seat]
         loads[:, :, 11 + 2 * seat] = nodal[:, None] * frame.around[seat]
-    tip = _tip_weights(mesh, np.array([0.0, 0.0, -probe.lever]))
+    tip = _tip_weights(mesh, np.array([0.0, 0.0, -probe.lever]), sixth)
     for axis in range(3):
         loads[:, axis, 6 + axis] = tip
-    loads[:, 2, SPRING_FORCE] = -_spring_weights(mesh)
+    loads[:, 2, SPRING_FORCE] = -_spring_weights(mesh, sixth)
     return loads.reshape(-1, len(INTERFACE))
 
 
@@ -125,25 +130,31 @@ def hertz_pressure(
     return _on_face(points, _exact(pressure, points.areas, arms), len(mesh.points))
 
 
-def _spring_weights(mesh: FiniteElementMesh) -> FloatArray:
+def _spring_weights(mesh: FiniteElementMesh, sixth: bool) -> FloatArray:
     """Even pressure over the spring's face, on the probe axis."""
     points = face_quadrature(mesh, SPRING)
-    arms = np.moveaxis(points.positions[..., :2], 2, 0)
+    arms = _arms(np.moveaxis(points.positions, 2, 0), range(2), sixth)
     forces = _exact(np.ones(points.areas.shape), points.areas, arms)
-    return _on_face(points, forces, len(mesh.points))
+    return _on_face(points, forces, len(mesh.points)) / (6.0 if sixth else 1.0)
 
 
-def _tip_weights(mesh: FiniteElementMesh, centre: FloatArray) -> FloatArray:
+def _tip_weights(mesh: FiniteElementMesh, centre: FloatArray, sixth: bool) -> FloatArray:
     """Even body force over the tip, through its centre."""
     chosen = np.flatnonzero(mesh.regions == mesh.region_names.index(TIP))
     basis = element_basis(skfem_mesh(mesh), elements=chosen)
-    arms = np.asarray(basis.global_coordinates()) - centre[:, None, None]
+    away = np.asarray(basis.global_coordinates()) - centre[:, None, None]
+    arms = _arms(away, range(3), sixth)
     forces = _exact(np.ones(basis.dx.shape), basis.dx, arms)
     nodal = np.zeros(len(mesh.points))
     for node in range(10):
         values = np.sum(np.asarray(basis.basis[node][0]) * forces, axis=1)
         np.add.at(nodal, basis.element_dofs[node], values)
-    return nodal
+    return nodal / (6.0 if sixth else 1.0)
+
+
+def _arms(away: FloatArray, axes: range, sixth: bool) -> FloatArray:
+    """Distances along some axes; of a sixth those along z, for its images cancel the others."""
+    return away[[axis for axis in axes if axis == 2 or not sixth]]
 
 
 def _exact(density: FloatArray, measure: FloatArray, arms: FloatArray) -> FloatArray:
@@ -156,7 +167,7 @@ def _exact(density: FloatArray, measure: FloatArray, arms: FloatArray) -> FloatA
     arms : (j, e, k) float
         Distances over which the moments vanish. [mm]
     """
-    size = np.sqrt(np.mean(arms**2))
+    size = np.sqrt(np.mean(arms**2)) if len(arms) else 1.0
     shapes = np.concatenate([np.ones((1, *density.shape)), arms / size])
     moments = np.einsum("iek,jek,ek,ek->ij", shapes, shapes, density, measure)
     factors = np.linalg.solve(moments, np.eye(len(shapes))[0])

@@ -29,17 +29,18 @@ from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.model.fem.geometry import probe_solids
+from pretravel.model.fem.geometry import probe_body
 from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.model.fem.seat_ball import ball_correction
+from pretravel.model.fem.symmetry import ThreefoldSymmetry
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material
 from pretravel.whole_file import one_process_at_a_time, whole_file
 
 log = logging.getLogger(__name__)
 
-CACHE_FORMAT = 4
+CACHE_FORMAT = 5
 """Increased whenever numbers or layout change; models of other formats are not used."""
 _UNREADABLE = (
     ArithmeticError,
@@ -147,7 +148,7 @@ def _reduced_model(
     path = folder / f"reduced-{key[:32]}.npz"
 
     def make() -> ReducedModel:
-        solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
+        solids = probe_body(probe, settings.patch_radius * probe.tripod.rod_radius)
         mesh = mesh_solids(solids, settings)
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
@@ -181,8 +182,8 @@ def _reduced_model(
 
 
 def _write(path: Path, model: ReducedModel, key: str) -> None:
-    elastic = model.elastic_field
-    mesh = elastic.mesh
+    elastic = model.load_field()
+    mesh, symmetry = elastic.mesh, elastic.symmetry
     header: dict[str, Any] = {
         "key": key,
         "summary": dict(model.summary),
@@ -206,6 +207,8 @@ def _write(path: Path, model: ReducedModel, key: str) -> None:
         "modes": elastic.modes,
         **{f"face {name}": nodes for name, nodes in mesh.faces.items()},
     }
+    if symmetry is not None:
+        arrays |= {"motions": symmetry.motions, "interface": symmetry.interface}
     header["digests"] = {name: _digest(values) for name, values in arrays.items()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     with whole_file(path) as temporary, temporary.open("wb") as stream:
@@ -298,11 +301,14 @@ def _read_field(
             notes=tuple(header["notes"]),
         )
         modes: FloatArray = frozen(arrays["modes"])
+        symmetry = None
+        if "motions" in arrays:
+            symmetry = ThreefoldSymmetry(frozen(arrays["motions"]), frozen(arrays["interface"]))
     except _UNREADABLE as error:
         warnings.warn(
             f"the mesh of the cached model {path} is damaged ({error}); it is made anew",
             stacklevel=4,
         )
-        return make().elastic_field
+        return make().load_field()
     materials = {name: Material(**table) for name, table in header["materials"].items()}
-    return ElasticField(mesh, materials, modes)
+    return ElasticField(mesh, materials, modes, symmetry)
