@@ -31,8 +31,7 @@ from pretravel.directions import from_angles, grid
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.full_contact import resolved_bodies
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_probe
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
@@ -156,8 +155,7 @@ def main() -> None:
             flush=True,
         )
     before = processor_seconds(resource.RUSAGE_SELF)
-    solids = probe_solids(probe)
-    reduced = condense(finite_element_model(probe, solids, mesh_solids(solids)))
+    reduced = condense(finite_element_model(probe, *mesh_probe(probe)))
     wide = grid(np.radians(np.arange(10, 91, 10)), np.radians(np.arange(0, 360, 10)))
     predict(probe, wide, FiniteElements(reduced))
     ours_map = processor_seconds(resource.RUSAGE_SELF) - before

@@ -12,8 +12,7 @@ from published import PICTURES
 from pretravel.directions import from_angles
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_probe
 from pretravel.probe.catalogue import load_probe
 from pretravel.report.style import save
 from pretravel.trigger.compliance.fem import FiniteElements
@@ -28,10 +27,9 @@ def compute(name: str = "omp40-2") -> tuple[np.ndarray, np.ndarray]:
     probe, unknowns, distances = load_probe(name), [], []
     for refinement in REFINEMENTS:
         settings = MeshSettings(refinement=refinement)
-        solids = probe_solids(probe, settings.patch_radius * probe.tripod.rod_radius)
-        mesh = mesh_solids(solids, settings)
-        model = FiniteElements(condense(finite_element_model(probe, solids, mesh)))
-        unknowns.append(mesh.unknowns)
+        reduced = condense(finite_element_model(probe, *mesh_probe(probe, settings)))
+        model = FiniteElements(reduced)
+        unknowns.append(int(reduced.summary["unknowns"]))  # of the whole body
         distances.append(1e3 * predict(probe, DIRECTIONS, model).sensing_distance)
     return np.array(unknowns), np.array(distances)
 

@@ -10,8 +10,11 @@ import pytest
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles
+from pretravel.errors import MeshError
+from pretravel.model.fem import mesh as fem_mesh
 from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
 from pretravel.model.fem.elasticity import FiniteElementModel, finite_element_model
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.model.fem.geometry import ProbeSolids, probe_body
 from pretravel.model.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
@@ -201,6 +204,27 @@ def test_uneven_rods_and_wide_patches_are_meshed_whole(omp40: Probe) -> None:
     steep = replace(omp40, seats=replace(omp40.seats, support_angle=np.radians(80.0)))
     assert probe_body(steep).symmetry is not None
     assert probe_body(steep, 0.16 * omp40.tripod.rod_radius).symmetry is None
+
+
+def test_a_sixth_that_cannot_be_meshed_is_replaced_by_the_whole(
+    omp40: Probe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def no_sixths(solids: ProbeSolids, settings: MeshSettings) -> FiniteElementMesh:
+        tried.append(solids.symmetry)
+        if solids.symmetry is not None:
+            raise MeshError("a sliver")
+        return coarse_sixth().mesh
+
+    monkeypatch.setattr(fem_mesh, "mesh_solids", no_sixths)
+    solids, _ = fem_mesh.mesh_probe(omp40, COARSE)
+    assert [symmetry is None for symmetry in tried] == [False, True]
+    assert solids.symmetry is None
+    assert len(solids.seats) == 6
+    monkeypatch.setattr(fem_mesh, "probe_solids", lambda *_: sixth_solids(omp40, COARSE))
+    with pytest.raises(MeshError, match="a sliver"):
+        fem_mesh.mesh_probe(omp40, COARSE)
 
 
 @pytest.mark.slow

@@ -26,6 +26,11 @@ from tests.support.coarse_models import MESH_ERROR, MESHES, models_by_name_are_c
 REFERENCE = Path(__file__).parent / "reference"
 WALL = from_angles(np.pi / 2.0, np.radians(np.arange(0.0, 61.0, 10.0)))
 ROUNDING = 0.05e-3  # mm: half of the last printed digit
+MESH_OF_THE_FIT = 0.003
+"""By which the default mesh changes what was fitted with refinement 0.6 (rate and error of the
+convergence study: 0.43 % times 0.6 to the power -0.94, less 0.43 %; identify_omp40_geometry.py).
+The thesis states no accuracy to allow for: of its own mesh it says that the lobes differ by less
+than 1 um, of its search for the trigger nothing."""
 
 
 @pytest.fixture(scope="module", params=MESHES, autouse=True)
@@ -49,12 +54,14 @@ def _columns(tables: CsvTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_tables_4_1_to_4_9_sensing_distances_with_rigid_seats(tables: CsvTable, mesh: str) -> None:
-    """The fit at 90° is no worse than the rounding of 3.4 um to 0.1 um (1.5 %). The other 56 are
-    predicted: within 5 %, of which up to 2.5 % are the rounding of 2.0 um."""
+    """The fit at 90° is no worse than the rounding to 0.1 um (1.5 % of 3.4 um) and the change of
+    the mesh since. The other 56 are predicted: within 5 %, of which up to 2.5 % are the rounding
+    of 2.0 um."""
     polar, directions, printed = _columns(tables)
     ours = predict(load_probe("omp40-2-thesis"), directions, "fem").sensing_distance
     off = ours / printed - 1.0
-    assert np.abs(off[polar == 90.0]).max() < 0.015 + MESH_ERROR[mesh]
+    allowed = ROUNDING / printed + MESH_OF_THE_FIT + MESH_ERROR[mesh]
+    assert np.all(np.abs(off)[polar == 90.0] < allowed[polar == 90.0])
     assert np.sum(polar != 90.0) == 56
     assert np.abs(off[polar != 90.0]).max() < 0.05
     assert np.all(np.abs(ours - printed) < 2.5 * ROUNDING + MESH_ERROR[mesh] * printed)

@@ -42,8 +42,9 @@ def forget() -> None:
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> ReducedModel:
     """The model that is made, without its meshing anew: the cache looks at no number of it."""
-    for step in ("probe_body", "mesh_solids", "ball_correction", "finite_element_model"):
+    for step in ("ball_correction", "finite_element_model"):
         monkeypatch.setattr(reduction_cache, step, lambda *_: None)
+    monkeypatch.setattr(reduction_cache, "mesh_probe", lambda *_: (None, None))
     monkeypatch.setattr(reduction_cache, "condense", lambda *_: coarse_reduced())
     return coarse_reduced()
 

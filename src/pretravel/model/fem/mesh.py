@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from pretravel.arrays import IntArray, frozen
-from pretravel.errors import MeshError
+from pretravel.errors import DescriptionError, MeshError
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
-from pretravel.model.fem.geometry import ProbeSolids
+from pretravel.model.fem.geometry import ProbeSolids, probe_body, probe_solids
 from pretravel.model.fem.quadrature import quadrature
 from pretravel.model.fem.regions import PATCH, SPRING, seat_face
+from pretravel.model.fem.symmetry import threefold_symmetry
+from pretravel.probe.description import Probe
 from pretravel.quantities import REAL, checked
 
 log = logging.getLogger(__name__)
@@ -64,6 +66,36 @@ class MeshSettings:
             checked(value, f"the mesh setting {name}", REAL)
             if not value > 0.0:
                 raise MeshError(f"the mesh setting {name} is {value:g}; it must be positive")
+
+
+def mesh_probe(
+    probe: Probe, settings: MeshSettings | None = None
+) -> tuple[ProbeSolids, FiniteElementMesh]:
+    """Solids and mesh of a probe: of one sixth if it is symmetric, and of the whole otherwise.
+
+    A sixth that cannot be meshed (its cuts can leave slivers) is replaced by the whole.
+
+    Parameters
+    ----------
+    probe : Probe
+    settings : MeshSettings, optional
+
+    Raises
+    ------
+    DescriptionError, InputError, MeshError
+        From `pretravel.model.fem.geometry.probe_solids` and `mesh_solids`.
+    """
+    settings = settings or MeshSettings()
+    patch = settings.patch_radius * probe.tripod.rod_radius
+    try:
+        body = probe_body(probe, patch)
+        return body, mesh_solids(body, settings)
+    except (DescriptionError, MeshError) as error:
+        if threefold_symmetry(probe) is None:
+            raise
+        log.info("the whole is meshed, because one sixth of it could not be: %s", error)
+    whole = probe_solids(probe, patch)
+    return whole, mesh_solids(whole, settings)
 
 
 def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> FiniteElementMesh:

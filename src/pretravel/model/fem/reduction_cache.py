@@ -29,9 +29,8 @@ from pretravel.errors import PretravelError
 from pretravel.model.fem.condensation import ElasticField, ReducedModel, condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.model.fem.geometry import probe_body
 from pretravel.model.fem.interface_loads import INTERFACE
-from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_probe
 from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.model.fem.symmetry import ThreefoldSymmetry
 from pretravel.probe.description import Probe
@@ -148,8 +147,7 @@ def _reduced_model(
     path = folder / f"reduced-{key[:32]}.npz"
 
     def make() -> ReducedModel:
-        solids = probe_body(probe, settings.patch_radius * probe.tripod.rod_radius)
-        mesh = mesh_solids(solids, settings)
+        solids, mesh = mesh_probe(probe, settings)
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
         log.info("storing the reduced model", extra={"done": 0.92})

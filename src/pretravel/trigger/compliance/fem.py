@@ -31,7 +31,7 @@ class FiniteElements(ComplianceModel):
     Parameters
     ----------
     reduced : ReducedModel, optional
-        Of the probe. When not given it comes from the cache, or is made (about ten seconds).
+        Of the probe. When not given it comes from the cache, or is made (some seconds).
 
     Notes
     -----
