@@ -12,6 +12,7 @@ from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import PretravelError, RowError
 from pretravel.frames import Placement
+from pretravel.other_forms import ShownInNotebooks, WithDataFrame, extent
 from pretravel.quantities import ANGLE, COORDINATE, FEED, as_numbers, checked, checked_values
 from pretravel.units import SECONDS_PER_MINUTE
 
@@ -67,7 +68,7 @@ def refuse_glancing(
 
 
 @dataclass(frozen=True, eq=False)
-class Touches:
+class Touches(ShownInNotebooks, WithDataFrame):
     """Touches in the machine's frame; a row is a touch.
 
     Parameters
@@ -114,6 +115,12 @@ class Touches:
     lines: tuple[int, ...] | None = None
     reading: str = ""
     spindle: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
+        feeds = "" if self.feeds is None else f"; feed {extent(self.feeds, 0)} mm/min"
+        source = f"; from {self.source}" if self.source else ""
+        return f"Touches({len(self):,} touches; {where} mm{feeds}{source})"
 
     def __post_init__(self) -> None:
         positions = as_numbers(self.positions, "touch positions")

@@ -9,6 +9,8 @@ import numpy as np
 
 from pretravel.arrays import FloatArray, frozen
 from pretravel.frames import Placement
+from pretravel.other_forms import ShownInNotebooks, WithDataFrame, WithDataset, extent
+from pretravel.units import MICROMETRE
 
 FIXED_SCATTER = "fixed scatter"
 """The cause in `Points.shared` that is common to points with the same normal, and to no others:
@@ -16,7 +18,7 @@ what repeated touches of a direction do not reduce (`PretravelMap.fixed_scatter`
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class Points(ShownInNotebooks, WithDataFrame, WithDataset):
     """Surface points, one for each touch, in the touches' order and frame.
 
     Attributes
@@ -55,6 +57,14 @@ class Points:
     labels: tuple[str, ...]
     shared: Mapping[str, FloatArray] | None = None
     uncompensated: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
+        return (
+            f"Points({len(self):,} points; {where} mm; "
+            f"pretravel {extent(self.pretravel / MICROMETRE)} µm; "
+            f"u {extent(self.standard_uncertainty / MICROMETRE, 2)} µm)"
+        )
 
     def __len__(self) -> int:
         return len(self.positions)

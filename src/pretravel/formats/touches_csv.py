@@ -273,6 +273,18 @@ def write_touches(path: str | Path, touches: Touches) -> None:
     >>> read_touches(path).positions.tolist()
     [[0.0, 0.0, 3.0]]
     """
+    write_table(path, touches_table(touches))
+
+
+def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
+    """Touches as columns, one row per touch.
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        label, x_mm, y_mm, z_mm, nx, ny, nz, approach_x, approach_y, approach_z, feed_mm_min,
+        spindle_deg, nominal_x_mm, nominal_y_mm, nominal_z_mm: those that the touches have.
+    """
     columns: dict[str, npt.ArrayLike] = {}
     if touches.labels is not None:
         columns["label"] = list(touches.labels)
@@ -289,7 +301,7 @@ def write_touches(path: str | Path, touches: Touches) -> None:
         columns["spindle_deg"] = touches.spindle / DEGREE
     if touches.nominal_points is not None:
         columns |= {name: touches.nominal_points[:, i] for i, name in enumerate(_NOMINAL)}
-    write_table(path, columns)
+    return columns
 
 
 def _targets(

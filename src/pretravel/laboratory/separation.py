@@ -26,6 +26,7 @@ from pretravel.laboratory.separation_variances import (
     pair_variance_of,
     restricted_likelihood_variances,
 )
+from pretravel.other_forms import ShownInNotebooks, extent
 from pretravel.uncertainty.gum import COVERAGE, coverage_factor
 from pretravel.units import MICROMETRE
 
@@ -36,7 +37,7 @@ _SQUARE_MICROMETRE = MICROMETRE**2
 
 
 @dataclass(frozen=True, eq=False)
-class Separation:
+class Separation(ShownInNotebooks):
     """Systematic errors and variances of machine and probe.
 
     Attributes
@@ -85,6 +86,15 @@ class Separation:
     outliers: tuple[ReadingOutlier, ...]
     excluded: tuple[int, ...]
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        out = len(self.outliers) + len(self.excluded)
+        return (
+            f"Separation({len(self.machines)} machine and {len(self.probes)} probe directions; "
+            f"{len(self.residuals):,} readings, {out} left out; "
+            f"machine {extent(self.machine_error / MICROMETRE)} µm; "
+            f"probe {extent(self.probe_error / MICROMETRE)} µm; method {self.method})"
+        )
 
     @property
     def u_machine_error(self) -> FloatArray:

@@ -20,6 +20,7 @@ from pretravel.frames import Placement, checked_rotation
 from pretravel.maps.basis import BLOCK, MapBasis
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.other_forms import ShownInNotebooks, WithDataset
 from pretravel.quantities import (
     DELAY,
     FEED_OR_NONE,
@@ -29,7 +30,7 @@ from pretravel.quantities import (
     check_numbers,
 )
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
+from pretravel.units import DEGREE, MICROMETRE
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
 
@@ -43,7 +44,7 @@ _FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
-class PretravelMap:
+class PretravelMap(ShownInNotebooks, WithDataset):
     """Pretravel in every supported direction, with its covariance.
 
     Parameters
@@ -161,6 +162,14 @@ Touch the reference there too, or allow extrapolation.
                 f"the degrees of freedom of the repeatability are {self.repeatability_dof:g}; "
                 "they must be positive"
             )
+
+    def __repr__(self) -> str:
+        source = f"; {self.provenance.source}" if self.provenance.source else ""
+        return (
+            f"PretravelMap({self.kind}; {len(self.support.nodes):,} directions; "
+            f"tip radius {self.tip_radius:.4f} mm; "
+            f"repeatability {self.repeatability / MICROMETRE:.2f} µm{source})"
+        )
 
     @property
     def single_touch(self) -> float:

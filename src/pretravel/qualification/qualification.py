@@ -18,6 +18,7 @@ from pretravel.maps.observation import Scatter, scatter_of_repeats
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
+from pretravel.other_forms import ShownInNotebooks
 from pretravel.qualification.delay import SignalDelay, travel_per_second
 from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.qualification.map_warnings import (
@@ -29,12 +30,13 @@ from pretravel.qualification.map_warnings import (
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
+from pretravel.units import MICROMETRE
 
 _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
-class Qualification:
+class Qualification(ShownInNotebooks):
     """The result of touches on a reference sphere or ring.
 
     Attributes
@@ -102,6 +104,15 @@ class Qualification:
     delay: SignalDelay | None
     fit: MapFit
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        out = int((~self.used).sum())
+        return (
+            f"Qualification({self.pretravel_map.kind}; {len(self.used):,} touches, {out} left out; "
+            f"effective radius {self.effective_radius:.4f} mm; "
+            f"repeatability {self.repeatability / MICROMETRE:.2f} µm; "
+            f"{len(self.warnings)} warnings)"
+        )
 
 
 def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qualification:

@@ -81,7 +81,7 @@ def document_from_values(values: Mapping[str, Any]) -> Document:
         Values of another form.
 
     >>> document_from_values({"title": "Probe", "verdict": "good"})
-    Document(title='Probe', verdict='good', ...)
+    Document('Probe'; 'good'; 0 key figures; 0 tables; 0 pictures; 0 warnings)
     >>> document_from_values({"title": 3})
     Traceback (most recent call last):
     ...

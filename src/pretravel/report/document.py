@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.other_forms import ShownInNotebooks
 from pretravel.uncertainty.gum import Budget
 
 if TYPE_CHECKING:
@@ -226,7 +227,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Document:
+class Document(ShownInNotebooks):
     """A report of one result.
 
     Attributes
@@ -257,6 +258,13 @@ class Document:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     budgets: tuple[Budget, ...] = ()
+
+    def __repr__(self) -> str:
+        return (
+            f"Document({self.title!r}; {self.verdict!r}; {len(self.figures)} key figures; "
+            f"{len(self.tables)} tables; {len(self.pictures)} pictures; "
+            f"{len(self.warnings)} warnings)"
+        )
 
     def as_section(self, heading: str) -> Section:
         """The verdict, the key figures and the tables as a section of another document."""

@@ -135,7 +135,7 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
         "version": __version__,
         "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
     }
-    page = _environment().get_template("bound.html" if title else "page.html")
+    page = page_environment().get_template("bound.html" if title else "page.html")
     images = _images(contents)
     if charts:
         with_plotly = _assets(scripts=True, plotly=True)
@@ -242,7 +242,8 @@ def _digest(script: bytes) -> str:
 
 
 @cache
-def _environment() -> Environment:
+def page_environment() -> Environment:
+    """The templates of pages, with the filters that turn values into text; texts are escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(

@@ -15,6 +15,7 @@ from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
+from pretravel.other_forms import ShownInNotebooks, WithDataFrame, WithDataset, extent
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import Material, default_workpiece
 from pretravel.probe.seat_frame import SEAT_NAMES
@@ -22,10 +23,11 @@ from pretravel.trigger.compliance.base import TIP_ON_PART, ComplianceModel, comp
 from pretravel.trigger.loading import loaded_to_trigger
 from pretravel.trigger.seats import statics_in_machine
 from pretravel.uncertainty.covariance import Covariance
+from pretravel.units import MICROMETRE
 
 
 @dataclass(frozen=True, eq=False)
-class Trigger:
+class Trigger(ShownInNotebooks, WithDataFrame, WithDataset):
     """The state of a probe at the trigger, for each of n directions, probe frame.
 
     Attributes
@@ -49,6 +51,13 @@ class Trigger:
     reactions: FloatArray
     displacements: Mapping[str, FloatArray]
     model: str
+
+    def __repr__(self) -> str:
+        return (
+            f"Trigger({len(self.directions):,} directions, model {self.model}; "
+            f"force {extent(self.force, 2)} N; "
+            f"pretravel {extent(self.pretravel / MICROMETRE)} µm)"
+        )
 
     @property
     def deflection(self) -> FloatArray:
