@@ -32,7 +32,9 @@ from pretravel.errors import ExtrapolationError
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.frames import probe_rotation
 from pretravel.identification.kind_registry import BASES, KINDS, qualify
+from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.probe.catalogue import load_probe
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
@@ -243,3 +245,49 @@ def test_the_form_on_a_control_evaluates_to_the_map(name: str) -> None:
     error = np.abs(form.value(CAP) - made.pretravel(_normals(made)))
     # The largest error of a table was searched in many directions; it may be larger at kinks.
     assert error.max() < (1e-12 if exact else 1.1 * form.largest_error + 1e-9)
+
+
+def _two_maps(kinds: tuple[str, str]) -> list[PretravelMap]:
+    return [_map(kind) for kind in kinds]
+
+
+@pytest.mark.parametrize("kinds", [("physical", "harmonic"), ("harmonic", "physical")])
+def test_an_average_evaluates_on_a_control_as_its_parts_do(kinds: tuple[str, str]) -> None:
+    """One closed form: the weighted parts, the shift between their centres, and the tips' radii."""
+    maps = _two_maps(kinds)
+    shift = np.array([1e-3, -2e-3, 3e-3])
+    basis, coefficients, _ = averaged_map(maps, [np.zeros(3), shift], [0.6, 0.4])
+    form = basis.form_on_control(coefficients)
+    assert form is not None
+    n = maps[0].support.nodes
+    first, second = (each.basis.value(n, each.coefficients) for each in maps)
+    second = second - n @ (shift @ maps[0].rotation) + maps[0].tip_radius - maps[1].tip_radius
+    expected = 0.6 * first + 0.4 * second
+    assert basis.value(n, coefficients) == pytest.approx(expected, abs=1e-12)
+    assert basis.design(n) @ coefficients == pytest.approx(expected, abs=1e-6)
+    own = form.constant + n @ form.shift + form.scale * form.probe.pretravel(n)
+    correction = form.correction
+    own = own + real_spherical_harmonics(n, correction.terms) @ correction.coefficients
+    assert own == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("kinds", [("physical", "physical"), ("harmonic", "harmonic")])
+def test_an_average_without_one_probe_has_no_closed_form(kinds: tuple[str, str]) -> None:
+    maps = _two_maps(kinds)
+    basis, coefficients, _ = averaged_map(maps, [np.zeros(3)] * 2, [0.5, 0.5])
+    assert basis.form_on_control(coefficients) is None
+
+
+def test_averages_of_what_has_no_closed_form_have_none() -> None:
+    """Woźniak's model is neither a probe nor a series."""
+    maps = [_map("physical"), _map("wozniak")]
+    assert maps[1].basis.form_on_control(maps[1].coefficients) is None
+    basis, coefficients, _ = averaged_map(maps, [np.zeros(3)] * 2, [0.5, 0.5])
+    assert basis.form_on_control(coefficients) is None
+
+
+def test_kinds_that_follow_a_probe_to_its_repeatability() -> None:
+    """Mean, sectors and Woźniak's shape leave errors of the map; the others do not."""
+    kinds = {name: _map(name).basis.follows_probe for name in (*KINDS, *_not_fitted)}
+    coarse = {name for name, follows in kinds.items() if not follows}
+    assert coarse == {"mean", "sectors", "wozniak"}

@@ -533,3 +533,20 @@ def test_a_ball_that_does_not_fit(radius: float) -> None:
     cup = Reversed(Sphere([0, 0, 0], radius))
     done = touch(_tip(), cup, Targets([[0, 0, -radius]], [[0, 0, 1.0]]))
     assert done.status[0] == TouchStatus.DOES_NOT_FIT
+
+
+@pytest.mark.parametrize("kinematics", ["lateral", "full"])
+def test_the_event_of_a_slide_does_not_depend_on_what_follows(kinematics: str) -> None:
+    """The trigger is reached once: a slide that goes on has the same one, one that ends none."""
+    tip, surface = predicted_tip(load_probe("omp40-2")), Sphere([0, 0, 0], 10.0)
+    at, step = (0.3, 0.7), 1e-3
+
+    def event(steps: int) -> float:
+        settings = SlideSettings(step=step, steps=steps, kinematics=kinematics)
+        return slide(tip, surface, at, settings).trigger_feed
+
+    long = event(30)
+    first = int(np.ceil(long / step))
+    assert 2 < first < 15
+    assert event(first + 1) == pytest.approx(long, rel=1e-12)
+    assert np.isnan(event(first - 1))

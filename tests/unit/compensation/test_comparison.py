@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.comparison import compare_corrections
+from pretravel.compensation.comparison import UNCORRECTED, compare_corrections
 from pretravel.directions import ring_pattern
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.map_file import write_map
@@ -40,6 +40,21 @@ class TestComparison:
         left = {(row.method, row.where): row.largest for row in found}
         for (method, where), largest in left.items():
             assert left[method, "all"] >= largest, where
+
+    def test_touched_directions_are_right_where_they_were_touched(self) -> None:
+        """Four radii along x and y; two, each the mean of both ways; one, the mean of all."""
+        three = lobes(3, phase=20 * DEGREE)
+        way = np.array([0.0, 90.0, 180.0, 270.0]) * DEGREE
+        normals = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
+        value = 10.0 + np.cos(3.0 * way - 20 * DEGREE)
+        part = {r.method: r for r in compare_corrections(three, normals).rows if r.where == "part"}
+        assert part["four directions"].largest == pytest.approx(0.0, abs=1e-9)
+        half = 0.5 * (value[:2] - value[2:])
+        assert part["two axis radii"].largest == pytest.approx(np.abs(half).max(), rel=1e-9)
+        assert part["two axis radii"].rms == pytest.approx(np.sqrt(np.mean(half**2)), rel=1e-9)
+        assert part["mean radius"].largest == pytest.approx(np.abs(value - 10.0).max(), rel=1e-9)
+        assert part["full map"].largest == pytest.approx(0.0, abs=1e-12)
+        assert part[UNCORRECTED].largest == pytest.approx(value.max(), rel=1e-9)
 
     def test_wozniak_finds_itself(self) -> None:
         basis = WozniakBasis(17 * DEGREE)

@@ -405,3 +405,17 @@ class TestDelayTravel:
 def test_pretravel_that_is_not_finite_is_named(value: float) -> None:
     with pytest.raises(PretravelError, match="must be finite"):
         check_radii(mean_map(0.01), np.array([0.01, value]))
+
+
+@pytest.mark.parametrize(
+    ("first", "last"),
+    [(101, 149), (500, 549), (600, 699), (800, 999), (10001, 10149), (10200, 10549),
+     (10600, 10699), (10800, 10999)],
+)  # fmt: skip
+def test_haas_keeps_150_to_199_550_to_599_and_700_to_799(first: int, last: int) -> None:
+    """Of its global variables these are the probe's and the control's, in both number ranges."""
+    assert free_variables(HAAS.free, first) == last - first + 1
+    assert free_variables(HAAS.free, last) == 1
+    for beyond in (first - 1, last + 1):
+        with pytest.raises(PretravelError, match=f"variable {beyond} does not belong"):
+            free_variables(HAAS.free, beyond)

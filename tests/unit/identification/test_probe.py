@@ -13,7 +13,12 @@ from pretravel.directions import grid
 from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map
 from pretravel.identification.free_numbers import FREE
-from pretravel.identification.probe_from_map import identify
+from pretravel.identification.probe_from_map import (
+    _directions_per_independent_error,
+    _misfit,
+    _with_nearest_rotation,
+    identify,
+)
 from pretravel.probe.catalogue import load_probe
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
@@ -94,3 +99,33 @@ def test_a_description_with_friction_is_refused() -> None:
     rubbing = replace(rubbing, seats=replace(rubbing.seats, friction=0.2))
     with pytest.raises(PretravelError, match=r"friction of \[seats\] to 0"):
         identify(example_map(), rubbing, ["preload"])
+
+
+def test_directions_for_each_independent_error() -> None:
+    """Independent errors: one; errors common to blocks of k directions: k; common to all: n."""
+    assert _directions_per_independent_error(2.0 * np.eye(12)) == pytest.approx(1.0)
+    blocks = np.kron(np.eye(3), np.ones((4, 4)))
+    assert _directions_per_independent_error(blocks) == pytest.approx(4.0)
+    assert _directions_per_independent_error(np.ones((12, 12))) == pytest.approx(12.0)
+
+
+def test_a_misfit_is_measured_by_the_errors_of_the_map() -> None:
+    """Residuals three times their standard uncertainty, whose errors are common to pairs."""
+    covariance = 4e-8 * np.kron(np.eye(5), np.ones((2, 2)))
+    widening, sentences = _misfit(np.full(10, 6e-4), covariance)
+    assert widening == pytest.approx(3.0 * np.sqrt(2.0))
+    assert "differ by 0.60 µm (rms), 3.0 times as much" in sentences[0]
+    assert _misfit(np.full(10, 3.9e-4), covariance) == (1.0, [])
+
+
+@pytest.mark.parametrize(("found", "near"), [(0.1, 0.1 + 2.0 * np.pi / 3.0), (3.0, 3.0)])
+def test_of_three_equal_rotations_the_nearest_is_stated(found: float, near: float) -> None:
+    """An even tripod looks alike after a third of a turn."""
+    probe = load_probe("omp40-2")
+    start = replace(probe, orientation=replace(probe.orientation, rotation=2.5))
+    turned = replace(probe, orientation=replace(probe.orientation, rotation=found))
+    assert _with_nearest_rotation(turned, start).orientation.rotation == pytest.approx(near)
+    azimuths = (0.0, 2.0, 4.0)
+    uneven = replace(turned, tripod=replace(probe.tripod, rod_azimuths=azimuths))
+    whole = _with_nearest_rotation(uneven, start).orientation.rotation
+    assert whole == pytest.approx(found)

@@ -480,3 +480,14 @@ def test_the_speed_of_a_rod_that_is_out_after_four_samples() -> None:
     time = 0.01 * np.arange(len(steps))
     trace = RigTrace(time, 0.4 * steps, np.zeros(len(steps)), level, level)
     assert rod_motion(trace).speed == pytest.approx(0.1 / 0.01, rel=1e-12)
+
+
+def test_phases_of_the_rod_follow_one_another() -> None:
+    """Out, at rest, back: no sample is lost between them, none counts twice."""
+    made = Made()
+    motion = rod_motion(made.trace())
+    assert motion.forward.stop == motion.standing.start
+    assert motion.standing.stop == motion.back.start
+    there = (made.r0 + made.pretravel + made.beyond) / made.speed * made.rate
+    ends = [motion.forward.start, motion.standing.start, motion.back.start, motion.back.stop]
+    assert ends == pytest.approx([0.0, there, there + 200.0, 2.0 * there + 200.0], abs=4.0)

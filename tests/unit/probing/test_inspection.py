@@ -119,3 +119,18 @@ def test_a_plane_has_no_end() -> None:
         plan_inspection(floor, grid=(2, 2))
     plan = plan_inspection(floor, grid=(3, 2), region=InspectionRegion(u=(0, 2), v=(0, 1)))
     assert plan.point[:, :2].max(axis=0) == pytest.approx([2.0, 1.0])
+
+
+def test_rows_of_a_region_have_the_spacing_of_the_region_alone() -> None:
+    """3 x 4 mm of a plane far from the origin of its parameters, at most 1.1 mm apart: 3 x 4."""
+    region = InspectionRegion(margin=0.0, u=(20.0, 23.0), v=(-14.0, -10.0))
+    plan = plan_inspection(Plane([0, 0, 0], [0, 0, 1]), spacing=1.1, region=region)
+    assert len(plan) == 12
+    assert np.unique(plan.uv[:, 0].round(9)).tolist() == [20.5, 21.5, 22.5]
+    assert np.unique(plan.uv[:, 1].round(9)).tolist() == [-13.5, -12.5, -11.5, -10.5]
+
+
+def test_a_spacing_that_makes_too_many_points_is_refused() -> None:
+    region = InspectionRegion(margin=0.0, u=(20.0, 23.0), v=(-14.0, -10.0))
+    with pytest.raises(PretravelError, match=r"0\.002 mm on 3 x 4 mm makes more than 1000000"):
+        plan_inspection(Plane([0, 0, 0], [0, 0, 1]), spacing=0.002, region=region)

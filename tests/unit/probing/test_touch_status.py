@@ -12,7 +12,13 @@ from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
-from pretravel.probing.simulation import Latch, PartSetup, simulate, simulate_some
+from pretravel.probing.simulation import (
+    Latch,
+    PartSetup,
+    refuse_failures,
+    simulate,
+    simulate_some,
+)
 from pretravel.probing.surface_touches import TouchStatus, describe_failures
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
@@ -268,3 +274,26 @@ class TestOthers:
                 Targets([[0, 0, 0]], [UP]),
                 setup=PartSetup(check_stylus=True),
             )
+
+
+def _advice_on(points: list[list[float]], normals: list[list[float]]) -> str:
+    surface = Sphere([0, 0, 0], 20.0)
+    targets = Targets(points, normals)
+    outcomes = touch(predicted_tip(load_probe("omp40-2")), surface, targets)
+    with pytest.raises(PretravelError) as refused:
+        refuse_failures(outcomes, targets, surface)
+    return str(refused.value)
+
+
+GOOD = [[0.0, 0.0, 20.0], [12.0, 0.0, 16.0], [16.0, 0.0, 12.0]]
+
+
+def test_advice_is_on_the_targets_that_failed() -> None:
+    """Three good targets beside one that is far, or one whose normal points inwards."""
+    normals = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.8, 0.0, 0.6]]
+    far = _advice_on([*GOOD, [0.0, 12.0, 66.0]], [*normals, [0.0, 0.6, 0.8]])
+    assert "1 of 4 targets cannot be touched" in far
+    assert "47.1 mm from the surface: are they in mm" in far
+    inwards = _advice_on([*GOOD, [0.0, 12.0, 16.0]], [*normals, [0.0, -0.6, -0.8]])
+    assert "1 of 4 targets cannot be touched" in inwards
+    assert "point into the part; they must point out of it" in inwards

@@ -8,6 +8,7 @@ import pytest
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles, sphere_pattern_25, unit
 from pretravel.qualification.machine_effects import quantisation_step, repeat_step
+from pretravel.qualification.quantisation import _USUAL_STEPS
 
 CENTRE = np.array([412.33371, -87.41922, -301.20517])
 
@@ -122,3 +123,16 @@ def test_an_unusual_step_is_not_taken_for_a_usual_one_near_it() -> None:
     rng = np.random.default_rng(7)
     _, values, groups = _touches(rng, sphere_pattern_25(), 3, 0.0005)
     assert repeat_step(_rounded(values, 0.00115), groups) == pytest.approx(0.00115, rel=1e-6)
+
+
+@pytest.mark.parametrize("unit_of_display", [1.0, 25.4])
+@pytest.mark.parametrize("digit", [1.0, 1.25, 2.0, 2.5, 5.0])
+def test_usual_steps_of_scales_are_looked_for(unit_of_display: float, digit: float) -> None:
+    """1, 1.25, 2, 2.5 and 5 times powers of ten of mm and inches, from 0.01 um to 5 um."""
+    powers = 10.0 ** np.arange(-9, 3)
+    wanted = [p for p in unit_of_display * digit * powers if 0.999e-5 <= p <= 5.005e-3]
+    assert len(wanted) >= 2
+    assert all(min(abs(step / p - 1.0) for step in _USUAL_STEPS) < 1e-9 for p in wanted)
+    assert min(_USUAL_STEPS) >= 0.999e-5
+    assert max(_USUAL_STEPS) <= 5.005e-3
+    assert list(_USUAL_STEPS) == sorted(_USUAL_STEPS, reverse=True)

@@ -80,3 +80,24 @@ def test_without_own_scatter_every_direction_has_that_of_other_touches() -> None
     pooled = noise.pooled_with(Scatter(2e-3, 5.0))
     assert pooled.variances == pytest.approx(np.full(3, 4e-6), rel=1e-12)
     assert pooled.raw_variances == pytest.approx(np.full(3, 4e-6), rel=1e-12)
+
+
+def test_directions_without_repeats_have_the_pooled_variance() -> None:
+    """Beside directions that scatter differently, a single touch tells nothing of its own."""
+    directions = sphere_pattern_25()
+    groups = np.concatenate([np.repeat(np.arange(20), 3), np.arange(20, 25)])
+    rng = np.random.default_rng(5)
+    loud = np.where(groups % 4 == 0, 8.0, 1.0)
+    errors = 3e-4 * loud * rng.standard_normal(len(groups))
+    positions = directions[groups] * (15.0 + errors)[:, None]
+    seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, ring=False)
+    found = touch_noise(seen, Scatter(0.0003, 50.0), 0.0)
+    means = [errors[groups == g].mean() for g in range(25)]
+    squares = (errors - np.array(means)[groups]) ** 2
+    pooled = squares.sum() / 40.0
+    assert found.scatter.deviation == pytest.approx(math.sqrt(pooled), rel=1e-9)
+    assert found.raw_variances[20:] == pytest.approx(np.full(5, pooled), rel=1e-9)
+    assert found.variances[20:] == pytest.approx(np.full(5, pooled), rel=1e-9)
+    own = [squares[groups == g].sum() / 2.0 for g in range(20)]
+    assert found.raw_variances[:20] == pytest.approx(own, rel=1e-9)
+    assert found.counts.tolist() == [3.0] * 20 + [1.0] * 5

@@ -98,7 +98,7 @@ class TestHeader:
 class TestRefusals:
     def test_only_curves(self, tmp_path: Path) -> None:
         file = write_iges(tmp_path / "wires.igs", [], lines=3)
-        with pytest.raises(InputError, match=r"wires\.igs: contains no surfaces, only curves"):
+        with pytest.raises(InputError, match=r"wires\.igs: contains no surfaces, only curves; exp"):
             read_part(file)
 
     def test_no_iges_and_half_of_one(self, tmp_path: Path) -> None:
