@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -9,16 +12,20 @@ from scipy import stats
 from pretravel.compensation.compensation import apply
 from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
 from pretravel.compensation.point_errors import (
+    PointErrors,
     map_by_trials,
     point_sources,
     points_by_trials,
     total_covariance,
+    unknown_delay_travel,
 )
 from pretravel.directions import sphere_pattern_25, unit
 from pretravel.formats.touches_csv import read_touches
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
 
@@ -101,3 +108,55 @@ def test_sphere_errors_are_as_stated(draws: int) -> None:
     least, most = stats.chi2(draws - 1).ppf([0.5e-4, 1.0 - 0.5e-4])
     assert least < (draws - 1) * np.var(z, ddof=1) < most
     assert abs(np.mean(z)) < stats.norm.ppf(1.0 - 0.5e-4) / np.sqrt(draws)
+
+
+def _fed(made_at: float | None, feeds: list[float] | None, uncertain: bool = True) -> list[float]:
+    """Travel, in um, of an unknown delay in three touches."""
+    variance = Covariance.independent([1e-8]) if uncertain else Covariance.none(1)
+    made = replace(mean_map(0.01), covariance=variance, feed=made_at)
+    n = np.array([[0.0, 0.0, 1.0]] * 3)
+    found = unknown_delay_travel(Touches(2.99 * n, n, feeds=feeds), made)
+    return (1e3 * found).round(9).tolist()
+
+
+def test_an_unknown_delay_travels_the_difference_of_the_feeds() -> None:
+    """2 ms at 60 mm/min, 1 mm/s, are 2 um; feeds within a per cent are the same."""
+    assert _fed(60.0, [60.0, 120.0, 30.0]) == [0.0, 2.0, 1.0]
+    assert _fed(60.0, [60.5, 59.5, 61.0]) == [0.0, 0.0, pytest.approx(1.0 / 30.0)]
+    assert _fed(None, [60.0, 120.0, 30.0]) == [2.0, 4.0, 1.0]
+    assert _fed(60.0, None) == [2.0] * 3
+    assert _fed(None, None) == [0.0] * 3
+    assert _fed(60.0, [60.0, 120.0, 30.0], uncertain=False) == [0.0] * 3
+
+
+def test_errors_of_a_point_by_hand() -> None:
+    """Oblique by 60°: repeatability and delay along the approach, the map over the cosine, the tip
+    along the normal; along the normal, their parts in it."""
+    normal, approach = np.array([[0.0, 0.0, 1.0]]), np.array([[math.sqrt(0.75), 0.0, -0.5]])
+    made = replace(
+        mean_map(0.01), covariance=Covariance.independent([4e-8]), repeatability=3e-4,
+        u_tip_radius=5e-4, fixed_scatter=4e-4,
+    )  # fmt: skip
+    errors = PointErrors(
+        made, normal, approach, np.array([0.5]), np.array([1e-4]), np.array([6e-4])
+    )
+    along = (3e-4**2 + 4e-4**2) + (4e-8 - 1e-8) / 0.25 + 6e-4**2
+    expected = along * np.outer(approach, approach) + 5e-4**2 * np.outer(normal, normal)
+    assert errors.covariance(np.array([2e-4]))[0] == pytest.approx(expected, rel=1e-9)
+    variances = {name: part.matrix[0, 0] for name, part in errors.along_normals().items()}
+    assert variances == {
+        "repeatability": pytest.approx(25e-8 * 0.25),
+        "map": pytest.approx(3e-8),
+        "tip radius": pytest.approx(25e-8),
+        "signal delay": pytest.approx(36e-8 * 0.25),
+    }
+    shared = errors.shared_along_normals()
+    assert shared is not None
+    assert shared["tip radius"].tolist() == [5e-4]
+    assert shared["signal delay"] == pytest.approx([3e-4])
+    # With many trials, the same covariance: 3 % of 20,000.
+    drawn = errors.trials(np.array([0.01]), 20_000, np.random.default_rng(2))[:, 0]
+    assert drawn.mean(axis=0) == pytest.approx(np.zeros(3), abs=3e-5)
+    whole = (3e-4**2 + 4e-4**2) + 4e-8 / 0.25 + 6e-4**2
+    expected = whole * np.outer(approach, approach) + 5e-4**2 * np.outer(normal, normal)
+    assert np.cov(drawn.T) == pytest.approx(expected, abs=0.04 * np.abs(expected).max())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +11,15 @@ import pytest
 from pretravel.directions import grid, sphere_pattern_25
 from pretravel.formats.touches_csv import read_touches
 from pretravel.frames import probe_rotation
+from pretravel.identification.average import _disagreement
 from pretravel.identification.kind_choice import distances_from_reference
 from pretravel.identification.kind_registry import KINDS, choose, qualify
+from pretravel.maps.kinds.tabulated import TabulatedBasis
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.maps.support import DirectionSupport
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
 
 
@@ -60,3 +66,30 @@ def test_distances_from_a_sphere_are_away_from_its_centre() -> None:
     displaced = replace(exact, positions=exact.positions + off[:, None] * n)
     distance, _ = distances_from_reference(fitted, displaced)
     assert distance == pytest.approx(off, abs=1e-9)
+
+
+def _result(values: list[float], tip_radius: float = 3.0) -> SimpleNamespace:
+    """A table along the axis and four ways of the equator, of 0.1 um."""
+    nodes = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
+    support = DirectionSupport(nodes)
+    made = PretravelMap(
+        TabulatedBasis(support), np.array(values), Covariance.independent([1e-8] * 5), support,
+        tip_radius=tip_radius,
+    )  # fmt: skip
+    return SimpleNamespace(pretravel_map=made, center=np.zeros(3))
+
+
+def _said(first: list[float], second: list[float], weight: float = 0.4) -> list[str]:
+    parts = [SimpleNamespace(kind="a", weight=0.6), SimpleNamespace(kind="b", weight=weight)]
+    return _disagreement([_result(first), _result(second)], parts)  # type: ignore[arg-type, list-item]
+
+
+def test_kinds_that_disagree_are_named_where_they_do_most() -> None:
+    same = [0.01, 0.01, 0.01, 0.01, 0.01]
+    other = [0.01, 0.01, 0.013, 0.01, 0.01]
+    (sentence,) = _said(same, other)
+    assert "the kinds a and b disagree by 3.0 µm at polar 90" in sentence
+    assert "azimuth 90" in sentence
+    assert _said(same, same) == []
+    assert _said(same, other, weight=0.2) == []  # the second kind is not believed
+    assert _said(same, [0.01, 0.01, 0.0104, 0.01, 0.01]) == []  # below half a micrometre

@@ -7,6 +7,12 @@ import pytest
 
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
 from pretravel.laboratory.separation import METHODS, Method, separate
+from pretravel.laboratory.separation_plan import (
+    best_steps,
+    error_factor,
+    plan_separation,
+    variance_factor,
+)
 from pretravel.laboratory.separation_trials import separation_by_trials
 from pretravel.laboratory.separation_variances import _shrunk, equally_shared
 
@@ -75,3 +81,35 @@ def test_variances_without_spread_stay() -> None:
     design = multi_step_design(MultiStepReadings(i, j, np.zeros(6)))
     values = np.array([3.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0])
     assert _shrunk(design, values, np.eye(7), 5.0) == pytest.approx(values, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("directions", "u_error", "u_variance"),
+    [(5, None, 0.35), (6, None, 0.2), (4, 0.3e-3, 0.5), (6, 0.25e-3, None), (4, 0.2e-3, 0.3)],
+)
+def test_a_plan_has_the_fewest_touches_that_reach_the_uncertainties(
+    directions: int, u_error: float | None, u_variance: float | None
+) -> None:
+    """Against a trial of all numbers of orientations and repeats."""
+    plan = plan_separation(directions, 1e-6, u_error=u_error, u_variance=u_variance)
+
+    def reaches(orientations: int, repeats: int) -> bool:
+        steps = best_steps(directions, orientations)
+        error = error_factor(directions, steps) * 1e-3 / np.sqrt(repeats)
+        relative = variance_factor(directions, steps, repeats)
+        return (u_error is None or error <= u_error * (1.0 + 1e-9)) and (
+            u_variance is None or relative <= u_variance
+        )
+
+    assert reaches(len(plan.steps), plan.repeats)
+    fewest = min(
+        directions * orientations * repeats
+        for orientations in range(2, directions + 1)
+        for repeats in range(1, plan.readings // (2 * directions) + 1)
+        if reaches(orientations, repeats)
+    )
+    assert plan.readings == fewest
+    assert plan.u_error == pytest.approx(
+        error_factor(directions, plan.steps) * 1e-3 / np.sqrt(plan.repeats), rel=1e-12
+    )
+    assert plan.u_variance == variance_factor(directions, plan.steps, plan.repeats)

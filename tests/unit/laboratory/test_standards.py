@@ -193,3 +193,27 @@ def test_the_unit_shows_at_every_size_of_the_sphere(diameter: float) -> None:
         refuse_other_unit(Touches(positions / 25.4, N), sphere)
     with pytest.raises(PretravelError, match="taken as inches"):
         refuse_other_unit(Touches(positions * 25.4, N), sphere)
+
+
+@pytest.mark.parametrize(
+    ("diameter", "noted"), [(9.9, True), (10.0, False), (50.0, False), (50.1, True)]
+)
+def test_a_sphere_of_another_size_than_the_standard_s_is_noted(
+    diameter: float, noted: bool
+) -> None:
+    touches = Touches(N * (0.5 * diameter + 3.0), N)
+    made = check_iso10360_5(touches, CalibratedSphere(diameter), tip_diameter=6.0)
+    assert any("should have a diameter of 10 to 50 mm" in note for note in made.notes) == noted
+
+
+def test_runs_are_stated_with_the_worst() -> None:
+    """Two runs, the second with one touch 4 um off: the form of the worse one, in its own set."""
+    off = np.zeros(50)
+    off[25 + 7] = 4.0 * UM
+    touches = Touches(np.tile(N, (2, 1)) * (15.5 + off)[:, None], np.tile(N, (2, 1)))
+    made = check_iso10360_5(touches, CalibratedSphere(25.0), tip_diameter=6.0)
+    assert any("there are 2 runs of 25 touches; the worst" in note for note in made.notes)
+    forms = [some.fit.form for some in made.sets]
+    assert forms[0] == pytest.approx(0.0, abs=1e-9)
+    assert 3.0 * UM < forms[1] < 4.1 * UM
+    assert made.figures[0].value == forms[1]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.qualification.change_tests import TouchesAndMap, _spread_of_statistic
+from pretravel.qualification.change_tests import TouchesAndMap, _p_value, _spread_of_statistic
 from pretravel.qualification.touch_noise import TouchNoise
 
 NOISE = 3e-4  # mm
@@ -45,3 +45,9 @@ def test_uncertain_variances_widen_the_statistic(spread: float) -> None:
 def test_without_repeats_the_scale_is_as_well_known_as_that_of_the_map() -> None:
     compared = _compared(0.0, Scatter(NOISE, 0.0), Scatter(NOISE, 40.0))
     assert _spread_of_statistic(compared, 3.0)[1] == pytest.approx(40.0, rel=1e-12)
+
+
+def test_probabilities_of_a_mean_square() -> None:
+    """Tables of chi-square and F: 5 % of 3 degrees lie above 7.815, of 3 and 10 above 3.708."""
+    assert _p_value(7.815 / 3.0, 3.0, math.inf) == pytest.approx(0.05, rel=1e-3)
+    assert _p_value(3.708, 3.0, 10.0) == pytest.approx(0.05, rel=1e-3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -114,3 +114,19 @@ def test_plans_determine_a_sphere_and_vary_the_order() -> None:
 def test_too_few_touches() -> None:
     with pytest.raises(PretravelError, match="4 touches are too few"):
         plan_touches(example_map("harmonic"), 4)
+
+
+def test_in_a_ring_all_touches_are_on_its_equator() -> None:
+    """Also where the map holds over a part of it alone: its edge is touched, nothing beyond."""
+    whole = plan_touches(example_map(), 6, ring=True)
+    assert np.abs(whole.directions[:, 2]).max() < 1e-3
+    assert whole.prior.axes == 2
+    # The centre needs touches on all sides.
+    assert np.linalg.norm(whole.directions.mean(axis=0)) < 0.5
+    assert np.all(whole.u_after <= whole.u_before + 1e-12)
+    azimuth = np.arange(-80.0, 81.0, 20.0) * DEGREE
+    nodes = np.concatenate([from_angles(polar * DEGREE, azimuth) for polar in (30.0, 60.0, 90.0)])
+    half = replace(example_map(), support=DirectionSupport(nodes))
+    touched = plan_touches(half, 5, ring=True).directions
+    assert np.abs(np.degrees(np.arctan2(touched[:, 1], touched[:, 0]))).max() < 80.1
+    assert np.abs(touched[:, 2]).max() < 1e-3
