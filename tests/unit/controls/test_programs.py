@@ -131,6 +131,18 @@ class TestWays:
             beam = PartObstacle(read_step_part(str(file)))
             assert beam.blocks(thick, start, end).tolist() == [blocked], height
 
+    def test_every_side_of_a_part_blocks_the_stem(self, tmp_path: Path) -> None:
+        """The ball passes below a block, and its stem runs into each of the four sides."""
+        from netgen.occ import Box
+
+        file = tmp_path / "block.step"
+        Box((-5, -5, 20), (5, 5, 30)).WriteStep(str(file))
+        block = PartObstacle(read_step_part(str(file)))
+        for way in np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]]):
+            start, far, near = -20.0 * way[None], -11.0 * way[None], -6.0 * way[None]
+            assert block.blocks(MACHINE, start, far).tolist() == [False]
+            assert block.blocks(MACHINE, start, near).tolist() == [True]
+
 
 class TestRefusals:
     @pytest.mark.parametrize(

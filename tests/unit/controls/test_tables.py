@@ -17,6 +17,7 @@ from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import fanuc_macro, free_variables, renishaw_variables
+from pretravel.controls.map_identity import map_identity
 from pretravel.controls.siemens import siemens_cycle
 from pretravel.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.errors import PretravelError
@@ -419,3 +420,13 @@ def test_haas_keeps_150_to_199_550_to_599_and_700_to_799(first: int, last: int) 
     for beyond in (first - 1, last + 1):
         with pytest.raises(PretravelError, match=f"variable {beyond} does not belong"):
             free_variables(HAAS.free, beyond)
+
+
+@pytest.mark.parametrize("name", ["feed", "delay"])
+def test_a_map_without_a_feed_or_delay_is_another_one_than_with(name: str) -> None:
+    numbers = [
+        map_identity(replace(example_map(), **{"feed": 0.0, "delay": None, name: value})).number
+        for value in (None, 0.0, 1e-3, 1.0)
+        if name == "feed" or value is None or value < 0.03
+    ]
+    assert len(set(numbers)) == len(numbers)
