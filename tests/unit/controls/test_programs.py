@@ -131,6 +131,38 @@ class TestWays:
             beam = PartObstacle(read_step_part(str(file)))
             assert beam.blocks(thick, start, end).tolist() == [blocked], height
 
+    @pytest.mark.parametrize(
+        ("across", "height", "shank", "blocked"),
+        [
+            # Ball of 3 mm, clearance 1 mm, sphere of 12.5 mm: 16.5 mm from centre to centre.
+            (16.4, 0.0, 0.0, True),
+            (16.6, 0.0, 0.0, False),
+            # The stem of 2 mm radius, 50 mm long, begins at the ball's centre: 15.5 mm.
+            (15.4, -30.0, 0.0, True),
+            (15.6, -30.0, 0.0, False),
+            # The body of 20 mm radius, 50 to 250 mm above the ball's centre: 33.5 mm.
+            (33.4, -60.0, 0.0, True),
+            (33.6, -60.0, 0.0, False),
+            (0.0, -62.0 + 50.0 - 240.0, 0.0, True),
+            (21.0, -264.0, 0.0, False),
+            # A shank of 8 mm below the centre: 4 + 3 + 1 mm.
+            (7.9, -100.0, 8.0, True),
+            (60.0, -20.0, 8.0, False),
+        ],
+    )
+    def test_a_sphere_blocks_what_comes_near(
+        self, across: float, height: float, shank: float, blocked: bool
+    ) -> None:
+        """The tip moves past it, `across` beside its axis and `height` above its centre."""
+        machine = replace(
+            MACHINE, tip_diameter=6.0, stem_diameter=4.0, stylus_length=50.0, body_diameter=40.0,
+            clearance=1.0,
+        )  # fmt: skip
+        ball = SphereObstacle(np.array([1.0, 2.0, 3.0]), 12.5, shank)
+        middle = np.array([[1.0 + across, 2.0, 3.0 + height]])
+        way = np.array([[0.0, 4.0, 0.0]])
+        assert ball.blocks(machine, middle - way, middle + way).tolist() == [blocked]
+
     def test_every_side_of_a_part_blocks_the_stem(self, tmp_path: Path) -> None:
         """The ball passes below a block, and its stem runs into each of the four sides."""
         from netgen.occ import Box

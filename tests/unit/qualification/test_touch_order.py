@@ -151,3 +151,34 @@ def test_what_an_order_does_not_show_is_said(groups: IntArray, words: str) -> No
     else:
         # The first touch of a direction against the others.
         assert (seen.dof_between, seen.dof_within) == (25, 25)
+
+
+def test_variance_between_predecessors_by_hand() -> None:
+    """Four directions in twelve passes: sums of squares of predecessors within directions."""
+    rng = np.random.default_rng(6)
+    sequence = np.concatenate([rng.permutation(4) for _ in range(12)])
+    values = rng.standard_normal(48) + 2.0 * np.roll(sequence, 1)
+    order = np.arange(48)
+    before = np.concatenate([[-1], sequence[:-1]])
+    mean = np.array([values[sequence == g].mean() for g in range(4)])
+    cells = sorted(set(zip(sequence.tolist(), before.tolist(), strict=True)))
+    within, between, weight = 0.0, 0.0, 0.0
+    for g, b in cells:
+        own = values[(sequence == g) & (before == b)]
+        within += float(np.sum((own - own.mean()) ** 2))
+        between += len(own) * float((own.mean() - mean[g]) ** 2)
+        weight += len(own) ** 2 / 12.0
+    dof_between, dof_within = len(cells) - 4, 48 - len(cells)
+    found = between_predecessors(values, sequence, order)
+    assert (found.dof_between, found.dof_within) == (dof_between, dof_within)
+    effective = (48.0 - weight) / dof_between
+    mean_between, mean_within = between / dof_between, within / dof_within
+    assert found.variance == pytest.approx((mean_between - mean_within) / effective, rel=1e-9)
+    spread = 2.0 * (mean_between**2 / dof_between + mean_within**2 / dof_within)
+    assert found.u_variance == pytest.approx(np.sqrt(spread) / effective, rel=1e-9)
+    assert found.p_value < 0.01
+    assert found.warning == ""
+    # An order that says the same in other numbers, of touches in another row.
+    shuffled = rng.permutation(48)
+    again = between_predecessors(values[shuffled], sequence[shuffled], 10.0 * order[shuffled])
+    assert again.variance == pytest.approx(found.variance, rel=1e-9)

@@ -15,8 +15,14 @@ from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.prior_update import update_map
-from pretravel.qualification.probe_drift import ProbeDrift
-from pretravel.qualification.touch_plan import plan_touches
+from pretravel.qualification.probe_drift import ProbeDrift, drifted_map
+from pretravel.qualification.touch_plan import (
+    _exchanged,
+    _greedy,
+    _in_one_plane,
+    _Problem,
+    plan_touches,
+)
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.units import DEGREE
 from tests.support.example_maps import example_map
@@ -130,3 +136,61 @@ def test_in_a_ring_all_touches_are_on_its_equator() -> None:
     touched = plan_touches(half, 5, ring=True).directions
     assert np.abs(np.degrees(np.arctan2(touched[:, 1], touched[:, 0]))).max() < 80.1
     assert np.abs(touched[:, 2]).max() < 1e-3
+
+
+def _problem(ring: bool) -> _Problem:
+    made = example_map()
+    places = made.support.nodes[::4]
+    return _Problem.of(drifted_map(made, ProbeDrift(), ring=ring), made.support.nodes, places)
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_gains_are_what_touches_take_from_the_aim(ring: bool) -> None:
+    """Updates one at a time, all at once, and by adding information are the same."""
+    problem = _problem(ring)
+    start = problem.covariance
+    gains = problem.gains(start)
+    for candidate in (0, 5, 11):
+        after = problem.touched(start, candidate)
+        taken = problem.value(start) - problem.value(after)
+        assert gains[candidate] == pytest.approx(taken, rel=1e-6)
+        assert after == pytest.approx(problem.covariance_after(np.array([candidate])), abs=1e-12)
+    both = problem.touched(problem.touched(start, 3), 8)
+    assert both == pytest.approx(problem.covariance_after(np.array([8, 3])), abs=1e-10)
+    rows = problem.rows[[8, 3]]
+    regular = start + 1e-6 * np.eye(len(start))
+    stated = replace(problem, covariance=regular).covariance_after(np.array([8, 3]))
+    information = np.linalg.inv(regular) + rows.T @ rows / problem.noise
+    assert stated == pytest.approx(np.linalg.inv(information), abs=1e-6)
+
+
+def test_the_first_touch_is_the_one_that_helps_most() -> None:
+    problem = _problem(False)
+    chosen = _greedy(problem, 4)
+    assert len(set(chosen.tolist())) == 4
+    assert chosen[0] == np.argmax(problem.gains(problem.covariance))
+    second = problem.gains(problem.touched(problem.covariance, int(chosen[0])))
+    assert chosen[1] == np.argmax(np.where(np.arange(len(second)) == chosen[0], -1.0, second))
+
+
+def test_exchanges_never_make_a_plan_worse() -> None:
+    problem = _problem(False)
+    start = np.arange(6)
+    better = _exchanged(problem, start)
+    assert len(set(better.tolist())) == 6
+    before, after = (problem.value(problem.covariance_after(c)) for c in (start, better))
+    assert after < 0.9 * before
+    assert start.tolist() == list(range(6))
+
+
+def test_directions_in_one_plane_with_the_others_are_seen() -> None:
+    """Of a sphere: four on the circle at a height of 0.6, and one above it."""
+    azimuth = np.radians([0.0, 90.0, 180.0, 270.0, 45.0, 45.0])
+    height = np.array([0.6, 0.6, 0.6, 0.6, 0.6, 0.9])
+    candidates = np.column_stack([np.sqrt(1.0 - height**2) * np.cos(azimuth),
+                                  np.sqrt(1.0 - height**2) * np.sin(azimuth), height])  # fmt: skip
+    planar = _in_one_plane(candidates, np.arange(4))
+    assert planar.tolist() == [True] * 5 + [False]
+    assert not _in_one_plane(candidates, np.array([0, 1, 2, 5])).any()
+    ring = np.column_stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth])
+    assert not _in_one_plane(ring, np.arange(4)).any()
