@@ -10,6 +10,7 @@ from scipy import sparse
 
 from pretravel.directions import from_angles
 from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
+from pretravel.model.fem import seat_ball
 from pretravel.model.fem.condensation import ReducedModel, condense
 from pretravel.model.fem.elasticity import (
     FiniteElementModel,
@@ -17,7 +18,11 @@ from pretravel.model.fem.elasticity import (
     rigid_motions,
     von_mises,
 )
-from pretravel.model.fem.finite_element_mesh import element_unknowns, mesh_quality
+from pretravel.model.fem.finite_element_mesh import (
+    FiniteElementMesh,
+    element_unknowns,
+    mesh_quality,
+)
 from pretravel.model.fem.geometry import probe_solids
 from pretravel.model.fem.interface_loads import (
     INTERFACE,
@@ -29,7 +34,7 @@ from pretravel.model.fem.interface_loads import (
 from pretravel.model.fem.linear_solvers import SOLVERS, factorise
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
 from pretravel.model.fem.quadrature import quadrature
-from pretravel.model.fem.seat_ball import ball_correction
+from pretravel.model.fem.seat_ball import ball_correction, ball_mesh
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
@@ -316,6 +321,24 @@ def test_a_ball_gives_less_than_a_half_space(omp40: Probe) -> None:
     soft = replace(carbide, youngs_modulus=0.5 * carbide.youngs_modulus)
     softer = replace(omp40, seats=replace(omp40.seats, material=soft))
     assert ball_correction(softer) == pytest.approx(2.0 * found, rel=1e-6)
+
+
+def test_the_ball_is_meshed_once_for_all_styli(
+    omp40: Probe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    meshed: list[float] = []
+
+    def counted(radius: float, patch: float, element: float) -> FiniteElementMesh:
+        meshed.append(radius)
+        return ball_mesh(radius, patch, element)
+
+    monkeypatch.setattr(seat_ball, "ball_mesh", counted)
+    seat_ball._excess_over_half_space.cache_clear()
+    short = replace(omp40, stylus=(omp40.stylus[0], replace(omp40.stylus[1], length=20.0)))
+    assert ball_correction(short) == ball_correction(omp40)
+    assert meshed == [3.5]
+    ball_correction(replace(omp40, seats=replace(omp40.seats, ball_radius=3.0)))
+    assert meshed == [3.5, 3.0]
 
 
 def test_quality_of_a_regular_tetrahedron_is_one() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from pretravel.arrays import IntArray
@@ -12,6 +14,7 @@ from pretravel.model.fem.linear_solvers import factorise
 from pretravel.model.fem.mesh import numbered
 from pretravel.model.fem.regions import PATCH
 from pretravel.probe.description import Probe
+from pretravel.probe.materials import Material
 
 CONTACT = "contact"
 """Name of the face that carries the force."""
@@ -74,7 +77,12 @@ def ball_correction(probe: Probe, solver: str = "auto") -> float:
     """
     if probe.seats.contact == "rigid":
         return 0.0
-    radius, material = probe.seats.ball_radius, probe.seats.material
+    return _excess_over_half_space(probe.seats.ball_radius, probe.seats.material, solver)
+
+
+@lru_cache(maxsize=16)
+def _excess_over_half_space(radius: float, material: Material, solver: str) -> float:
+    """Kept: probes that differ in stylus or hub have the same ball."""
     patch = PATCH * radius
     mesh = ball_mesh(radius, patch, 0.4 * patch)
     down = np.array([0.0, 0.0, -1.0])
