@@ -16,10 +16,14 @@ _FOLDER = Path(__file__).parent
 
 
 def accepted() -> dict[tuple[str, str, str, str], str]:
-    """Reasons by the key of a fault; without the changed line, of every other number in a line."""
+    """Reasons by the key of a fault.
+
+    Without the changed line, of every other number in the line; without a line, of every fault of
+    a function.
+    """
     text = (_FOLDER / "accepted.toml").read_text(encoding="utf-8")
     return {
-        (f["module"], f["function"], f["line"], f.get("fault", "")): f["reason"]
+        (f["module"], f["function"], f.get("line", ""), f.get("fault", "")): f["reason"]
         for f in tomllib.loads(text)["accepted"]
     }
 
@@ -27,7 +31,8 @@ def accepted() -> dict[tuple[str, str, str, str], str]:
 def reason_of(fault: Fault, reasons: dict[tuple[str, str, str, str], str]) -> str:
     """Why no test can or need notice a fault; empty where there is no reason."""
     number = reasons.get((*fault.key[:3], ""), "") if fault.kind == "number" else ""
-    return reasons.get(fault.key, number)
+    of_function = reasons.get((*fault.key[:2], "", ""), "") if fault.function else ""
+    return reasons.get(fault.key) or number or of_function
 
 
 def named(package: Path) -> list[Fault]:
