@@ -17,6 +17,9 @@ from pretravel.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
+from pretravel.maps.observation import Scatter
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.observe import observe
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
@@ -162,3 +165,27 @@ def test_compensated_sphere_is_better_than_a_mean_radius() -> None:
         distance = np.linalg.norm(points.positions - result.center, axis=1)
         spread[kind.name] = float(np.ptp(distance))
     assert spread["wozniak"] < 0.6 * spread["mean"]
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_noise_of_a_fit_has_the_degrees_of_freedom_that_are_left(known: bool) -> None:
+    """25 touches; the constant and the centre take four, the azimuth of the lobes one more."""
+    n, lobe = sphere_pattern_25(), 20.0 * DEGREE
+    pretravel = 0.010 * WozniakBasis(lobe).design(n)[:, 0]
+    pretravel = pretravel + 3e-4 * np.random.default_rng(4).standard_normal(25)
+    setup = QualificationSetup(25.0, tip_diameter=4.0)
+    seen = observe(_touches(pretravel, n), setup)
+    fit = WozniakKind(lobe if known else None).fit(seen, Scatter(0.0, 0.0))
+    dof = 21.0 if known else 20.0
+    assert fit.dof == dof
+    assert fit.noise == pytest.approx(np.sqrt(np.sum(fit.residuals**2) / dof), rel=1e-12)
+    directions = fit.observation.directions
+    shape, turned = fit.basis.design(directions)[:, :2].T
+    rows = np.column_stack([shape, directions])
+    assert np.abs(rows.T @ fit.residuals).max() < 1e-12
+    if not known:  # a small turn changes the sum of squares no more to first order
+        slope = fit.coefficients[0] * turned
+        assert abs(slope @ fit.residuals) < 1e-4 * np.linalg.norm(slope) * fit.noise
+        left = slope - rows @ np.linalg.lstsq(rows, slope, rcond=None)[0]
+        u = fit.coefficients[0] * fit.noise / np.linalg.norm(left)
+        assert np.sqrt(fit.covariance.matrix[1, 1]) == pytest.approx(u, rel=1e-9)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.controls.axis_radii import axis_radii
+from pretravel.controls.axis_radii import TRAVELS, axis_radii
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.errors import PretravelError
@@ -112,3 +112,12 @@ class TestSubroutine:
         text = linuxcnc_subroutines(pretravel_map, form)["pretravel_radius.ngc"]
         assert "GT 1]" in text  # 2 % of 50 mm/min
         assert "(ABORT,pretravel_radius: the map is for 50 mm/min" in text
+
+
+def test_travels_are_those_that_probing_screens_name() -> None:
+    """Unit vectors along the axes with the sign of their names; the probe is not pulled upwards."""
+    assert set(TRAVELS) == {"x+", "x-", "y+", "y-", "z-"}
+    for name, way in TRAVELS.items():
+        expected = np.zeros(3)
+        expected["xyz".index(name[0])] = 1.0 if name[1] == "+" else -1.0
+        assert list(way) == expected.tolist(), name

@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.multi_step_readings import (
+    MultiStepReadings,
+    RepeatedPair,
+    multi_step_design,
+    weighted_residuals,
+)
 from pretravel.laboratory.separation import METHODS, Method, separate
+from pretravel.laboratory.separation_noise import student_weight
 from pretravel.laboratory.separation_plan import (
     best_steps,
     error_factor,
@@ -14,7 +20,12 @@ from pretravel.laboratory.separation_plan import (
     variance_factor,
 )
 from pretravel.laboratory.separation_trials import separation_by_trials
-from pretravel.laboratory.separation_variances import _shrunk, equally_shared
+from pretravel.laboratory.separation_variances import (
+    _shrunk,
+    _student_scales,
+    equally_shared,
+    likelihood_information,
+)
 
 TRIALS = 20_000
 
@@ -113,3 +124,43 @@ def test_a_plan_has_the_fewest_touches_that_reach_the_uncertainties(
         error_factor(directions, plan.steps) * 1e-3 / np.sqrt(plan.repeats), rel=1e-12
     )
     assert plan.u_variance == variance_factor(directions, plan.steps, plan.repeats)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_repeated_pair_is_stated_in_square_micrometres(method: Method) -> None:
+    """0.36 um² of 20 repeats, beside readings with 1 um²."""
+    i, j = np.divmod(np.arange(64), 8)
+    rng = np.random.default_rng(3)
+    readings = MultiStepReadings(i, j, 1e-3 * rng.standard_normal(64))
+    pair = RepeatedPair(2, 3, 0.36e-6, 20)
+    found = separate(readings, method=method, repeated=pair)
+    note = next(note for note in found.notes if "repeated configuration (2, 3)" in note)
+    assert "has the variance 0.36 µm² from 20 repeats" in note
+    stated = float(note.rpartition("has ")[2].split()[0])
+    assert stated == pytest.approx(1e6 * found.pair_variance(2, 3)[0], rel=0.01)
+    assert 0.2 < stated < 0.8
+
+
+@pytest.mark.parametrize("tails", [0.0, 1.0 / 3.0])
+def test_scales_of_directions_solve_their_equations(tails: float) -> None:
+    """At the end of the iteration the residuals are those of the weighted least squares.
+
+    Within 3 %: eight rounds with each scale, which is not the same path to both ends.
+    """
+    i, j = np.divmod(np.arange(100), 10)
+    rng = np.random.default_rng(5)
+    errors = 1e-3 * rng.standard_t(4.0, 100) * (1.0 + 0.5 * (i % 2))
+    design = multi_step_design(MultiStepReadings(i, j, errors))
+    information = likelihood_information(design, np.full(100, 1e-6))
+    squared = np.full(design.size, 0.5e-6)
+    for _ in range(20):
+        squared = _student_scales(design, errors, information, information.inverse, tails, squared)
+    total = np.maximum(design.incidence @ squared, 0.1 * np.mean(design.incidence @ squared))
+    free = np.maximum(1.0 - information.leverage, 1e-6)
+    residuals = weighted_residuals(design, errors, information.weights)
+    for _ in range(200 if tails else 1):
+        factor = student_weight(tails, residuals**2 / (free * total))
+        if tails:
+            residuals = weighted_residuals(design, errors, information.weights * factor)
+    sums = design.incidence.T @ (information.weights**2 * factor * residuals**2)
+    assert squared == pytest.approx(information.inverse @ (0.5 * sums), rel=0.03, abs=5e-9)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pytest
 
 from pretravel.arrays import FloatArray
+from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
@@ -272,3 +273,17 @@ def test_the_covariance_is_that_of_the_offset() -> None:
     (R - 1)⁻¹ (c(0°) - c(90°)) = -(x(0°) - x(90°)) (1, 1) / 2."""
     found = fit_tip_offset(np.array([0.0, 0.5 * math.pi]), np.zeros((2, 2)))
     assert found.covariance([np.diag([1.0, 0.0])] * 2) == pytest.approx(np.full((2, 2), 0.5))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "noted"), [((0, 180), True), ((0, 120, 240), False), (ALL, False)]
+)
+def test_two_orientations_alone_are_noted(degrees: tuple[float, ...], noted: bool) -> None:
+    notes = check_tip_offset(touched(degrees), CalibratedSphere(25.0), tip_diameter=6.0).notes
+    assert any("two orientations leave nothing to compare" in note for note in notes) == noted
+
+
+def test_touches_beside_the_equator_alone_are_refused() -> None:
+    steep = touched((0, 180), normals=from_angles(0.5, np.radians(np.arange(0.0, 360.0, 10.0))))
+    with pytest.raises(PretravelError, match=r"^0 directions across the axis were touched at each"):
+        check_tip_offset(steep, CalibratedSphere(25.0), tip_diameter=6.0)

@@ -9,6 +9,7 @@ import pytest
 
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.change_tests import TouchesAndMap, _p_value, _spread_of_statistic
+from pretravel.qualification.gross_touches import _robust_scatter
 from pretravel.qualification.touch_noise import TouchNoise
 
 NOISE = 3e-4  # mm
@@ -51,3 +52,17 @@ def test_probabilities_of_a_mean_square() -> None:
     """Tables of chi-square and F: 5 % of 3 degrees lie above 7.815, of 3 and 10 above 3.708."""
     assert _p_value(7.815 / 3.0, 3.0, math.inf) == pytest.approx(0.05, rel=1e-3)
     assert _p_value(3.708, 3.0, 10.0) == pytest.approx(0.05, rel=1e-3)
+
+
+def test_scatter_beside_a_map_is_the_median_of_its_directions() -> None:
+    """Variances 2, 8 and 18 of pairs: the median over that of chi-square with one degree, 0.4549;
+    at least that of the map, which alone counts where nothing is repeated."""
+    groups = np.array([0, 0, 1, 1, 2, 2, 3])
+    among = 1e-3 * np.array([-0.2, 1.8, 1.0, -3.0, 3.0, -3.0, 0.7])
+    compared = _compared(0.0, Scatter(NOISE, 12.0), Scatter(NOISE, math.inf))
+    assert _robust_scatter(among, groups, compared) == pytest.approx(
+        1e-3 * math.sqrt(8.0 / 0.454936), rel=1e-5
+    )
+    quiet = _compared(0.0, Scatter(NOISE, 12.0), Scatter(0.05, math.inf))
+    assert _robust_scatter(among, groups, quiet) == 0.05
+    assert _robust_scatter(among[:3], np.arange(3), compared) == NOISE

@@ -7,9 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
+from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.formats.touches_csv import read_touches
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.observe import observe
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.plain_qualification import qualify_plainly as qualify
@@ -96,3 +98,11 @@ def test_sectors_without_a_touch() -> None:
         qualify(
             sphere_touches(np.full(25, 0.01)).take(keep), 25.0, tip_diameter=6.0, kind="sectors"
         )
+
+
+def test_refusals_begin_with_the_name_of_the_file() -> None:
+    n = fibonacci_cap(3, 1.2)
+    for source, begin in (("bolt.csv", "bolt.csv: 3 touches"), ("", "3 touches")):
+        with pytest.raises(PretravelError) as refused:
+            observe(Touches(15.5 * n, n, source=source), QualificationSetup(25.0, tip_diameter=6.0))
+        assert str(refused.value).startswith(begin)

@@ -7,6 +7,8 @@ import pytest
 
 from pretravel.arrays import FloatArray, IntArray
 from pretravel.directions import sphere_pattern_25
+from pretravel.maps.observation import Observation
+from pretravel.qualification.machine_in_touches import machine_effects
 from pretravel.qualification.reference_drift import relative_times
 from pretravel.qualification.touch_order import (
     between_predecessors,
@@ -182,3 +184,22 @@ def test_variance_between_predecessors_by_hand() -> None:
     shuffled = rng.permutation(48)
     again = between_predecessors(values[shuffled], sequence[shuffled], 10.0 * order[shuffled])
     assert again.variance == pytest.approx(found.variance, rel=1e-9)
+
+
+def test_what_repeats_do_not_reduce_is_in_the_fixed_scatter() -> None:
+    """Each touch is off by 3 um that depend on the touch before: passes in another order each.
+
+    The form of the sphere, 2 um between extremes, adds 2 / sqrt(12) um. The estimate from 25
+    directions with several predecessors each is right to a third.
+    """
+    rng = np.random.default_rng(9)
+    sequence = np.concatenate([rng.permutation(25) for _ in range(6)])
+    off = 3e-3 * rng.standard_normal((25, 26))
+    before = np.concatenate([[25], sequence[:-1]])
+    again = np.tile(np.arange(len(sequence)), 2)
+    groups, error = sequence[again], off[sequence, before][again]
+    positions = NORMALS[groups] * (15.5 + error + 1e-4 * rng.standard_normal(300))[:, None]
+    seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, ring=False)
+    found = machine_effects(seen, positions, 2e-3)
+    expected = np.hypot(3e-3, 2e-3 / np.sqrt(12.0))
+    assert found.fixed_scatter == pytest.approx(expected, rel=0.33)

@@ -1,0 +1,50 @@
+"""The nearest point of a support, for directions outside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.maps.support import DirectionSupport
+
+
+def _nearest_by_trial(support: DirectionSupport, direction: np.ndarray) -> float:
+    """Largest cosine with points of all edges of the mesh, 2000 on each."""
+    mesh = support._mesh
+    share = np.linspace(0.0, 1.0, 2000)[:, None]
+    best = -1.0
+    for first, second in mesh.edges:
+        points = (1.0 - share) * support.nodes[first] + share * support.nodes[second]
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+        best = max(best, float((points @ direction).max()))
+    return best
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> None:
+    """Also where one edge is so long that its middle is farther than those of many short ones."""
+    if uneven:
+        # Many short edges beside a direction, and one long edge that passes it closely.
+        crowd = from_angles(
+            np.radians(np.repeat([40.0, 41.0, 42.0, 43.0, 44.0], 12)),
+            np.radians(np.tile(np.arange(12.0), 5)),
+        )
+        far = from_angles(np.radians([52.0, 52.0]), np.radians([-50.0, 62.0]))
+        nodes = np.concatenate([crowd, far])
+    else:
+        nodes = fibonacci_cap(80, 1.0)
+    support = DirectionSupport(nodes)
+    beside = from_angles(np.radians([53.0, 56.0, 60.0]), np.radians([5.0] * 3))
+    outside = np.concatenate([fibonacci_cap(200, 1.4), beside])
+    outside = outside[~support.supports(outside, 1e-6)]
+    assert len(outside) > 10
+    nodes_of, weights, distance = support._nearest_on_edges(outside)
+    for row, direction in enumerate(outside):
+        best = _nearest_by_trial(support, direction)
+        # 2000 points on an edge of up to 1.5 rad are apart by less than a milliradian.
+        assert np.cos(distance[row]) == pytest.approx(best, abs=2e-6)
+        assert np.all(weights[row] >= -1e-12)
+        found = weights[row] @ support.nodes[nodes_of[row]]
+        # Weights are linear in the arc, and the chord is not: 1e-5 on the long edge.
+        assert found @ direction / np.linalg.norm(found) == pytest.approx(best, abs=2e-5)
