@@ -2,4 +2,5 @@
 
 from pretravel.cli.main import run
 
-run()
+if __name__ == "__main__":  # not in the processes that it starts
+    run()

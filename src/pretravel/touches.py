@@ -93,6 +93,8 @@ class Touches(ShownInNotebooks, WithDataFrame):
         Orientations of the spindle, counter-clockwise about the probe's +z. [rad]
     reading : str, optional
         How a file of another form than this package's own was understood, in one line.
+    numbered_from : int, optional
+        Number of the first touch, where these are a part of a longer series.
 
     Raises
     ------
@@ -115,6 +117,7 @@ class Touches(ShownInNotebooks, WithDataFrame):
     lines: tuple[int, ...] | None = None
     reading: str = ""
     spindle: FloatArray | None = None
+    numbered_from: int = 1
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -198,7 +201,7 @@ class Touches(ShownInNotebooks, WithDataFrame):
             notes.append(self.labels[row])
         if self.lines is not None:
             notes.append(f"line {self.lines[row]}")
-        return f"touch {row + 1}" + (f" ({', '.join(notes)})" if notes else "")
+        return f"touch {row + self.numbered_from}" + (f" ({', '.join(notes)})" if notes else "")
 
     def take(self, rows: npt.ArrayLike) -> Touches:
         """The touches of the given rows (indices or a mask), in that order.

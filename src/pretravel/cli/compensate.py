@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,9 +19,16 @@ from pretravel.cli.touch_files import (
     files_of_touches,
     read_and_show,
     reading_options,
+    table_in_blocks,
     with_reading,
 )
 from pretravel.quantities import FEED, TIP_BALL, limits
+
+if TYPE_CHECKING:
+    from pretravel.formats.touch_blocks import LongTable
+    from pretravel.jobs.compensate import CompensationSetup
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.report.document import Document
 
 
 def compensate(
@@ -104,20 +111,40 @@ def compensate(
         plan=plan,
         tip_diameter=2.0 * pretravel_map.tip_radius,
     )
-    readings = read_and_show(files, options)
-    with working(f"compensating {len(readings.touches)} touches"):
-        setup = CompensationSetup(
-            None if nominal is None else parse_surface(nominal),
-            extrapolate,
-            # Without --place, a log states the rotation of its work coordinates.
-            None if place is None else placement,
-            frame,
-            feed,
-        )
-        result = compensate_readings(readings, pretravel_map, setup)
-    report = result.document(name)
-    save_page(with_reading(report, readings), output)
-    if not is_page(output):
-        result.write(output, name, Path(map_file).name)
+    setup = CompensationSetup(
+        None if nominal is None else parse_surface(nominal),
+        extrapolate,
+        # Without --place, a log states the rotation of its work coordinates.
+        None if place is None else placement,
+        frame,
+        feed,
+    )
+    table = table_in_blocks(files, options, output)
+    if table is not None:
+        report = _long_table_compensated(table, pretravel_map, setup, output)
+    else:
+        readings = read_and_show(files, options)
+        with working(f"compensating {len(readings.touches)} touches"):
+            result = compensate_readings(readings, pretravel_map, setup)
+        report = result.document(name)
+        save_page(with_reading(report, readings), output)
+        if not is_page(output):
+            result.write(output, name, Path(map_file).name)
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _long_table_compensated(
+    table: LongTable, pretravel_map: PretravelMap, setup: CompensationSetup, output: Path
+) -> Document:
+    """Compensate a long table by all cores; the points are in the output."""
+    import os
+
+    from pretravel.jobs.long_tables import compensate_long_table
+
+    with working(f"compensating about {table.count:,} touches"):
+        workers = os.cpu_count() or 1
+        result = compensate_long_table(table, pretravel_map, setup, output, workers=workers)
+    if result.reading:
+        typer.echo(f"read: {result.reading}")
+    return result.document(table.path.name)

@@ -13,6 +13,7 @@ from pretravel.cli.options import Units
 
 if TYPE_CHECKING:
     from pretravel.formats.file_format import FileReadings, ReadingOptions
+    from pretravel.formats.touch_blocks import LongTable
     from pretravel.probing.targets import Targets
     from pretravel.report.document import Document
 
@@ -102,6 +103,16 @@ def files_of_touches(places: list[Path]) -> tuple[list[Path], str]:
 
     files = files_of(places)
     return files, files[0].name if len(files) == 1 else f"{files[0].name} … {files[-1].name}"
+
+
+def table_in_blocks(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
+    """The one long table that the files are, where the output can be written in blocks too."""
+    from pretravel.formats.appended_table import APPENDED_ENDINGS
+    from pretravel.formats.touch_blocks import long_table
+
+    if len(files) > 1 or output.suffix.lower() not in APPENDED_ENDINGS:
+        return None
+    return long_table(files[0], options)
 
 
 def read_and_show(

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.compensation.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.compensation.points import Points
+from pretravel.compensation.points_summary import TouchSummary
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
@@ -30,6 +31,7 @@ def apply(
     *,
     nominal: Surface | Part | None = None,
     extrapolate: bool = False,
+    shared: bool = True,
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
@@ -51,6 +53,8 @@ def apply(
         Not given: deviations are from the nominal points of the touches, where there are any.
     extrapolate : bool
         Also for normals outside the directions of the map.
+    shared : bool
+        The points state which errors they have in common (`Points.shared`). It takes time.
 
     Returns
     -------
@@ -111,8 +115,9 @@ def apply(
         pretravel=frozen(pretravel),
         covariance=frozen(errors.covariance(u_map)),
         deviation=None if deviation is None else frozen(deviation),
-        labels=touches.labels or tuple(str(i + 1) for i in range(len(touches))),
-        shared=errors.shared_along_normals(),
+        labels=touches.labels
+        or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
+        shared=errors.shared_along_normals() if shared else None,
         uncompensated=frozen(latched - pretravel_map.tip_radius * touches.normals),
     )
 
@@ -157,33 +162,17 @@ def _on_nominal(
     return found.local, found.length
 
 
-def extrapolation_warnings(normals: FloatArray, pretravel_map: PretravelMap) -> list[str]:
-    """How many normals (n, 3) lie outside the map, as a sentence; none where all lie inside.
-
-    >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.kinds.mean import MeanBasis
-    >>> from pretravel.uncertainty.covariance import Covariance
-    >>> up = np.array([[0.0, 0.0, 1.0]])
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.none(1),
-    ...                     DirectionSupport(up), tip_radius=3.0)
-    >>> extrapolation_warnings(up, mean)
-    []
-    """
-    directions = pretravel_map.probe_directions(normals)
-    outside = int(np.sum(~pretravel_map.support.supports(directions)))
-    if not outside:
-        return []
-    warning = (
-        f"{outside} of {len(directions)} normals lie outside the map: pretravel is extrapolated "
-        "there, and u does not contain the error of that"
-    )
-    return [warning]
-
-
-def compensation_warnings(
-    touches: Touches, points: Points, pretravel_map: PretravelMap
-) -> list[str]:
+def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
     """What to know before the points are used, as sentences.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    list of str
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.maps.kinds.mean import MeanBasis
@@ -192,10 +181,15 @@ def compensation_warnings(
     >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
     ...                     DirectionSupport(up), tip_radius=3.0)
     >>> touches = Touches([[0.0, 0.0, 2.990]], up)
-    >>> compensation_warnings(touches, apply(touches, mean), mean)
+    >>> compensation_warnings(TouchSummary.of(touches, apply(touches, mean), mean), mean)
     []
     """
     warnings = []
+    if touches.outside:
+        warnings.append(
+            f"{touches.outside} of {touches.count} normals lie outside the map: pretravel is "
+            "extrapolated there, and u does not contain the error of that"
+        )
     if not pretravel_map.states_uncertainty:
         warnings.append(
             "this map is a prediction without an uncertainty of its own: u_um contains the tip "
@@ -204,7 +198,7 @@ def compensation_warnings(
         )
     made_at = pretravel_map.feed if pretravel_map.delay is None else None
     if made_at is not None and touches.feeds is not None:
-        slowest, fastest = float(touches.feeds.min()), float(touches.feeds.max())
+        slowest, fastest = touches.feeds
         if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
             at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
             warnings.append(
@@ -216,13 +210,13 @@ def compensation_warnings(
         and pretravel_map.provenance.origin is Origin.QUALIFIED
         and (made_at is None or touches.feeds is None)
     ):
-        warnings.append(_unknown_feeds(made_at, touches))
+        warnings.append(_unknown_feeds(made_at, known_of_touches=touches.feeds is not None))
     if touches.feeds is not None and not pretravel_map.states_uncertainty:
         warnings.append(
-            f"the touches were made at {touches.feeds.max():g} mm/min, and a predicted map "
+            f"the touches were made at {touches.feeds[1]:g} mm/min, and a predicted map "
             "contains no signal delay: feed × delay is still in the deviations"
         )
-    obliqueness = float(np.arccos(np.clip(touches.closing().min(), -1.0, 1.0)))
+    obliqueness = float(np.arccos(np.clip(touches.least_closing, -1.0, 1.0)))
     if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
         warnings.append(
             f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
@@ -230,26 +224,24 @@ def compensation_warnings(
             "pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along the "
             "normal, or qualify at two feeds, which separates the delay"
         )
-    if points.deviation is not None:
-        middle = float(np.median(points.deviation))
-        if abs(middle) > 0.2 * pretravel_map.tip_radius:
-            warnings.append(
-                f"deviations are about {middle:+.3f} mm, of the size of the tip radius "
-                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
-                "mm, do the normals point out of the part, is the nominal where the part is?"
-            )
+    if touches.middle is not None and abs(touches.middle) > 0.2 * pretravel_map.tip_radius:
+        warnings.append(
+            f"deviations are about {touches.middle:+.3f} mm, of the size of the tip radius "
+            f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+            "mm, do the normals point out of the part, is the nominal where the part is?"
+        )
     return warnings
 
 
-def _unknown_feeds(made_at: float | None, touches: Touches) -> str:
+def _unknown_feeds(made_at: float | None, *, known_of_touches: bool) -> str:
     """What is not known about the feeds of a map and of touches."""
-    if made_at is None and touches.feeds is None:
+    if made_at is None and not known_of_touches:
         return (
             "neither the map nor the touches state a feed (column feed_mm_min): both must have the "
             "same one. 100 mm/min of difference are 3.3 µm for a signal delay of 2 ms, which u "
             "does not contain"
         )
-    known, unknown = ("map", "touches") if touches.feeds is None else ("touches", "map")
+    known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
     return (
         f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "
         f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "

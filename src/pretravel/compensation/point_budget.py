@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -66,18 +67,43 @@ def point_budget(errors: PointErrors, row: int | None = None) -> Budget:
     >>> round(budget.combined * 1e3, 9), [component.name for component in budget.components]
     (0.5, ['repeatability', 'map'])
     """
-    count = len(errors.closing)
     rows = slice(None) if row is None else slice(row, row + 1)
-    dof = errors.pretravel_map.repeatability_dof
+    variances = {
+        name: float(np.mean(variance[rows]))
+        for name, variance in variances_along_normals(errors).items()
+    }
+    which = f"rms of {len(errors.closing)} points" if row is None else f"point {row + 1}"
+    return budget_of_variances(variances, errors.pretravel_map.repeatability_dof, which)
+
+
+def budget_of_variances(variances: Mapping[str, float], dof: float, which: str) -> Budget:
+    """The budget of points from the mean variance by each source.
+
+    Parameters
+    ----------
+    variances : mapping of str to float
+        [mm²]
+    dof : float
+        Degrees of freedom of the repeatability; 0 where they are not known.
+    which : str
+        The points, for the title.
+
+    Returns
+    -------
+    Budget
+        In mm, without sources that are zero.
+
+    >>> budget_of_variances({"repeatability": 1.6e-7, "map": 9e-8}, 24.0, "point 1").combined
+    0.0005
+    """
     components = tuple(
         Component(
             name,
             "A" if name == REPEATABILITY else "B",
-            math.sqrt(float(np.mean(variance[rows]))),
+            math.sqrt(variance),
             dof=dof if name == REPEATABILITY and dof > 0.0 else math.inf,
         )
-        for name, variance in variances_along_normals(errors).items()
-        if variance[rows].any()
+        for name, variance in variances.items()
+        if variance > 0.0
     )
-    which = f"rms of {count} points" if row is None else f"point {row + 1}"
     return Budget(components, f"a point along its normal, {which}")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.arrays import FloatArray, IntArray, frozen
 from pretravel.compensation.points import FIXED_SCATTER, Points
 from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
@@ -49,6 +49,17 @@ class PointErrors:
     closing: FloatArray
     by_delay: FloatArray
     delay_along_approach: FloatArray
+
+    def at(self, rows: IntArray) -> PointErrors:
+        """Of some of the points, (k,) rows."""
+        return replace(
+            self,
+            normals=self.normals[rows],
+            approaches=self.approaches[rows],
+            closing=self.closing[rows],
+            by_delay=self.by_delay[rows],
+            delay_along_approach=self.delay_along_approach[rows],
+        )
 
     @property
     def _delay_matters(self) -> bool:

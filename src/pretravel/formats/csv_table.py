@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.units import LARGEST_NUMBER
 from pretravel.whole_file import whole_file
 
+_PLAIN_CELL = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_. :/#-]*")
 SIGNIFICANT_DIGITS = 12
 """Of the numbers that are written."""
 
@@ -134,6 +136,14 @@ class CsvTable:
             line=line,
             inputs=("exclude",),
         )
+
+    def decimals(self, *names: str) -> int:
+        """The most decimals that a number of these columns is printed with.
+
+        >>> CsvTable("a.csv", {"nx": ("0.5", "1.25")}, (2, 3), 1).decimals("nx")
+        2
+        """
+        return max(_decimals(cell, self.decimal) for name in names for cell in self.columns[name])
 
     def number(self, row: int, name: str) -> float:
         """Return one cell as a number."""
@@ -252,6 +262,13 @@ def _is_finite(cell: str) -> bool:
     return _is_number(cell) and math.isfinite(float(cell))
 
 
+def _decimals(cell: str, sign: str) -> int:
+    """Decimals that a number is printed with; many for one with an exponent."""
+    if "e" in cell.lower():
+        return 9
+    return len(cell.partition(sign)[2])
+
+
 def _is_value(cell: str) -> bool:
     return _is_number(cell) and abs(float(cell)) <= LARGEST_NUMBER
 
@@ -298,15 +315,37 @@ def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
     'name,x_mm\na,0.5\n'
     """
-    cells = []
-    for values in columns.values():
-        array = np.asarray(values)
-        if array.dtype.kind == "f":
-            cells.append([format_number(value) for value in array.tolist()])
-        else:
-            cells.append([harmless_cell(str(value)) for value in array.tolist()])
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow([harmless_cell(name) for name in columns])
+    return header.getvalue() + csv_rows_text(columns)
+
+
+def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
+    r"""The rows alone of a file as `write_csv_table` writes it.
+
+    >>> csv_rows_text({"name": ["a", "b"], "x_mm": [0.5, math.nan]})
+    'a,0.5\nb,\n'
+    """
+    arrays = [np.asarray(values) for values in columns.values()]
+    numbers = [array.dtype.kind == "f" for array in arrays]
+    if all(
+        np.isfinite(a).all() if is_number else _is_plain(a)
+        for a, is_number in zip(arrays, numbers, strict=True)
+    ):
+        form = ",".join(f"%.{SIGNIFICANT_DIGITS}g" if number else "%s" for number in numbers)
+        rows = zip(*(array.tolist() for array in arrays), strict=True)
+        return "".join(map((form + "\n").__mod__, rows))
+    cells = [
+        [format_number(value) for value in array.tolist()]
+        if is_number
+        else [harmless_cell(str(value)) for value in array.tolist()]
+        for array, is_number in zip(arrays, numbers, strict=True)
+    ]
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([harmless_cell(name) for name in columns])
-    writer.writerows(zip(*cells, strict=True))
+    csv.writer(text, lineterminator="\n").writerows(zip(*cells, strict=True))
     return text.getvalue()
+
+
+def _is_plain(cells: npt.NDArray[Any]) -> bool:
+    """Whether texts are written as they are: no quotes, no marks, none empty."""
+    return all(_PLAIN_CELL.fullmatch(str(cell)) for cell in cells.tolist())

@@ -16,7 +16,7 @@ from pretravel.whole_file import whole_file
 
 _MOST_CELLS = 5_000_000
 """Cells up to which a file is read, whatever its size; larger ones have a byte for each cell."""
-_MISSING = "Parquet files need the package pyarrow: pip install pyarrow"
+MISSING_PYARROW = "Parquet files need the package pyarrow: pip install pyarrow"
 
 
 def read_parquet_table(source: Source) -> CsvTable:
@@ -40,7 +40,7 @@ def read_parquet_table(source: Source) -> CsvTable:
     try:
         from pyarrow import BufferReader, parquet
     except ModuleNotFoundError:
-        raise PretravelError(_MISSING) from None
+        raise PretravelError(MISSING_PYARROW) from None
     file = opened(source)
     try:
         stored = parquet.ParquetFile(BufferReader(file.content))
@@ -60,7 +60,8 @@ def read_parquet_table(source: Source) -> CsvTable:
     if twice:
         raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
     columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
-    return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
+    first = file.line_in_file(1)
+    return CsvTable(file.path, columns, tuple(range(first, first + table.num_rows)), 0)
 
 
 def _refuse_size(file: SourceFile, metadata: Any) -> None:
@@ -111,7 +112,7 @@ def write_parquet_table(
         import pyarrow as pa
         from pyarrow import parquet
     except ModuleNotFoundError:
-        raise PretravelError(_MISSING) from None
+        raise PretravelError(MISSING_PYARROW) from None
     table = pa.table({name: np.asarray(values).tolist() for name, values in columns.items()})
     with whole_file(path) as temporary:
         parquet.write_table(table, str(temporary))

@@ -68,7 +68,7 @@ def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray,
             table.lines[row],
             inputs=("columns",),
         )
-    decimals = max(_decimals(cell, table.decimal) for n in names for cell in table.columns[n])
+    decimals = table.decimals(*names)
     rounding = math.sqrt(3.0) * 0.5 * 10.0**-decimals
     off = np.abs(length - 1.0)
     rounded = (off > UNIT_TOLERANCE) & (off <= min(1.05 * rounding, _COARSEST))
@@ -220,10 +220,3 @@ def _fitted_center(
     scatter = float(np.sqrt(np.mean((off[used] - fit.radius) ** 2)))
     worst = float(np.linalg.eigvalsh(fit.cofactor[:3, :3])[-1])
     return np.asarray(fit.center), scatter, math.sqrt(used.sum() * worst)
-
-
-def _decimals(cell: str, sign: str) -> int:
-    """Decimals that a number is printed with; many for one with an exponent."""
-    if "e" in cell.lower():
-        return 9
-    return len(cell.partition(sign)[2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from pretravel.errors import InputError
 from pretravel.formats.column_names import (
@@ -47,6 +47,10 @@ class TouchColumns:
         The table has the form that this package writes: nothing was guessed.
     unit_known : bool
         False only for a table that is looked at.
+    places : mapping of str to int
+        The place of each column of `table` in the file, from 0.
+    separator : str
+        A key of `SEPARATORS`; empty for Parquet.
     """
 
     table: CsvTable
@@ -54,6 +58,8 @@ class TouchColumns:
     understood: str
     own_form: bool
     unit_known: bool = True
+    places: Mapping[str, int] = field(default_factory=dict)
+    separator: str = ""
 
     def title(self, *roles: str) -> str:
         """The file's names of columns, for messages."""
@@ -107,7 +113,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         titles={_own_name(role): text.title(i) for role, i in roles.index.items()},
         unread=tuple(text.title(i) for i in _other_columns(text, roles)),
     )
-    _refuse_control_characters(table)
+    refuse_control_characters(table)
     own_form = (
         text.separator == ","
         and text.encoding == "UTF-8"
@@ -118,7 +124,15 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     titles = {role: text.title(i) for role, i in roles.index.items()}
     sentence = _sentence(text, roles, unit, decimal)
     known = unit is None or unit.name != NO_UNIT
-    return TouchColumns(table, titles, sentence, own_form, known)
+    return TouchColumns(
+        table,
+        titles,
+        sentence,
+        own_form,
+        known,
+        places={_own_name(role): i for role, i in roles.index.items()},
+        separator="" if file.ending == ".parquet" else text.separator,
+    )
 
 
 def _own_name(role: str) -> str:
@@ -267,8 +281,13 @@ def _refuse_thousands(text: TextTable, cells: Sequence[tuple[str, int]]) -> None
             )
 
 
-def _refuse_control_characters(table: CsvTable) -> None:
-    """A label goes to pages, programs and logs: one line of visible characters."""
+def refuse_control_characters(table: CsvTable) -> None:
+    """A label goes to pages, programs and logs: one line of visible characters.
+
+    Raises
+    ------
+    InputError
+    """
     if not table.has("label"):
         return
     for label, line in zip(table.columns["label"], table.lines, strict=True):

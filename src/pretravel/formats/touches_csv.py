@@ -68,7 +68,7 @@ def read_touches(source: Source, options: ReadingOptions | None = None) -> Touch
     file = opened(source)
     columns = read_touch_columns(file, options)
     columns.table.require(*_POSITION, *_NORMAL, what="touches")
-    return _touches(file, columns, options or ReadingOptions())[0]
+    return touches_of_columns(file, columns, options or ReadingOptions())[0]
 
 
 def read_table_of_touches(
@@ -108,14 +108,33 @@ def read_table_of_touches(
             )
         return found
     table.require(*_POSITION, *_NORMAL, what="touches")
-    touches, warnings = _touches(file, columns, options)
+    touches, warnings = touches_of_columns(file, columns, options)
     return FileReadings(touches, warnings=warnings)
 
 
-def _touches(
+def touches_of_columns(
     file: SourceFile, columns: TouchColumns, options: ReadingOptions
 ) -> tuple[Touches, tuple[str, ...]]:
-    """Touches of a table with positions and normals, and warnings about them."""
+    """Make touches of a table with positions and normals.
+
+    Parameters
+    ----------
+    file : SourceFile
+        For messages.
+    columns : TouchColumns
+    options : ReadingOptions
+
+    Returns
+    -------
+    Touches
+    tuple of str
+        Warnings about them.
+
+    Raises
+    ------
+    InputError
+        As `read_touches`.
+    """
     table = columns.table
     if "pretravel_um" in table.unread:
         raise file.error(
@@ -277,13 +296,16 @@ def write_touches(path: str | Path, touches: Touches) -> None:
 
 
 def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
-    """Touches as columns, one row per touch.
+    """Return touches as the columns that `write_touches` writes, one row per touch.
 
     Returns
     -------
     mapping of str to (n,) values
-        label, x_mm, y_mm, z_mm, nx, ny, nz, approach_x, approach_y, approach_z, feed_mm_min,
-        spindle_deg, nominal_x_mm, nominal_y_mm, nominal_z_mm: those that the touches have.
+        label, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az, feed_mm_min, spindle_deg, nominal_x_mm,
+        nominal_y_mm, nominal_z_mm: those that the touches have.
+
+    >>> list(touches_table(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])))[:4]
+    ['x_mm', 'y_mm', 'z_mm', 'nx']
     """
     columns: dict[str, npt.ArrayLike] = {}
     if touches.labels is not None:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pretravel.compensation.compensation import (
-    apply,
-    compensation_warnings,
-    extrapolation_warnings,
-)
+from pretravel.compensation.compensation import apply, compensation_warnings
 from pretravel.compensation.point_budget import point_budget
 from pretravel.compensation.point_errors import PointErrors, errors_of_points
 from pretravel.compensation.points import Points, placed
+from pretravel.compensation.points_summary import TouchSummary
 from pretravel.formats.file_format import FileReadings
 from pretravel.formats.point_files import write_points
 from pretravel.frames import Placement
@@ -42,6 +39,8 @@ class CompensationSetup:
         That the touches are in: "part" or "machine".
     feed : float or None
         Of touches that do not state theirs. [mm/min]
+    shared : bool
+        The points state which errors they have in common.
     """
 
     nominal: Surface | Part | None = None
@@ -49,6 +48,7 @@ class CompensationSetup:
     placement: Placement | None = None
     frame: Literal["part", "machine"] = "part"
     feed: float | None = None
+    shared: bool = True
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,8 @@ class CompensatedTouches:
     errors : PointErrors
         Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
     warnings : tuple of str
+    summary : TouchSummary
+        Of the touches, which the warnings come from.
     """
 
     readings: FileReadings
@@ -75,7 +77,8 @@ class CompensatedTouches:
     setup: CompensationSetup
     points: Points
     errors: PointErrors
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...]
+    summary: TouchSummary
 
     def document(self, touches_name: str = "", *, warnings: Sequence[str] = ()) -> Document:
         """The report; parameters as those of `points_document`."""
@@ -142,10 +145,18 @@ def compensate_readings(
     if in_machine:
         measured = moved(measured, placement.inverse)
     seen = pretravel_map.seen_from(placement)
-    points = apply(measured, seen, nominal=setup.nominal, extrapolate=setup.extrapolate)
+    points = apply(
+        measured,
+        seen,
+        nominal=setup.nominal,
+        extrapolate=setup.extrapolate,
+        shared=setup.shared,
+    )
     errors = errors_of_points(measured, points.normals, seen)
-    extrapolated = extrapolation_warnings(points.normals, seen)
+    summary = TouchSummary.of(measured, points, seen)
     if in_machine:
         points = placed(points, placement)
-    warnings = (*extrapolated, *compensation_warnings(measured, points, pretravel_map))
-    return CompensatedTouches(readings, measured, pretravel_map, setup, points, errors, warnings)
+    warnings = tuple(compensation_warnings(summary, pretravel_map))
+    return CompensatedTouches(
+        readings, measured, pretravel_map, setup, points, errors, warnings, summary
+    )

@@ -8,6 +8,7 @@ import numpy as np
 
 from pretravel.arrays import FloatArray
 from pretravel.compensation.points import Points
+from pretravel.compensation.points_summary import Moments, PointsSummary
 from pretravel.frames import Placement
 from pretravel.report.budget_picture import budget_picture
 from pretravel.report.budget_report import budget_section
@@ -53,44 +54,77 @@ def points_document(
     Document
     """
     title = f"{touches_name}, compensated" if touches_name else "Compensated points"
-    u = points.standard_uncertainty / MICROMETRE
+    picture = Picture(
+        "The part before and after compensation, pretravel and uncertainty",
+        lambda: points_view(
+            points, title, nominal=nominal, placement=placement, tolerance=tolerance
+        ),
+    )
+    summary = PointsSummary.of(points)
+    return summary_document(summary, picture, title=title, warnings=warnings, budgets=budgets)
+
+
+def summary_document(
+    summary: PointsSummary,
+    picture: Picture,
+    *,
+    title: str,
+    warnings: Sequence[str] = (),
+    budgets: Sequence[Budget] = (),
+) -> Document:
+    """The report of a compensation from a summary of its points.
+
+    Parameters
+    ----------
+    summary : PointsSummary
+    picture : Picture
+        Of the points, or of some of them.
+    title : str
+    warnings : sequence of str
+    budgets : sequence of Budget
+
+    Returns
+    -------
+    Document
+    """
     figures = [
-        KeyFigure("pretravel", Span.of(points.pretravel / MICROMETRE), "µm"),
-        KeyFigure("u of a point", Span.of(u), "µm", remark="standard uncertainty along the normal"),
+        KeyFigure("pretravel", _span(summary.pretravel), "µm"),
+        KeyFigure(
+            "u of a point", _span(summary.u), "µm", remark="standard uncertainty along the normal"
+        ),
     ]
-    if points.deviation is not None:
-        deviation = points.deviation / MICROMETRE
+    if summary.deviation is not None:
+        reached = summary.deviation
         figures += [
+            KeyFigure("deviation", _span(reached), "µm", remark="from nominal, along the normal"),
+            KeyFigure("mean deviation", reached.mean / MICROMETRE, "µm", detail=True),
             KeyFigure(
-                "deviation", Span.of(deviation), "µm", remark="from nominal, along the normal"
-            ),
-            KeyFigure("mean deviation", float(deviation.mean()), "µm", detail=True),
-            KeyFigure(
-                "spread", float(deviation.std()), "µm", remark="standard deviation", detail=True
+                "spread",
+                reached.spread / MICROMETRE,
+                "µm",
+                remark="standard deviation",
+                detail=True,
             ),
         ]
     return Document(
         title=title,
-        verdict=f"{len(points)} points{_in_short(points)}; U of a point up to "
-        f"{value_text(COVERAGE_FACTOR * float(np.max(u)), 'µm')} (k = 2)",
+        verdict=f"{len(summary)} points{_in_short(summary)}; U of a point up to "
+        f"{value_text(COVERAGE_FACTOR * summary.u.high / MICROMETRE, 'µm')} (k = 2)",
         figures=tuple(figures),
-        tables=before_and_after(points),
+        tables=before_and_after(summary),
         sections=budget_section(budgets),
-        pictures=(
-            Picture(
-                "The part before and after compensation, pretravel and uncertainty",
-                lambda: points_view(
-                    points, title, nominal=nominal, placement=placement, tolerance=tolerance
-                ),
-            ),
-            *(budget_picture(budget, budget.result) for budget in budgets),
-        ),
+        pictures=(picture, *(budget_picture(budget, budget.result) for budget in budgets)),
         warnings=tuple(warnings),
         budgets=tuple(budgets),
     )
 
 
-def before_and_after(points: Points) -> tuple[Table, ...]:
+def _span(moments: Moments) -> Span:
+    """The range of lengths. [µm]"""
+    return Span(moments.low / MICROMETRE, moments.high / MICROMETRE)
+
+
+def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
     """What each correction leaves at the points: the tip radius alone, one radius, the map.
 
     With a nominal these are deviations from it. Without one the error of a point is not known;
@@ -98,14 +132,14 @@ def before_and_after(points: Points) -> tuple[Table, ...]:
 
     Parameters
     ----------
-    points : Points
+    points : PointsSummary
 
     Returns
     -------
     tuple of Table
         None for points that do not state what the control reported (`Points.uncompensated`).
     """
-    if points.uncompensated is None:
+    if points.before is None:
         return ()
     left = _left_by_corrections(points)
     nominal = points.deviation is not None
@@ -114,10 +148,10 @@ def before_and_after(points: Points) -> tuple[Table, ...]:
         Table(
             (
                 Column.of("correction", left),
-                Column.of("from", [float(v.min()) for v in values], "µm"),
-                Column.of("to", [float(v.max()) for v in values], "µm"),
-                Column.of("mean", [float(v.mean()) for v in values], "µm"),
-                Column.of("spread", [float(v.std()) for v in values], "µm"),
+                Column.of("from", [v.low / MICROMETRE for v in values], "µm"),
+                Column.of("to", [v.high / MICROMETRE for v in values], "µm"),
+                Column.of("mean", [v.mean / MICROMETRE for v in values], "µm"),
+                Column.of("spread", [v.spread / MICROMETRE for v in values], "µm"),
             ),
             title="Deviation from nominal before and after"
             if nominal
@@ -130,32 +164,33 @@ def before_and_after(points: Points) -> tuple[Table, ...]:
     )
 
 
-def _left_by_corrections(points: Points) -> dict[str, FloatArray]:
-    """What corrections leave at each point, the map last. [µm]
+def _left_by_corrections(points: PointsSummary) -> dict[str, Moments]:
+    """What corrections leave at the points, the map last. [mm]
 
     Without a nominal the compensated points are the reference, and the map is not listed.
     """
-    assert points.uncompensated is not None
-    moved = np.sum((points.uncompensated - points.positions) * points.normals, axis=1)
-    reached = np.zeros(len(points)) if points.deviation is None else points.deviation
+    assert points.before is not None
+    reached = 0.0 if points.deviation is None else points.deviation.mean
     left = {
-        "tip radius alone": (reached + moved) / MICROMETRE,
-        "one radius for all": (reached + moved - moved.mean()) / MICROMETRE,
+        "tip radius alone": points.before,
+        "one radius for all": points.before.shifted(reached - points.before.mean),
     }
     if points.deviation is not None:
-        left["map"] = reached / MICROMETRE
+        left["map"] = points.deviation
     return left
 
 
-def _in_short(points: Points) -> str:
+def _in_short(points: PointsSummary) -> str:
     """The verdict on before and after."""
-    if points.uncompensated is None or len(points) < 2:
+    if points.before is None or len(points) < 2:
         return ""
     left = _left_by_corrections(points)
     if "map" not in left:
-        most = value_text(float(np.abs(left["one radius for all"]).max()), "µm")
+        most = value_text(left["one radius for all"].largest / MICROMETRE, "µm")
         return f"; one radius for all of them would leave errors up to {most}"
-    before, after = (value_text(float(left[n].std()), "µm") for n in ("tip radius alone", "map"))
+    before, after = (
+        value_text(left[name].spread / MICROMETRE, "µm") for name in ("tip radius alone", "map")
+    )
     return f"; spread of the deviation {before} before, {after} after"
 
 

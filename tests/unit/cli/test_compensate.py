@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply, extrapolation_warnings
+from pretravel.compensation.compensation import apply
 from pretravel.formats.logs.fusion import read_fusion
 from pretravel.formats.logs.qif import read_point_sets
 from pretravel.formats.map_file import read_map
 from pretravel.formats.touches_csv import read_touches
-from tests.support.commands import positions, run
+from tests.support.commands import both_outputs, positions, run
 from tests.support.control_logs import (
     OWN_LOG,
     written,
@@ -31,7 +31,6 @@ def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class TestCompensatedPoints:
     @pytest.mark.parametrize("ending", ["parquet", "qif", "msr"])
     def test_same_points_in_every_format(self, tmp_path: Path, map_file: Path, ending: str) -> None:
-        from pretravel.formats.map_file import read_map
 
         source = EXAMPLES / "part_touches.csv"
         out = tmp_path / f"points.{ending}"
@@ -82,6 +81,5 @@ class TestNormalsOutsideTheMap:
         assert "the probe of this map does not trigger" in told
         slanted = tmp_path / "slanted.csv"
         slanted.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0.8,0,-0.6\n0,0,0,1,0,0\n")
-        run("compensate", slanted, "--map", saved, "--extrapolate", "-o", points)
-        told = extrapolation_warnings(read_touches(slanted).normals, read_map(saved))[0]
+        _, told = both_outputs("compensate", slanted, "--map", saved, "--extrapolate", "-o", points)
         assert "1 of 2 normals lie outside the map" in told

@@ -13,6 +13,7 @@ from pretravel.compensation.compensation import apply, compensation_warnings
 from pretravel.compensation.measured_sphere import measured_sphere
 from pretravel.compensation.point_budget import variances_along_normals
 from pretravel.compensation.point_errors import errors_of_points
+from pretravel.compensation.points_summary import TouchSummary
 from pretravel.directions import fibonacci_cap, from_angles, unit
 from pretravel.errors import ExtrapolationError
 from pretravel.formats.csv_table import read_csv_table
@@ -25,6 +26,11 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
+
+
+def _warned(touches: Touches, made: PretravelMap) -> list[str]:
+    """What compensation with a map warns about."""
+    return compensation_warnings(TouchSummary.of(touches, apply(touches, made), made), made)
 
 
 class TestCompensation:
@@ -74,7 +80,7 @@ class TestCompensation:
             a = [[math.sin(math.radians(tilt)), 0.0, -math.cos(math.radians(tilt))]]
             touches = Touches([[0.0, 0.0, 3.0]], n, a)  # type: ignore[arg-type]
             pretravel_map = replace(self._map(), repeatability=noise)
-            warnings = compensation_warnings(touches, apply(touches, pretravel_map), pretravel_map)
+            warnings = _warned(touches, pretravel_map)
             assert any("off the normal" in warning for warning in warnings) == expected
 
     def test_an_unknown_delay_acts_along_the_approach(self) -> None:
@@ -102,12 +108,12 @@ class TestCompensation:
         touches = Touches([[0.0, 0.0, 3.0]], n, feeds=None if feed is None else [feed])
         qualified = Provenance(origin=Origin.QUALIFIED)
         made = replace(self._map(), feed=made_at, provenance=qualified)
-        told = " ".join(compensation_warnings(touches, apply(touches, made), made))
+        told = " ".join(_warned(touches, made))
         assert expected in told
         assert ("feed" in told) == bool(expected)
         if feed is not None:
             known = replace(made, feed=60.0, delay=1e-3, u_delay=1e-5, delay_effect=np.zeros(1))
-            told = " ".join(compensation_warnings(touches, apply(touches, known), known))
+            told = " ".join(_warned(touches, known))
             assert "state" not in told
 
     def test_sources_of_a_point_add_up(self) -> None:
