@@ -17,10 +17,10 @@ from pretravel.whole_file import whole_file
 
 APPENDED_ENDINGS = (".csv", ".parquet")
 """Endings of the files that can be written in pieces."""
-Columns: TypeAlias = Mapping[str, npt.ArrayLike | Sequence[str]]
+TableColumnsByName: TypeAlias = Mapping[str, npt.ArrayLike | Sequence[str]]
 
 
-def table_piece(ending: str, columns: Columns, *, first: bool) -> Any:
+def table_piece(ending: str, columns: TableColumnsByName, *, first: bool) -> Any:
     r"""Make a piece of a table as `appended_table` takes it: the slow part of writing.
 
     Parameters

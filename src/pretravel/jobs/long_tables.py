@@ -38,11 +38,11 @@ _AHEAD = 2
 """Blocks that wait for each process: few, so that the memory does not grow with the table."""
 
 log = logging.getLogger(__name__)
-Found = TypeVar("Found")
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
-class BlockResult(Generic[Found]):
+class BlockResult(Generic[_Found]):
     """What is made of a block.
 
     Attributes
@@ -51,18 +51,18 @@ class BlockResult(Generic[Found]):
         Of the output.
     count : int
         Touches.
-    found : Found
+    found : _Found
     warnings : tuple of str
         Of the reader.
     """
 
     piece: Any
     count: int
-    found: Found
+    found: _Found
     warnings: tuple[str, ...] = ()
 
 
-Work = Callable[[TouchBlock], BlockResult[Found]]
+_Work = Callable[[TouchBlock], BlockResult[_Found]]
 
 
 @dataclass(frozen=True)
@@ -268,8 +268,8 @@ def convert_long_table(
 
 
 def _written(
-    work: Work[Found], table: LongTable, output: Path, workers: int
-) -> Iterator[BlockResult[Found]]:
+    work: _Work[_Found], table: LongTable, output: Path, workers: int
+) -> Iterator[BlockResult[_Found]]:
     """Results of the blocks, whose pieces are written to the output."""
     done = 0
     with appended_table(output) as append:
@@ -282,15 +282,15 @@ def _written(
 
 
 def _in_order(
-    work: Work[Found], blocks: Iterator[TouchBlock], workers: int
-) -> Iterator[BlockResult[Found]]:
+    work: _Work[_Found], blocks: Iterator[TouchBlock], workers: int
+) -> Iterator[BlockResult[_Found]]:
     """Results of the blocks in their order, by this process or by several."""
     if workers < 2 or not _can_be_sent(work):
         yield from map(work, blocks)
         return
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(work,)) as pool:
-        waiting: deque[Future[BlockResult[Found]]] = deque()
+        waiting: deque[Future[BlockResult[_Found]]] = deque()
         try:
             for block in blocks:
                 waiting.append(pool.submit(_work_on, block))
