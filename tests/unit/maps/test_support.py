@@ -7,6 +7,7 @@ import pytest
 
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.map_warnings import some_directions
 
 
 def _nearest_by_trial(support: DirectionSupport, direction: np.ndarray) -> float:
@@ -48,3 +49,16 @@ def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> Non
         found = weights[row] @ support.nodes[nodes_of[row]]
         # Weights are linear in the arc, and the chord is not: 1e-5 on the long edge.
         assert found @ direction / np.linalg.norm(found) == pytest.approx(best, abs=2e-5)
+
+
+def test_very_many_directions_are_drawn_in_their_order() -> None:
+    few, many = fibonacci_cap(5000, 1.5), fibonacci_cap(5200, 1.5)
+    assert some_directions(few) is few
+    drawn = some_directions(many)
+    assert drawn.shape == (5000, 3)
+    rows = [int(np.flatnonzero((many == one).all(axis=1))[0]) for one in drawn[::250]]
+    assert rows == sorted(rows)
+    assert len(np.unique(drawn, axis=0)) == 5000
+    # From everywhere, not the first ones.
+    assert (drawn == many[-200:, None]).all(axis=2).any(axis=1).mean() > 0.8
+    assert np.array_equal(some_directions(many), drawn)

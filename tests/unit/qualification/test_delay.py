@@ -16,8 +16,12 @@ from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.identification import kind_registry
 from pretravel.identification.kind_registry import KINDS
-from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
+from pretravel.maps.kinds.harmonic import fit_harmonic
+from pretravel.maps.observation import Scatter
+from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, QualificationSetup
 from pretravel.probe.catalogue import load_probe
+from pretravel.qualification.delay import signal_delay
+from pretravel.qualification.observe import observe
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, at_rest
 from pretravel.trigger.predict import predict
@@ -244,3 +248,20 @@ def test_embed_is_at_rest() -> None:
     assert back.positions == pytest.approx(10.0 * n, abs=1e-9)
     moving = apply(embed(10.0 * n, n, made, feeds=np.full(25, 500.0)), made)
     assert moving.positions == pytest.approx(10.0 * n, abs=1e-9)
+
+
+def test_feeds_that_change_with_the_directions_do_not_determine_a_delay() -> None:
+    """The delay travel then looks like a shift of the reference, or like lobes."""
+    n = np.tile(sphere_pattern_25(), (2, 1))
+    setup = QualificationSetup(25.0, tip_diameter=6.0)
+    known = []
+    for feeds in (100.0 + 60.0 * n[:, 0], np.repeat([50.0, 150.0], 25)):
+        noise = np.random.default_rng(1).normal(0.0, NOISE, len(n))
+        touches = Touches(n * (15.49 + noise)[:, None], n, feeds=feeds)
+        fit = fit_harmonic(observe(touches, setup))
+        found = signal_delay(touches, fit, Scatter(NOISE, 25.0))
+        assert (found.slowest, found.fastest) == (feeds.min(), feeds.max())
+        known.append(found.u_delay)
+    assert known[0] == np.inf
+    # 50 touches at 100 mm/min between the feeds: half of 1.67 mm/s about their mean.
+    assert known[1] == pytest.approx(NOISE / (np.sqrt(50.0) * 0.5 * 100.0 / 60.0), rel=0.1)

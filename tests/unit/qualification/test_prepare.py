@@ -11,6 +11,7 @@ from pretravel.directions import sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import prepare
 from pretravel.touches import Touches, without
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
@@ -108,3 +109,27 @@ def test_what_the_machine_adds_is_taken_off_the_touches() -> None:
     along = np.sum(ready.touches.positions * n, axis=1)
     mean = np.bincount(groups, along) / 3.0
     assert np.sqrt(np.sum((along - mean[groups]) ** 2) / 50.0) == pytest.approx(1e-4, rel=0.3)
+
+
+@pytest.mark.parametrize(("size", "many"), [(0.02, False), (0.04, True)])
+def test_more_wrong_touches_than_a_fifth_are_kept_and_said_to_be(size: float, many: bool) -> None:
+    """Repeats of every fourth direction scatter by 20 or 40 um: another surface, not dirt."""
+    touches = _touches()
+    positions = touches.positions.copy()
+    groups = np.unique(touches.normals.round(6), axis=0, return_inverse=True)[1].ravel()
+    rng = np.random.default_rng(2)
+    for row in np.flatnonzero(groups % 4 == 0):
+        positions[row] += size * rng.standard_normal() * touches.normals[row]
+    found = prepare(replace(touches, positions=positions), SETUP)
+    share = sum(len(outlier.rows) for outlier in found.outliers) / len(touches)
+    assert (share > 0.2) == many
+    assert share > 0.1
+    assert found.used.mean() == pytest.approx(1.0 if many else 1.0 - share)
+    assert all(outlier.left_out != many for outlier in found.outliers)
+
+
+def test_what_became_of_an_outlier_is_said() -> None:
+    outlier = Outlier((3,), 0.02, 0.001, "t4 lies off")
+    assert outlier.outcome == "Left out: touch there again"
+    kept = replace(outlier, left_out=False)
+    assert kept.outcome.startswith("Kept, because too many touches look wrong")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,9 +18,15 @@ from pretravel.errors import PretravelError
 from pretravel.formats.map_file import read_map, write_map
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.prior_update import (
+    _feed_warnings,
+    _one_direction,
+    _warnings,
+    update_map,
+)
 from pretravel.qualification.probe_drift import ProbeDrift, drift_of_changes, drifted_map
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
@@ -334,3 +341,63 @@ def test_drift_of_a_history() -> None:
     assert found.level == pytest.approx(1e-3, rel=0.15)
     assert found.turn == ProbeDrift().turn
     assert "400 verifications" in found.source
+
+
+def _fed(made_at: float | None, feeds: np.ndarray | None, delay: float | None = None) -> list[str]:
+    old = replace(_constant_map(0.01, 2e-4, 3e-4), feed=made_at, delay=delay)
+    n = five_point_pattern()
+    return _feed_warnings(Touches(15.49 * n, n, feeds=feeds), old)
+
+
+def test_another_feed_than_the_map_s_is_refused_and_an_unknown_one_is_told() -> None:
+    """A hundredth is the same feed."""
+    assert _fed(60.0, np.full(5, 60.5)) == []
+    assert _fed(60.0, np.full(5, 59.5)) == []
+    assert _fed(None, np.full(5, 200.0)) == []
+    assert _fed(60.0, np.full(5, 200.0), delay=1e-3) == []
+    assert _fed(60.0, None) == [
+        "the touches do not state their feed; the old map is that at 60 mm/min"
+    ]
+    for feeds in (np.full(5, 61.0), np.full(5, 59.0), np.array([30.0, 60.0, 60.0, 60.0, 90.0])):
+        with pytest.raises(PretravelError, match=r"made at 60 mm/min, these touches at \d+ to \d+"):
+            _fed(60.0, feeds)
+
+
+def test_touches_that_scatter_more_than_the_map_s_are_told() -> None:
+    """F of 20 and 50 degrees exceeds 2.95 in a thousandth of good sets (tables: 2.95)."""
+    old = replace(_constant_map(0.01, 2e-4, 3e-4), repeatability_dof=50.0)
+    assert _warnings(0.5, old, Scatter(3e-4 * np.sqrt(2.8), 20.0)) == []
+    (sentence,) = _warnings(0.5, old, Scatter(3e-4 * np.sqrt(3.1), 20.0))
+    assert "scatter by 0.53 µm, those of the old map by 0.30 µm" in sentence
+    assert _warnings(0.5, old, Scatter(1.0, 0.0)) == []
+    (sentence,) = _warnings(0.009, old, Scatter(3e-4, 20.0))
+    assert "fit the old map badly (probability 0.009)" in sentence
+    assert _warnings(0.011, old, Scatter(3e-4, 20.0)) == []
+
+
+def test_the_worst_direction_is_that_without_which_the_others_fit_best() -> None:
+    """By leaving out each direction in turn, with the covariance of the others alone."""
+    rng = np.random.default_rng(7)
+    groups = np.array([0, 0, 1, 1, 2, 3, 3, 3, 4])
+    root = rng.standard_normal((9, 9))
+    covariance = root @ root.T + 0.5 * np.eye(9)
+    innovations = rng.standard_normal(9)
+    innovations[groups == 3] += 6.0
+    weight = np.linalg.inv(covariance)
+    posterior = SimpleNamespace(
+        weight=weight, innovations=innovations, statistic=float(innovations @ weight @ innovations)
+    )
+    seen = SimpleNamespace(direction_count=5, groups=groups)
+    row, off, left = _one_direction(seen, posterior)  # type: ignore[arg-type]
+    lefts = []
+    for group in range(5):
+        kept = groups != group
+        own = innovations[kept]
+        lefts.append(float(own @ np.linalg.solve(covariance[np.ix_(kept, kept)], own)))
+    assert left == pytest.approx(min(lefts), rel=1e-9)
+    worst = int(np.argmin(lefts))
+    assert row == np.flatnonzero(groups == worst)[0]
+    kept = groups != worst
+    across = covariance[np.ix_(~kept, kept)]
+    expected = across @ np.linalg.solve(covariance[np.ix_(kept, kept)], innovations[kept])
+    assert off == pytest.approx(float(np.mean(innovations[~kept] - expected)), rel=1e-9)
