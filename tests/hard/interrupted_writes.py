@@ -108,6 +108,8 @@ COMMANDS = tuple(
             ("history.csv", "history.png"),
             ("h.nc", "probe.sqlite"),
         ),
+        ("history:touches", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
+         "-o {0}/drift.csv --plot {0}/drift.png"), ("drift.csv", "drift.png")),
         (
             "program part",
             "{0}/mill.toml {0}/plan.csv -o {0}/p.ngc",

@@ -22,6 +22,7 @@ from pretravel.cli import (
     export,
     faces,
     fem,
+    history,
     hysteresis,
     identify,
     laboratory,
@@ -83,7 +84,7 @@ def _main(
 
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "Start": (demo.demo, app_command),
-    "Qualify": (qualify.qualify, verify.verify, verify.history, plan_touches.plan_touches),
+    "Qualify": (qualify.qualify, verify.verify, history.history, plan_touches.plan_touches),
     "Measure": (
         compensate.compensate,
         measure.measure,

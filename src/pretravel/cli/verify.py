@@ -140,31 +140,3 @@ def _new_map(path: Path | None, pretravel_map: PretravelMap | None) -> Iterator[
     with whole_file(path) as temporary:
         write_map(temporary, pretravel_map)
         yield
-
-
-def history(
-    path: Annotated[
-        Path, typer.Argument(metavar="HISTORY", help="History file of one probe: .sqlite.")
-    ],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Table: .csv; or a page, .html or .pdf.")
-    ] = None,
-    plot: PictureFile = None,
-    verbose: Verbose = False,
-) -> None:
-    """Show the history of a probe: all verifications, as a table and a control chart.
-
-    Example: pretravel history probe.sqlite --plot chart.png
-    """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.probe_history import read_history
-    from pretravel.report.history_report import history_columns, history_document
-
-    check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [path])
-    entries = read_history(path)
-    report = history_document(entries, history_name=path.name)
-    if output is not None and not is_page(output):
-        write_csv_table(output, history_columns(entries))
-    save_page(report, output)
-    save_picture(report, plot)
-    show(report, verbose=verbose)

@@ -369,7 +369,7 @@ def _test_of_form(
     """P of size, amplitude and turn together, and each of them."""
     axes = compared.observation.axes
     x = np.asarray(np.linalg.solve(root, compared.design), dtype=np.float64)
-    usable = _separable(x, axes)
+    usable = separable_columns(x, axes)
     part = x[:, [*range(axes), *usable]]
     own_covariance = np.linalg.pinv(part.T @ part, hermitian=True)
     gain = np.linalg.solve(root.T, part @ own_covariance).T[axes:]
@@ -387,10 +387,20 @@ def _test_of_form(
     return p_form, changes
 
 
-def _separable(x: FloatArray, axes: int) -> list[int]:
+def separable_columns(x: FloatArray, axes: int) -> list[int]:
     """Columns beside the centre's that the directions separate: size, then amplitude, then turn.
 
     A flat map has no amplitude and no turn; few directions do not determine them.
+
+    Parameters
+    ----------
+    x : (g, axes + 3) float
+        Columns as those of `TouchesAndMap.design`, in any weights.
+    axes : int
+
+    Returns
+    -------
+    list of int
     """
     chosen = list(range(axes))
     scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)

@@ -192,7 +192,7 @@ def drifted_map(
     size = np.sqrt(np.mean(design**2, axis=0))
     scaling = 1.0 / np.where(size > 0.0, size, 1.0)
     to_coefficients = scaling[:, None] * np.linalg.pinv(design * scaling, rcond=1e-9)
-    slope = _slope(pretravel_map, places)
+    slope = slope_around_axis(pretravel_map, places)
     constant = basis.constant
     level = np.zeros(basis.size) if constant is None else constant
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
@@ -229,8 +229,15 @@ def _refuse_unusable(pretravel_map: PretravelMap) -> None:
         )
 
 
-def _slope(pretravel_map: PretravelMap, directions: FloatArray) -> FloatArray:
-    """Change of the map from direction to direction around the axis, (n,). [mm/rad]"""
+def slope_around_axis(pretravel_map: PretravelMap, directions: FloatArray) -> FloatArray:
+    """Change of the map from direction to direction around the axis, (n,). [mm/rad]
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    directions : (n, 3) float
+        Probe frame.
+    """
     basis, coefficients = pretravel_map.basis, pretravel_map.coefficients
     ahead, behind = (
         basis.value(directions @ probe_rotation(rotation=turn).T, coefficients)
@@ -244,7 +251,7 @@ def _azimuth_of_lobes(pretravel_map: PretravelMap, axes: int) -> float:
     nodes = pretravel_map.support.nodes
     value = pretravel_map.basis.value(nodes, pretravel_map.coefficients)
     variation = value - value.mean()
-    slope = _slope(pretravel_map, nodes)
+    slope = slope_around_axis(pretravel_map, nodes)
     design = np.column_stack([nodes[:, :axes], np.ones(len(nodes)), variation, -slope])
     noise = np.full(len(nodes), pretravel_map.repeatability**2)
     return math.sqrt(max(pretravel_map.basis.turn_variance(design, noise), 0.0))

@@ -137,30 +137,78 @@ def verify(
 
     Touches far outside their noise are left out one at a time, and named.
     """
-    _refuse_unusable(pretravel_map, false_alarm_rate)
-    warnings = _feed_warnings(touches, pretravel_map)
+    _refuse_rate(false_alarm_rate)
+    compared = touches_beside_map(touches, pretravel_map, diameter, ring=ring)
+    tests = changes_of(compared.kept, false_alarm_rate)
+    gross = compared.gross
+    with_gross = changes_of(compared.all, false_alarm_rate).changed if gross else tests.changed
     consequence = "on its own touches a map shows no change. Touch the reference anew"
-    warnings += own_touches_warnings(touches, pretravel_map, consequence)
-    if pretravel_map.delay is not None:
-        touches = at_rest(touches, pretravel_map.delay)
-    setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
-    rotation = pretravel_map.rotation
-    touches, effects = without_machine(touches, observe(touches, setup, rotation), setup, rotation)
-    warnings.extend(effects.warnings)
-    new = _NewTouches(touches, pretravel_map, setup)
-    everything = new.compared(np.ones(len(touches), dtype=bool))
-    compared, gross = new.without_gross(everything)
-    tests = changes_of(compared, false_alarm_rate)
-    with_gross = changes_of(everything, false_alarm_rate).changed if gross else tests.changed
+    warnings = compared.feed_warnings
+    warnings += tuple(own_touches_warnings(touches, pretravel_map, consequence))
+    warnings += compared.machine_warnings
     return _result(
-        compared,
+        compared.kept,
         tests,
-        causes=likely_causes(compared, pretravel_map) if tests.changed else (),
+        causes=likely_causes(compared.kept, pretravel_map) if tests.changed else (),
         gross=gross,
         changed_with_gross=with_gross,
         touches=len(touches),
         warnings=(*warnings, *_gross_warnings(gross, tests.changed, with_gross)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class TouchesBesideMap:
+    """New touches beside a map, with and without those that are grossly wrong.
+
+    Attributes
+    ----------
+    all, kept : TouchesAndMap
+    gross : tuple of Outlier
+        What `kept` is without.
+    feed_warnings, machine_warnings : tuple of str
+    """
+
+    all: TouchesAndMap
+    kept: TouchesAndMap
+    gross: tuple[Outlier, ...]
+    feed_warnings: tuple[str, ...]
+    machine_warnings: tuple[str, ...]
+
+
+def touches_beside_map(
+    touches: Touches, pretravel_map: PretravelMap, diameter: float, *, ring: bool = False
+) -> TouchesBesideMap:
+    """Put new touches beside a map, at rest, without the machine's part and gross errors.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+    diameter : float
+        Of the reference. [mm]
+    ring : bool
+
+    Returns
+    -------
+    TouchesBesideMap
+
+    Raises
+    ------
+    PretravelError
+        As `verify`.
+    """
+    refuse_unverifiable(pretravel_map)
+    feed_warnings = _feed_warnings(touches, pretravel_map)
+    if pretravel_map.delay is not None:
+        touches = at_rest(touches, pretravel_map.delay)
+    setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
+    rotation = pretravel_map.rotation
+    touches, effects = without_machine(touches, observe(touches, setup, rotation), setup, rotation)
+    new = _NewTouches(touches, pretravel_map, setup)
+    everything = new.compared(np.ones(len(touches), dtype=bool))
+    kept, gross = new.without_gross(everything)
+    return TouchesBesideMap(everything, kept, gross, tuple(feed_warnings), tuple(effects.warnings))
 
 
 def _result(
@@ -244,7 +292,7 @@ def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool)
     return [*(f"{outlier.message}. It was left out" for outlier in gross), verdict]
 
 
-def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> None:
+def _refuse_rate(false_alarm_rate: float) -> None:
     checked(false_alarm_rate, "the false-alarm rate", PROBABILITY, inputs=("false_alarms",))
     if not 0.0 < false_alarm_rate < 0.5:
         raise PretravelError(
@@ -252,6 +300,16 @@ def _refuse_unusable(pretravel_map: PretravelMap, false_alarm_rate: float) -> No
             "usual)",
             inputs=("false_alarm_rate", "false_alarms"),
         )
+
+
+def refuse_unverifiable(pretravel_map: PretravelMap) -> None:
+    """Refuse a map that new touches cannot be compared with.
+
+    Raises
+    ------
+    PretravelError
+        It states no uncertainty of its own, or is of a kind that does not follow the probe.
+    """
     if not pretravel_map.states_uncertainty:
         raise PretravelError(
             "this map states no uncertainty (a prediction, or a table), so there is no limit "

@@ -47,6 +47,8 @@ class Axis:
     logarithmic : bool
     ticks : tuple of float
         Where numbers stand; none: chosen by the program that draws.
+    tick_names : tuple of str
+        Words at the ticks, such as dates, instead of numbers.
 
     >>> Axis("pretravel", "µm").text
     'pretravel / µm'
@@ -59,6 +61,7 @@ class Axis:
     categories: tuple[str, ...] = ()
     logarithmic: bool = False
     ticks: tuple[float, ...] = ()
+    tick_names: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:

@@ -172,6 +172,8 @@ def _axis(axis: Axis) -> dict[str, Any]:
         result["ticktext"] = [escaped(name) for name in axis.categories]
     if axis.ticks:
         result |= {"tickmode": "array", "tickvals": [*axis.ticks]}
+    if axis.tick_names:
+        result["ticktext"] = [escaped(name) for name in axis.tick_names]
     if axis.low is not None and axis.high is not None:
         ends = [axis.low, axis.high]
         result["range"] = [*map(math.log10, ends)] if axis.logarithmic else ends

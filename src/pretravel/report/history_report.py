@@ -11,15 +11,24 @@ import numpy.typing as npt
 
 from pretravel.arrays import FloatArray
 from pretravel.formats.probe_history import Entry
+from pretravel.qualification.drift_over_time import DriftOverTime
 from pretravel.report.chart import Axis, PlaneChart, View
 from pretravel.report.chart_marks import Dots, LineMark, Mark, Rule, Symbol
 from pretravel.report.colours import Colour, series
 from pretravel.report.document import Column, Document, Picture, Table
+from pretravel.report.drift_report import (
+    drift_charts,
+    drift_figures,
+    drift_tables,
+    drift_verdict,
+)
 from pretravel.report.formatting import decimals, signed_decimals
 from pretravel.report.whiskers import interval_lines
 
 
-def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Document:
+def history_document(
+    entries: Sequence[Entry], *, history_name: str = "", drift: DriftOverTime | None = None
+) -> Document:
     """The report of a history: a row for each verification.
 
     Parameters
@@ -27,6 +36,8 @@ def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Doc
     entries : sequence of Entry
     history_name : str
         Of the file.
+    drift : DriftOverTime, optional
+        What the entries show of it.
 
     Returns
     -------
@@ -34,12 +45,23 @@ def history_document(entries: Sequence[Entry], *, history_name: str = "") -> Doc
     """
     title = history_name or "History of a probe"
     changed = sum(bool(entry["changed"]) for entry in entries)
+    told = drift is not None and bool(drift.last)
     return Document(
         title=title,
         verdict=f"{title}: {len(entries)} verification{'' if len(entries) == 1 else 's'}, "
-        f"{changed or 'none'} of them found a change",
-        tables=(_verifications_table(entries),),
-        pictures=(Picture("Control chart", lambda: history_view(entries, title)),),
+        f"{changed or 'none'} of them found a change"
+        + (f"; {drift_verdict(drift)}" if drift is not None and told else ""),
+        figures=drift_figures(drift) if drift is not None and told else (),
+        tables=(
+            _verifications_table(entries),
+            *(() if drift is None else drift_tables(drift)),
+        ),
+        pictures=(
+            Picture(
+                "Control chart, and the drift over time" if told else "Control chart",
+                lambda: history_view(entries, title, drift if told else None),
+            ),
+        ),
     )
 
 
@@ -75,19 +97,24 @@ def history_columns(entries: Sequence[Entry]) -> dict[str, npt.ArrayLike]:
     return columns
 
 
-def history_view(entries: Sequence[Entry], title: str = "") -> View:
+def history_view(
+    entries: Sequence[Entry], title: str = "", drift: DriftOverTime | None = None
+) -> View:
     """The control chart of a probe.
 
     Parameters
     ----------
     entries : sequence of Entry
     title : str
+    drift : DriftOverTime, optional
+        Its charts are below.
 
     Returns
     -------
     View
     """
-    return View(title or "History of a probe", control_charts(entries), 1)
+    charts = () if drift is None else drift_charts(drift)
+    return View(title or "History of a probe", (*control_charts(entries), *charts), 1)
 
 
 def control_charts(entries: Sequence[Entry]) -> tuple[PlaneChart, ...]:

@@ -1,0 +1,129 @@
+"""The history of a probe from the command line: a month of touches, and verifications."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from datetime import UTC, date, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.formats.map_file import write_map
+from pretravel.formats.probe_history import add_verification
+from pretravel.formats.touches_csv import write_touches
+from tests.support.commands import both_outputs, rows, run
+from tests.support.examples import EXAMPLES
+from tests.unit.qualification.test_verification import check, old_map, touches
+
+SPHERE = ("--diameter", 25, "--tip-diameter", 6, "--kind", "harmonic")
+
+
+def month(
+    folder: Path, days: int, *, slope: float = 0.0, jump: tuple[int, float] = (99, 0.0)
+) -> Path:
+    """A file for each day from 1 March on; the level rises by `slope` a day. [mm]"""
+    folder.mkdir()
+    for day in range(days):
+        size = slope * day + (jump[1] if day >= jump[0] else 0.0)
+        name = f"sphere_{date(2026, 3, 1) + timedelta(days=day)}.csv"
+        write_touches(folder / name, touches(200 + day, size=size))
+    return folder
+
+
+def test_a_month_with_drift(tmp_path: Path) -> None:
+    """0.1 µm a day: the map is 2 µm off on 21 March. u of the slope is 0.009 µm/day (0.1 µm over
+    12 days), so that the date is known to 3 days; the error of the first day's map is 1 day."""
+    logs, table, picture = month(tmp_path / "logs", 12, slope=1e-4), tmp_path / "h.csv", "h.png"
+    told = run("history", logs, *SPHERE, "--limit", 2, "-o", table, "--plot", tmp_path / picture)
+    assert told.startswith("drift: level +0.")
+    due = datetime.fromisoformat(told.partition("due on ")[2][:10])
+    early = datetime.fromisoformat(told.partition("earliest on ")[2][:10])
+    assert abs((due - datetime(2026, 3, 21)).days) <= 6
+    assert datetime(2026, 3, 12) < early < due
+    found = rows(table)
+    assert [row["time"][:10] for row in found][:2] == ["2026-03-01", "2026-03-02"]
+    level = np.array([float(row["level_um"]) for row in found])
+    assert np.polyfit(np.arange(12.0), level, 1)[0] == pytest.approx(0.1, abs=0.03)
+    assert {row["series"] for row in found} == {"1"}
+    assert (tmp_path / picture).stat().st_size > 10_000
+
+
+def test_the_commands_of_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a simulated month; the command that the guide begins with tells what the guide shows."""
+    month(tmp_path / "logs", 12, slope=1e-4)
+    monkeypatch.chdir(tmp_path)
+    guide = (EXAMPLES.parents[1] / "docs/how-to/drift.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```sh\n(.*?)^```", guide, re.S | re.M)
+    commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
+    told = [run(*words[1:]) for words in commands]
+    (shown,) = re.findall(r"^drift: level .*$", guide, re.M)
+    forms = [re.sub(r"\d+(\.\d+)?", "0", text.splitlines()[0]) for text in (told[0], shown)]
+    assert forms[0] == forms[1]
+    assert len(commands) == 5
+    for name in ("drift.png", "drift.csv", "drift.html", "map.nc"):
+        assert (tmp_path / name).stat().st_size > 500
+
+
+def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
+    logs = month(tmp_path / "logs", 5)
+    (logs / "sphere_2026-03-02.csv").write_text("x_mm,y_mm\n1,2\n")
+    (logs / "sphere_late.csv").write_bytes((logs / "sphere_2026-03-03.csv").read_bytes())
+    write_map(tmp_path / "map.nc", old_map())
+    told, warned = both_outputs(
+        "history", logs, "--diameter", 25, "--map", tmp_path / "map.nc", "--limit", 5
+    )
+    assert "no drift is detected" in told
+    assert "5, from 2026-03-01 to" in told
+    assert "compared with the map of map.nc" in " ".join(told.split())
+    assert "sphere_2026-03-02.csv is not used:" in warned
+    assert "1 file has no date in the name (sphere_late.csv)" in warned
+
+
+def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
+    logs, table = month(tmp_path / "logs", 14, jump=(8, 0.005)), tmp_path / "h.csv"
+    told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
+    assert told.startswith("since the jump or new map of 2026-03-09: no drift is detected")
+    assert "jump: the trend begins anew" in told
+    assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
+
+
+def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
+    probe, start = tmp_path / "probe.sqlite", datetime(2026, 3, 1, 8, tzinfo=UTC)
+    for day in range(8):
+        add_verification(
+            probe, check(touches(300 + day, size=3e-4 * day)), pretravel_map=old_map(),
+            map_name="m.nc", touches_name="t", decision="kept", time=start + timedelta(days=day),
+        )  # fmt: skip
+    told = run(
+        "history", probe, "--limit", 4, "--plot", tmp_path / "h.png", "-o", tmp_path / "h.csv"
+    )
+    assert "8 verifications" in told
+    due = datetime.fromisoformat(told.partition("due on ")[2][:10])
+    # 0.3 µm a day: 4 µm after 13.3 days. u of the slope: 0.1 µm / 6.5 days, 5 % of it.
+    assert abs((due - datetime(2026, 3, 14)).days) <= 3
+    assert len(rows(tmp_path / "h.csv")) == 8
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
+        (("{0}/probe.sqlite", "--diameter", 25), "leave out what describes touches.*--diameter"),
+        (("{0}/logs", "--diameter", 25, "--map", "{0}/m.nc", "--kind", "harmonic"),
+         "the map states its tip and its kind"),
+        (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
+        (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
+        (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),
+        (("{0}/no.sqlite",), "there is no such history"),
+    ],
+)  # fmt: skip
+def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> None:
+    for name in ("logs", "bad", "empty"):
+        (tmp_path / name).mkdir()
+    write_touches(tmp_path / "logs" / "2026-03-01.csv", touches(1))
+    (tmp_path / "bad" / "2026-03-01.csv").write_text("nothing\n")
+    given = [w.format(tmp_path) if isinstance(w, str) else w for w in words]
+    told = " ".join(run("history", *given, code=2).split())
+    assert re.search(message, told), told
