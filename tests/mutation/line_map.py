@@ -24,7 +24,12 @@ from tests.mutation.scratch import PROJECT, PYTEST_OPTIONS, ROOMS, Scratch
 
 _OTHER_FOLDERS = ("browser", "machine", "hard", "mutation", "benchmarks")
 """Tests there drive a browser or a control, or do not concern these rooms."""
-_DOCUMENTS = ("README.md", "docs/finite_elements.md", "docs/surfaces.md", "docs/laboratory.md")
+_DOCUMENTS = (
+    "docs/in_python.md",
+    "docs/finite_elements.md",
+    "docs/surfaces.md",
+    "docs/laboratory.md",
+)
 _LONGEST = 1800.0
 """A set of tests that takes longer is not used. [s]"""
 

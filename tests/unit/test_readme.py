@@ -1,4 +1,4 @@
-"""The commands of README run from top to bottom, and no command loses the file of another."""
+"""The commands of README and of the tour run in order; no command loses the file of another."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ KNOWN = (".csv", ".nc", ".toml", ".step", ".sqlite", ".ngc")
 """Endings of files that one command writes and another reads."""
 
 
-def _commands() -> list[list[str]]:
-    (block,) = re.findall(
-        r"^## On the command line\n\n```\n(.*?)^```",
-        (ROOT / "README.md").read_text("utf-8"),
-        re.S | re.M,
-    )
+def _commands(page: str = "docs/tour.md", heading: str = "") -> list[list[str]]:
+    """The commands of the first block of a page, or of that below a heading."""
+    text = (ROOT / page).read_text("utf-8")
+    block = re.findall(r"^```\n(pretravel .*?)^```", text[text.index(heading) :], re.S | re.M)[0]
     return [shlex.split(line, comments=True) for line in block.splitlines()]
+
+
+FIRST_PATH = _commands("README.md", "## First path")
 
 
 def _outputs(words: list[str]) -> Iterator[str]:
@@ -41,6 +42,17 @@ def test_no_command_replaces_the_file_of_another() -> None:
     names = [name for words in _commands() for name in _outputs(words)]
     assert len(names) > 20
     assert sorted(set(names)) == sorted(names)
+
+
+def test_the_first_path_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four commands; the last ones show what the page promises."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    assert len(FIRST_PATH) == 4
+    printed = [run(*words[1:]) for words in FIRST_PATH]
+    assert "2 within the tolerance" in printed[2]
+    assert "eight sectors" in printed[3]
+    assert {path.name for path in tmp_path.glob("*.png")} == {"map.png", "bores.png", "compare.png"}
 
 
 def test_what_a_command_reads_was_made_before_or_is_in_the_repository() -> None:
