@@ -22,6 +22,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
 from pretravel.probing.slide import SlideSettings, slide
+from pretravel.probing.slide_one_normal import _golden_section
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
@@ -550,3 +551,18 @@ def test_the_event_of_a_slide_does_not_depend_on_what_follows(kinematics: str) -
     assert 2 < first < 15
     assert event(first + 1) == pytest.approx(long, rel=1e-12)
     assert np.isnan(event(first - 1))
+
+
+@pytest.mark.parametrize("goal", [0.01, 0.37, 0.5, 0.7, 0.999])
+def test_the_golden_section_shrinks_the_interval_to_0618_of_itself(goal: float) -> None:
+    """The first two points are at 0.382 and 0.618; after n intervals the end is off by 0.618^n."""
+    tried, end = _golden_section(2.0 * goal, 2.0, 200)
+    assert tried[0] == pytest.approx(2.0 * 0.381966, abs=1e-6)
+    if goal > 0.382:
+        assert tried[1] == pytest.approx(2.0 * 0.618034, abs=1e-6)
+    assert 0.0 <= end - 2.0 * goal < 2e-9 * 1.01
+    # 0.618^44 is below 1e-9: at most two trials in each interval.
+    assert 40 <= len(tried) <= 2 * 45
+    few, coarse = _golden_section(2.0 * goal, 2.0, 12)
+    assert few.tolist() == tried[: len(few)].tolist()
+    assert coarse >= end

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.errors import InputError
+from pretravel.errors import InputError, PretravelError
 from pretravel.probing.obstacles import _meets_edges
-from pretravel.surface.cad.boundary import _band
+from pretravel.surface.cad.boundary import _band, face_boundary
+from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.cad.face import Face
+from pretravel.surface.curves import Curve, Line
 from pretravel.surface.shapes import Plane
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder
 from pretravel.surface.specification import parse_surface
@@ -64,3 +66,86 @@ def test_an_object_with_a_part_of_the_members_is_no_surface(tmp_path: Path) -> N
     file.write_text("class Half:\n    def local(self, uv): ...\n\nsurface = Half()\n")
     with pytest.raises(InputError, match="not a surface"):
         parse_surface(f"{file}#surface")
+
+
+def _on_cylinder(lines: list[list[tuple[float, float, float, float]]]) -> Brep:
+    """A face on a cylinder; each wire a list of lines in its parameters: start and way."""
+    curves: list[Curve] = []
+    face = ShapeRecord("Fa", surface=1)
+    shapes = {1: face}
+    for wire in lines:
+        record = ShapeRecord("Wi")
+        shapes[len(shapes) + 1] = record
+        face.parts.append(ShapeUse(len(shapes), False, np.eye(4)))
+        for u, v, du, dv in wire:
+            curves.append(Line(np.array([u, v]), np.array([du, dv])))
+            edge = ShapeRecord("Ed", curve=(1, np.eye(4), 0.0, 1.0))
+            edge.parameter_curves.append((1, len(curves), 0, 0.0, 1.0))
+            shapes[len(shapes) + 1] = edge
+            record.parts.append(ShapeUse(len(shapes), False, np.eye(4)))
+    return Brep(curves, [], [], shapes, [])
+
+
+TURN = 2.0 * math.pi
+
+
+def _area(ring: np.ndarray) -> float:
+    x, y = ring.T
+    return 0.5 * abs(float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])))
+
+
+@pytest.mark.parametrize("height", [0.0, 5.0, 1000.0])
+def test_two_circles_without_a_seam_are_the_band_between_them(height: float) -> None:
+    """Wherever on the axis they lie: an open chain is told by its own length."""
+    surface = Cylinder([0.0, 0.0, 0.0], 5.0)
+    brep = _on_cylinder([[(1.0, height, TURN, 0.0)], [(1.0 + TURN, height + 3.0, -TURN, 0.0)]])
+    rings, borders = face_boundary(brep, brep.shapes[1], surface)
+    assert len(rings) == 1
+    assert len(borders) == 2
+    assert _area(rings[0] - [0.0, height]) == pytest.approx(3.0 * TURN, rel=1e-9)
+
+
+def test_edges_are_joined_in_the_order_in_which_they_fit() -> None:
+    """A square whose third and fourth edge are exchanged in the file, and a hole in it."""
+    sides = [
+        (0.0, 0.0, 2.0, 0.0),
+        (2.0, 0.0, 0.0, 2.0),
+        (2.0, 2.0, -2.0, 0.0),
+        (0.0, 2.0, 0.0, -2.0),
+    ]
+    square = [sides[row] for row in (0, 1, 3, 2)]
+    hole = [(0.5 + 0.5 * u, 0.5 + 0.5 * v, 0.5 * du, 0.5 * dv) for u, v, du, dv in sides]
+    surface = Cylinder([0.0, 0.0, 0.0], 5.0)
+    brep = _on_cylinder([square, hole])
+    rings, borders = face_boundary(brep, brep.shapes[1], surface)
+    assert [_area(ring) for ring in rings] == pytest.approx([4.0, 1.0], rel=1e-12)
+    assert [len(ring) for ring in rings] == [5, 5]
+    assert all(np.array_equal(ring[0], ring[-1]) for ring in rings)
+    assert len(borders) == 8
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        [[(0.0, 0.0, 2.0, 0.0), (2.0, 0.0, 0.0, 2.0)]],
+        [[(0.0, 0.0, TURN, 0.0)], [(0.0, 1.0, 1.0, 0.0)]],
+        [[(0.0, float(i), TURN, 0.0)] for i in range(3)],
+    ],
+)
+def test_a_boundary_that_does_not_close_is_refused(
+    lines: list[list[tuple[float, float, float, float]]],
+) -> None:
+    brep = _on_cylinder(lines)
+    with pytest.raises(PretravelError, match="does not close in the surface's parameters"):
+        face_boundary(brep, brep.shapes[1], Cylinder([0.0, 0.0, 0.0], 5.0))
+
+
+def test_an_edge_without_a_curve_is_refused_and_a_wire_without_edges_is_none() -> None:
+    brep = _on_cylinder([[(0.0, 0.0, TURN, 0.0)], []])
+    assert brep.shapes[2].parts
+    brep.shapes[3].parameter_curves.clear()
+    brep.shapes[3].curve = None
+    with pytest.raises(PretravelError, match="one of its edges has no curve"):
+        face_boundary(brep, brep.shapes[1], Cylinder([0.0, 0.0, 0.0], 5.0))
+    empty = _on_cylinder([[]])
+    assert face_boundary(empty, empty.shapes[1], Cylinder([0.0, 0.0, 0.0], 5.0)) == ([], [])
