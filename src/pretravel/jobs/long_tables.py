@@ -51,7 +51,8 @@ class BlockResult(Generic[_Found]):
         Of the output.
     count : int
         Touches.
-    found : _Found
+    found
+        What the work returns beside the piece.
     warnings : tuple of str
         Of the reader.
     """
