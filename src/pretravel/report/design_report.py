@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pretravel.arrays import FloatArray
-from pretravel.design.design_search import FoundDesign
+from pretravel.design.design_search import FoundDesign, TriedDesign
 from pretravel.design.wish import known_quantities
 from pretravel.directions import grid
+from pretravel.report.chart import Axis, PlaneChart, View
+from pretravel.report.chart_marks import Dots, LineMark, Rule
 from pretravel.report.document import Column, Document, Picture, Table
 from pretravel.report.formatting import decimals, number_text, shown_unit, significant
 from pretravel.report.prediction_view import prediction_view
@@ -39,6 +43,7 @@ def design_document(found: FoundDesign) -> Document:
         f"instead of {number_text(before, significant(4))} {unit}{share}",
         tables=(_free_table(found), _quantities_table(found), *_front_tables(found)),
         pictures=(
+            *_front_pictures(found, title),
             Picture(
                 "Force and pretravel of the best design, and the elastic parts of the pretravel",
                 lambda: prediction_view(
@@ -108,6 +113,68 @@ def _quantities_table(found: FoundDesign) -> Table:
 def _end(limit: object, name: str) -> float:
     value = getattr(limit, name, math.nan)
     return value if math.isfinite(value) else math.nan
+
+
+def _front_pictures(found: FoundDesign, title: str) -> tuple[Picture, ...]:
+    """The front of two goals; the main picture where there is one."""
+    if not found.front:
+        return ()
+    return (
+        Picture(
+            "Best designs between the two goals, and the design at the start",
+            lambda: View(title, (front_chart(found),), columns=1),
+        ),
+    )
+
+
+def front_chart(found: FoundDesign) -> PlaneChart:
+    """The best designs between two goals (the Pareto front), and the design at the start.
+
+    Parameters
+    ----------
+    found : FoundDesign
+        With a second goal.
+
+    Returns
+    -------
+    PlaneChart
+    """
+    names = (found.wish.goal, found.wish.second)
+    axes = [
+        Axis(name.replace("_", " "), shown_unit(known_quantities()[name].unit)) for name in names
+    ]
+    x, y = (np.array([d.quantities[n] for d in found.front]) for n in names)
+    start = [found.start.quantities[name] for name in names]
+    labels = tuple(_levels_text(design) for design in found.front)
+    kept = [
+        Rule(end, "limit", upright=axis == 0)
+        for axis, name in enumerate(names)
+        for limit in found.wish.limits
+        if limit.of == name
+        for end in (limit.at_least, limit.at_most)
+        if math.isfinite(end)
+    ]
+    return PlaneChart(
+        "No design found is better in both",
+        axes[0],
+        axes[1],
+        (
+            *kept,
+            LineMark(x, y, "best designs"),
+            Dots(x, y, labels=labels, size=7.0),
+            Dots(np.array(start[:1]), np.array(start[1:]), "start", "series2", symbol="diamond",
+                 size=9.0),
+        ),
+    )  # fmt: skip
+
+
+def _levels_text(design: TriedDesign) -> str:
+    """The free quantities of a design, for who points at it."""
+    shown = (
+        f"{key} {value if isinstance(value, str) else number_text(float(value), significant(4))}"
+        for key, value in design.levels.items()
+    )
+    return ", ".join(shown)
 
 
 def _front_tables(found: FoundDesign) -> tuple[Table, ...]:
