@@ -59,8 +59,7 @@ def test_the_commands_of_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
     told = [run(*words[1:]) for words in commands]
     (shown,) = re.findall(r"^drift: level .*$", guide, re.M)
-    forms = [re.sub(r"\d+(\.\d+)?", "0", text.splitlines()[0]) for text in (told[0], shown)]
-    assert forms[0] == forms[1]
+    assert told[0].splitlines()[0] == shown
     assert len(commands) == 5
     for name in ("drift.png", "drift.csv", "drift.html", "map.nc"):
         assert (tmp_path / name).stat().st_size > 500
