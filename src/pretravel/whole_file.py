@@ -18,6 +18,17 @@ from pretravel.made_files import enter_in_list
 
 _MARK = ".pretravel-unfinished-"
 """Begin of the names of temporary files and folders."""
+
+
+def is_unfinished(path: Path) -> bool:
+    """Whether a file or folder is a temporary one, which is being written or was left.
+
+    >>> is_unfinished(Path(".pretravel-unfinished-x1.csv")), is_unfinished(Path("map.csv"))
+    (True, False)
+    """
+    return path.name.startswith(_MARK)
+
+
 _being_written: set[Path] = set()
 """Temporary files of this process."""
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pretravel.errors import PretravelError
+from pretravel.whole_file import is_unfinished
 from pretravel.workbench.project import Listener, Project
 from pretravel.workbench.project_file import PROJECT_ENDING, read_project, write_project
 from pretravel.workbench.project_lock import ProjectLock
@@ -55,7 +56,8 @@ def recent_projects(most: int = 30) -> list[RecentProject]:
 
 
 def _newest_files() -> list[Path]:
-    return sorted(projects_folder().glob(f"*{PROJECT_ENDING}"), key=_used, reverse=True)
+    found = projects_folder().glob(f"*{PROJECT_ENDING}")
+    return sorted((p for p in found if not is_unfinished(p)), key=_used, reverse=True)
 
 
 def _used(path: Path) -> float:
