@@ -16,7 +16,6 @@ from xdist.scheduler import LoadFileScheduling
 TESTS = Path(__file__).parent / "tests"
 
 TOGETHER = {
-    "tests/machine/": "the one LinuxCNC of this computer",
     "tests/validation/test_rodrigues_2021_finite_elements.py": "finite elements of the catalogue",
     "tests/validation/test_gallery.py": "finite elements of the catalogue",
 }

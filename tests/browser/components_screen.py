@@ -8,6 +8,7 @@ import os
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 import typer
 from nicegui import ui
@@ -26,7 +27,8 @@ from pretravel.workbench.components.fields import (
 )
 from pretravel.workbench.components.file_drop import file_drop
 from pretravel.workbench.components.layout import inputs_and_results, panel
-from pretravel.workbench.components.outcome import kept, outcome
+from pretravel.workbench.components.outcome import follow, kept, outcome
+from pretravel.workbench.components.plot import plot
 from pretravel.workbench.components.same_elsewhere import same_elsewhere
 from pretravel.workbench.project import ScreenState
 from pretravel.workbench.screens import Screen
@@ -102,6 +104,8 @@ def show(state: ScreenState) -> None:
         with right:
             work = outcome(state, LINES, show_lines, missing="Drop texts on the left.")
             kept(work, lambda: lines_to_keep(work))
+            picture = plot({"data": [], "layout": {}}, "Product")
+            follow(state, LINES, lambda document: picture.update_figure(product(document)))
             with panel("Long work"):
                 outcome(state, LONG, lambda result: None, button="Wait")
             outcome(state, QUICK, lambda result: None)
@@ -118,6 +122,12 @@ def refused(path: Path) -> None:
 def show_lines(document: Document) -> None:
     document_view(document)
     same_elsewhere("pretravel example 'a b'", "import pretravel")
+
+
+def product(document: Document) -> dict[str, Any]:
+    """The last number of the verdict as a bar, in a colour of the page."""
+    bar = {"type": "bar", "x": [1.0], "y": [float(document.verdict.split()[-1])]}
+    return {"data": [bar | {"marker": {"color": "@ink"}}], "layout": {}}
 
 
 def lines_to_keep(work: Work) -> None:

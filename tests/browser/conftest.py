@@ -1,4 +1,4 @@
-"""A server for a worker, a browser for a file; they skip where chromium is missing."""
+"""A server for a worker, a browser for the files here; they skip where chromium is missing."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 
 import pytest
 
+from pretravel.workbench.project import Project
 from tests.browser.workbench_server import (
     CHROMIUM,
     WITHOUT_SCENES,
     RunningWorkbench,
+    open_project,
     running_browser,
     running_workbench,
 )
@@ -19,9 +21,9 @@ PATIENCE = 120_000
 """How long a state of a page is waited for: a loaded computer needs more than 30 s. [ms]"""
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
-    """Ended with the file: Playwright's event loop would be in the way of other tests.
+    """Ended with the last file here: Playwright's event loop would be in the way of other tests.
 
     It draws no scene in space; test_pages has a test with a browser that does.
     """
@@ -34,16 +36,26 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session")
-def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkbench]:
-    """One for a worker: it takes seconds to start, and each screen has a state of its own."""
+def _server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningWorkbench]:
+    """One for a worker: it takes seconds to start."""
     with running_workbench(tmp_path_factory.mktemp("data")) as started:
         yield started
 
 
+@pytest.fixture
+def workbench(_server: RunningWorkbench) -> RunningWorkbench:
+    """With an empty project: a page need not show the results of an earlier test first."""
+    open_project(_server.address, Project("Of a test"))
+    return _server
+
+
 @pytest.fixture(scope="module")
 def _context(browser: Any) -> Iterator[Any]:
-    """One for the tests of a file: it keeps the scripts of the page."""
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    """One for the tests of a file: it keeps the scripts of the page.
+
+    With less motion: pages change at once, and no time goes into pictures between.
+    """
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
     context.set_default_timeout(PATIENCE)
     yield context
     context.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 from pretravel.cli.main import app
 from pretravel.probe.catalogue import load_probe
+from pretravel.workbench.screens.designer import _PICTURES
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 
 LENGTH = "Stylus length to the tip centre [mm]"
@@ -33,6 +35,33 @@ def opened_designer(page: Any, workbench: RunningWorkbench) -> None:
 
 def without_versions(path: Path) -> str:
     return re.sub(r"\d{4}-\d\d-\d\dT[\d:+-]+", "", path.read_text(encoding="utf-8"))
+
+
+def pictures(page: Any) -> dict[str, Any]:
+    """What is drawn, by the description of the picture; those that stay empty are left out."""
+    found: dict[str, Any] = page.evaluate(
+        """Object.fromEntries([...document.querySelectorAll(".plot:has(.main-svg)")]
+             .filter((plot) => plot.querySelector(".plot-area").data?.length)
+             .map((plot) => [plot.getAttribute("aria-label"),
+                             JSON.stringify(plot.querySelector(".plot-area").data)]))"""
+    )
+    return found
+
+
+def test_all_pictures_follow_the_design(page: Any, workbench: RunningWorkbench) -> None:
+    def when(state: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        for _ in range(1000):
+            if state(now := pictures(page)):
+                return now
+            page.wait_for_timeout(100)
+        raise AssertionError(f"the pictures stay: {now}")
+
+    opened_designer(page, workbench)
+    start = when(lambda now: now.keys() >= set(_PICTURES.values()))
+    page.get_by_label(LENGTH).fill("100")
+    when(lambda now: all(now[name] != start[name] for name in _PICTURES.values()))
+    page.get_by_role("button", name="Back to the start").click()
+    when(lambda now: now == start)
 
 
 def test_a_longer_and_stiffer_stylus_is_compared_and_downloaded(

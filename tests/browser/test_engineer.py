@@ -104,13 +104,15 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     lines[9] = ",".join(cells)
     text = "\n".join(lines) + "\n"
     opened(page, f"{workbench.address}engineer")
-    drop(page, text.encode())
     state_diameters(page)
+    drop(page, text.encode())
     bad = page.get_by_role("row").filter(has=page.get_by_label("Use touch line 10", exact=True))
     page.wait_for_selector('tr:has-text("outlier")')
     assert "outlier" in bad.inner_text()
     page.get_by_label("Use touch line 10", exact=True).click()
     page.wait_for_selector("text=You left out 1 of 75 touches")
+    marked = "document.querySelector('.plot-area').data.find((t) => t.name === 'left out by you')"
+    page.wait_for_function(f"{marked}?.x.length === 1")  # in the picture that is changed in place
     other = page.context.new_page()
     opened(other, f"{workbench.address}engineer")
     other.wait_for_selector("text=You left out 1 of 75 touches")

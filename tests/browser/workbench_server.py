@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from pretravel.workbench.project import Project
+from pretravel.workbench.project_file import project_bytes
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = (
@@ -79,6 +84,15 @@ def running_workbench(
             process.kill()
         assert process.stdout is not None
         process.stdout.close()
+
+
+def open_project(address: str, project: Project) -> None:
+    """Open a project in a running workbench, as a person does who drops its file."""
+    request = urllib.request.Request(
+        f"{address}project/open?name=p.pretravel", project_bytes(project), {"X-Pretravel": "upload"}
+    )
+    with urllib.request.urlopen(request, timeout=60) as answer:
+        assert json.load(answer) == {"error": ""}
 
 
 def _address(process: subprocess.Popen[str]) -> str:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -45,3 +46,13 @@ def run_program(program: Path, probe: Path | None = None, code: int = 0) -> str:
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
+
+
+def run_together(*runs: tuple[Path, Path | None, int]) -> list[str]:
+    """`run_program` of several programs at the same time, each in a folder of its own.
+
+    Most of a run is waiting. Where the computer has no namespaces, they wait for each other.
+    """
+    assert len({program.parent for program, _, _ in runs}) == len(runs)
+    with ThreadPoolExecutor(len(runs)) as pool:
+        return list(pool.map(lambda run: run_program(*run), runs))

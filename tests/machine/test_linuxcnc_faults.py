@@ -25,7 +25,7 @@ from pretravel.directions import ring_pattern
 from pretravel.formats.logs.pretravel_log import read_own_log
 from pretravel.probing.targets import Targets
 from pretravel.units import DEGREE
-from tests.machine.conftest import SIMULATOR, run_program
+from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.example_maps import mean_map
 from tests.support.linuxcnc_interpreter import interpret
 
@@ -35,6 +35,7 @@ QUICK = Machine(
 NEVER, STAYS, EARLY, ALWAYS, BOUNCES, LATE, SPIKE = range(1, 8)
 """Faults of the simulated probe, as its source numbers them."""
 HOME = "G10 L2 P1 X100 Y50 Z-30 R0\n"
+HOME_IN_INCHES = "G10 L2 P1 X[100/25.4] Y[50/25.4] Z[-30/25.4] R0\n"
 OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d)\.")
 CONTROL_STOPS = "Probe tripped during non-probe move."
 """The control itself stops where the probe closes during a move that is no probing move."""
@@ -119,51 +120,68 @@ class TestStateAndTool:
     ) -> None:
         monkeypatch.setenv("PRETRAVEL_STARTUP", "G20 G91 G55 G64 P0.001 G17 G94")
         monkeypatch.setenv("PRETRAVEL_FEED_OVERRIDE", "0.5")
-        path = tmp_path / "sphere.ngc"
-        # A latch by cycle shows the feed: 0.01 mm a cycle at 600 mm/min.
-        path.write_text(program_text(count=4))
-        (tmp_path / "home.ngc").write_text(f"G21\n{HOME}M2\n")
-        run_program(tmp_path / "home.ngc")
-        probe = faulty(tmp_path / "f.hal", 0, 0)
-        probe.write_text(probe.read_text() + "setp pretravel-probe.0.hardware-latch 0\n")
-        output = run_program(path, probe)
+        # A latch by cycle shows the feed: 0.04 mm a cycle at 2400 mm/min.
+        machine = replace(QUICK, measuring_feed=2400.0)
+        folders = {name: tmp_path / name for name in ("slow", "fast", "stopped")}
+        for folder in folders.values():
+            folder.mkdir()
+            (folder / "sphere.ngc").write_text(HOME_IN_INCHES + program_text(machine, count=4))
+            probe = faulty(folder / "f.hal", SPIKE if folder.name == "stopped" else 0, 0)
+            if folder.name != "stopped":
+                probe.write_text(probe.read_text() + "setp pretravel-probe.0.hardware-latch 0\n")
+        slow, stopped = run_together(
+            *(
+                (folders[name] / "sphere.ngc", folders[name] / "f.hal", code)
+                for name, code in (("slow", 0), ("stopped", 1))
+            )
+        )
         # The end of a program (M2) itself selects G90 and G54.
-        assert re.search(r"modes at the end: .*G20.*G64.*G90", output)
-        slow = read_own_log(tmp_path / "sphere.log").touches.positions
+        assert re.search(r"modes at the end: .*G20.*G64.*G90", slow)
+        assert re.search(r"modes at the end: .*G20.*G55.*G64.*G91 ", stopped)
         monkeypatch.delenv("PRETRAVEL_FEED_OVERRIDE")
-        run_program(path, probe)
-        assert read_own_log(tmp_path / "sphere.log").touches.positions.tolist() == slow.tolist()
-        output = run_program(path, faulty(tmp_path / "f.hal", SPIKE, 0), code=1)
-        assert re.search(r"modes at the end: .*G20.*G55.*G64.*G91 ", output)
+        run_program(folders["fast"] / "sphere.ngc", folders["fast"] / "f.hal")
+        places = [
+            read_own_log(folders[name] / "sphere.log").touches.positions.tolist()
+            for name in ("slow", "fast")
+        ]
+        assert places[0] == places[1]
 
     def test_another_length_or_map_is_noticed_before_the_first_move(self, tmp_path: Path) -> None:
-        path = tmp_path / "sphere.ngc"
         # T1 of the simulated machine has the length zero.
         machine = replace(QUICK, tool=1, tool_length=80.0, change_height=10.0)
-        path.write_text("G21\n" + HOME + program_text(machine))
-        output = run_program(path, code=1)
-        assert "the tool length of T1 is 0.000 mm, 0.000 mm aside, but 80 mm" in output
-        assert depth_of(output) < -50.0
-        assert not (tmp_path / "sphere.log").exists()
-        path.write_text("G21\n" + HOME + program_text(replace(machine, change_height=None)))
-        assert "tool 0 is in the spindle: load the probe first, T1 M6" in run_program(path, code=1)
         elsewhere = replace(QUICK, work=work_placement(100.0, 50.0, -28.0))
-        path.write_text("G21\n" + HOME + program_text(elsewhere))
-        output = run_program(path, code=1)
-        assert "G54 is at X100.000 Y50.000 Z-30.000, turned by 0.00; the machine file" in output
         one = Targets([[0.0, 0, 12.5]], [[0.0, 0, 1]], labels=("top",))
         program = plan_program(one, QUICK, title="top")
-        text = linuxcnc_program(program, "top.log", compensated=mean_map(0.016))
-        path.write_text("G21\n" + HOME + text)
-        other = mean_map(0.017)
-        for name, subroutine in linuxcnc_subroutines(other, exact_lookup(other)).items():
-            (tmp_path / name).write_text(subroutine)
-        assert "belong to another map" in run_program(path, code=1)
-        same = mean_map(0.016)
-        for name, subroutine in linuxcnc_subroutines(same, exact_lookup(same)).items():
-            (tmp_path / name).write_text(subroutine)
-        run_program(path)
-        assert read_own_log(tmp_path / "top.log").touches.labels == ("top",)
+        compensated = linuxcnc_program(program, "sphere.log", compensated=mean_map(0.016))
+        texts = {
+            "length": program_text(machine),
+            "no-tool": program_text(replace(machine, change_height=None)),
+            "offset": program_text(elsewhere),
+            "another-map": compensated,
+            "same-map": compensated,
+        }
+        for name, text in texts.items():
+            (tmp_path / name).mkdir()
+            (tmp_path / name / "sphere.ngc").write_text("G21\n" + HOME + text)
+        for name, amplitude in (("another-map", 0.017), ("same-map", 0.016)):
+            own = mean_map(amplitude)
+            for file, subroutine in linuxcnc_subroutines(own, exact_lookup(own)).items():
+                (tmp_path / name / file).write_text(subroutine)
+        said = run_together(
+            *((tmp_path / name / "sphere.ngc", None, int(name != "same-map")) for name in texts)
+        )
+        refused = dict(zip(texts, said, strict=True))
+        told = "the tool length of T1 is 0.000 mm, 0.000 mm aside, but 80 mm"
+        assert told in refused["length"]
+        assert depth_of(refused["length"]) < -50.0
+        assert "tool 0 is in the spindle: load the probe first, T1 M6" in refused["no-tool"]
+        told = "G54 is at X100.000 Y50.000 Z-30.000, turned by 0.00; the machine file"
+        assert told in refused["offset"]
+        assert "belong to another map" in refused["another-map"]
+        logs = [name for name in texts if (tmp_path / name / "sphere.log").exists()]
+        assert logs == ["same-map"]
+        log = read_own_log(tmp_path / "same-map" / "sphere.log")
+        assert log.touches.labels == ("top",)
 
 
 def test_a_preview_shows_all_touches(tmp_path: Path) -> None:

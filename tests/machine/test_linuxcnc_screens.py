@@ -258,7 +258,7 @@ class TestPublishedRoutines:
         (tmp_path / "ring.hal").write_text(probe + "\n")
         call = " ".join(
             # tool, z, xy, clearance, z clearance, step off, depth, slow, fast, offset, hints, mode
-            f"[{value}]" for value in (1, 5, 6, 1, 1, 8, 2, 300, 600, 0, 0, 0, 40, 0, 1)
+            f"[{value}]" for value in (1, 5, 6, 1, 1, 8, 2, 1500, 3000, 0, 0, 0, 40, 0, 1)
         )  # fmt: skip
         lines = ["G21 G90 G61", "T1 M6", "G10 L2 P1 X100 Y50 Z-30 R0", "G54", "G0 Z9", "G0 X0 Y0"]
         # z clearance, tip diameter and extra depth: the routine moves 9 mm down.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nicegui import ui
+from nicegui.element import Element
 
 from pretravel.report.colours import DARK, LIGHT
 
@@ -21,6 +22,14 @@ class ColouredPlot(ui.plotly, component="plot.js"):
     def __init__(self, figure: dict[str, Any]) -> None:
         super().__init__(_CONFIG | figure)
         self._props["colours"] = {"light": dict(LIGHT), "dark": dict(DARK)}
+
+    def update(self) -> None:
+        """Send the figure; it is replaced as a whole, never changed in place.
+
+        NiceGUI would wrap every list of numbers in it, to notice changes.
+        """
+        dict.__setitem__(self._props, "options", self.figure)
+        Element.update(self)
 
     def update_figure(self, figure: dict[str, Any]) -> None:
         """Replace the figure."""
