@@ -20,6 +20,7 @@ exclude_patterns = ["_build", "pictures"]
 nitpicky = True
 default_role = "code"
 highlight_language = "text"
+smartquotes = False  # of --option they make a dash
 
 myst_heading_anchors = 3
 myst_enable_extensions = ["colon_fence"]
@@ -33,6 +34,8 @@ html_theme = "pydata_sphinx_theme"
 html_title = "pretravel"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "_static" / "search_scorer.js")
+html_sidebars = {"index": [], "gallery/*": []}
 html_copy_source = False
 html_show_sourcelink = False
 html_theme_options = {
@@ -42,6 +45,7 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
     "show_prev_next": False,
+    "collapse_navigation": True,  # the buttons that open a part of the list have no names
     "navigation_with_keys": False,
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",

@@ -7,6 +7,7 @@ as the meaning of a column, is beside the pages in TOML, and what is missing the
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -32,8 +33,10 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def _fill_in(app: Sphinx, docname: str, source: list[str]) -> None:
-    del app, docname
-    source[0] = _MARK.sub(lambda found: PARTS[found[1]](found[2]), source[0])
+    del app
+    up = "../" * docname.count("/")
+    text = source[0].replace(f"({up}../CHANGELOG.md", f"({up}reference/changelog.md")
+    source[0] = _MARK.sub(lambda found: PARTS[found[1]](found[2]), text)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -108,8 +111,8 @@ def _command(name: str, command: Any) -> str:
 def _paragraphs(text: str) -> str:
     """Paragraphs of a help text; lines that are commands become code."""
     text = text.replace("\n\n", "\0").replace("\n", " ").replace("\0", "\n\n")
-    text = re.sub(r"(?<!`)(pretravel [a-z][^.:;]*? -o \S+)", r"`\1`", text)
-    return re.sub(r"([*_<>])", r"\\\1", text) if "`" not in text else text
+    parts = re.split(r"(pretravel [a-z-]+ .*? -o \S+)", text)
+    return "".join(code(p) if i % 2 else _escaped(p) for i, p in enumerate(parts))
 
 
 def _metavar(parameter: Any) -> str:
@@ -338,9 +341,58 @@ def interface(rooms: str) -> str:
     return "\n\n".join(blocks)
 
 
+# The gallery
+
+
+def gallery(_: str) -> str:
+    """Each script with its picture, and its number beside the published one."""
+    folder = HERE / "gallery"
+    numbers = tomllib.loads((folder / "numbers.toml").read_text("utf-8"))
+    scripts = sorted(folder.glob("plot_*.py"), key=lambda path: ("_fig_" not in path.stem, path))
+    return "\n\n".join(_gallery_section(script, numbers[script.stem]) for script in scripts)
+
+
+def _gallery_section(script: Path, number: float) -> str:
+    text = script.read_text("utf-8")
+    tree = ast.parse(text)
+    title, _, about = (ast.get_docstring(tree) or "").partition("\n")
+    (picture,) = re.findall(r'finish\(__file__, "(.*?)"', text)
+    stated = _statement(tree)
+    row = (stated["quantity"], stated["published"], f"{number:.4g}", stated["source"])
+    head = ("number", "published", "ours", "source")
+    limits = f"{float(stated['low']):.5g} to {float(stated['high']):.5g}"
+    return (
+        f"## {title.rstrip('.')}\n\n{_escaped(about.strip())}\n\n"
+        f"![{title}](../pictures/{picture})\n\n{table(head, [row])}\n"
+        f"The script asserts {limits}: {stated['reason']}.\n\n"
+        f"<details><summary>Script {script.name}</summary>\n\n"
+        f"```{{literalinclude}} {script.name}\n:language: python\n```\n\n</details>"
+    )
+
+
+def _statement(tree: ast.Module) -> dict[str, str]:
+    """The arguments of a script's STATEMENT, whose numbers may be sums and quotients."""
+    (call,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "STATEMENT"
+    )
+    assert isinstance(call, ast.Call)
+    names = ("quantity", "published", "source", "low", "high", "reason")
+    return {n: str(eval(ast.unparse(a))) for n, a in zip(names, call.args, strict=True)}
+
+
+def changelog(_: str) -> str:
+    """The changelog of the repository, with its links as those of a page in a folder."""
+    text = (HERE.parent / "CHANGELOG.md").read_text("utf-8")
+    return text.partition("\n")[2].replace("](docs/", "](../")
+
+
 PARTS: dict[str, Callable[[str], str]] = {
     "commands": commands,
+    "changelog": changelog,
     "columns": columns,
+    "gallery": gallery,
     "interface": interface,
     "materials": materials,
     "toml-keys": toml_keys,

@@ -12,20 +12,29 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES
+from published import Statement, finish
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, TipBehaviour, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.report.style import save
 from pretravel.surface.shapes import Plane, Reversed, Sphere
 
 POLAR = np.array([10.0, 26.7, 40.0, 60.0, 80.0])
 RADII = np.array([2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, convex
 # A hollow must be larger than the ball, whose radius is 3 mm.
 HOLLOWS = np.array([3.5, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, concave
+
+
+STATEMENT = Statement(
+    "more travel on a sphere of 10 mm radius than on a plane, polar 26.7° / %",
+    "27.7 less, of two different normals",
+    "Rodrigues 2021, section 4.5.4",
+    0.016,
+    0.32,
+    "a tenth of slide / (R + r) to twice it: the slide is 20.5 µm, R + r is 13 mm",
+)
 
 
 def travel(tip: TipBehaviour, polar: float, radius: float) -> float:
@@ -66,6 +75,12 @@ def compute() -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     return result
 
 
+def stated(computed: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> float:
+    """The change with the kinematics of the thesis."""
+    convex, _, _ = computed["sideways only"]
+    return float(convex[list(POLAR).index(26.7), list(RADII).index(10.0)])
+
+
 def draw(computed: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
     """The plot of the difference from the plane over curvature; concave is on the left."""
     figure = Figure(figsize=(11, 4.8), layout="constrained", dpi=110)
@@ -90,4 +105,4 @@ if __name__ == "__main__":
     for label, (convex_, concave_, flat_) in results.items():
         print(label, flat_.round(2))
         print("convex", RADII, convex_.round(3), "concave", HOLLOWS, concave_.round(3), sep="\n")
-    save(draw(results), PICTURES / "curvature_study.png")
+    finish(__file__, "curvature_study.png", draw(results), STATEMENT, stated(results))

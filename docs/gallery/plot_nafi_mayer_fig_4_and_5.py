@@ -8,22 +8,38 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES
+from published import Statement, finish
 
 from pretravel.formats.separation_csv import read_multi_step_readings
 from pretravel.laboratory.multi_step_readings import RepeatedPair
 from pretravel.laboratory.separation import Separation, separate
 from pretravel.report.chart_files import drawn_figure
 from pretravel.report.separation_report import separation_view
-from pretravel.report.style import save
 
 READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"
+
+
+STATEMENT = Statement(
+    "lobes of the systematic error of the probe (largest harmonic)",
+    "3",
+    "Nafi and Mayer 2011, Figure 4: a probe with three lobes",
+    3.0,
+    3.0,
+    "a count",
+)
 
 
 def compute() -> Separation:
     """The separation with the repeated configuration (1, 1): 0.74 µm² from 200 repeats."""
     return separate(read_multi_step_readings(READINGS), repeated=RepeatedPair(1, 1, 0.74e-6, 200))
+
+
+def stated(result: Separation) -> float:
+    """The order of the largest harmonic of the probe's error."""
+    spectrum = np.abs(np.fft.rfft(result.probe_error - result.probe_error.mean()))
+    return float(np.argmax(spectrum))
 
 
 def draw(result: Separation) -> Figure:
@@ -33,4 +49,5 @@ def draw(result: Separation) -> Figure:
 
 
 if __name__ == "__main__":
-    save(draw(compute()), PICTURES / "separation.png")
+    found = compute()
+    finish(__file__, "separation.png", draw(found), STATEMENT, stated(found))

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES, trigger_table
+from published import Statement, finish, trigger_table
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
-from pretravel.report.style import save
 from pretravel.trigger.predict import predict
 
 AZIMUTH = np.arange(0.0, 351.0, 10.0)
 POLAR = np.arange(80.0, 9.0, -10.0)
+
+
+STATEMENT = Statement(
+    "sensing distance at polar 40°, azimuth 60° / µm",
+    "4.5",
+    "Rodrigues 2021, Table 4.6",
+    4.28,
+    4.72,
+    "printed to 0.1; dimensions fitted at 90° alone, 56 directions within 3.7 %",
+)
 
 
 def compute() -> np.ndarray:
@@ -27,6 +36,11 @@ def compute() -> np.ndarray:
             for polar in POLAR
         ]
     )
+
+
+def stated(distances: np.ndarray) -> float:
+    """The sensing distance at polar 40°, azimuth 60°."""
+    return float(distances[list(POLAR).index(40.0), list(AZIMUTH).index(60.0)])
 
 
 def draw(distances: np.ndarray) -> Figure:
@@ -52,4 +66,5 @@ def draw(distances: np.ndarray) -> Figure:
 
 
 if __name__ == "__main__":
-    save(draw(compute()), PICTURES / "rodrigues_fig_4_16.png")
+    found = compute()
+    finish(__file__, "rodrigues_fig_4_16.png", draw(found), STATEMENT, stated(found))

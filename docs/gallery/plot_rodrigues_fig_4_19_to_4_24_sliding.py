@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES, sliding_tables
+from published import Statement, finish, sliding_tables
 
 from pretravel.probe.catalogue import load_probe
 from pretravel.probing.slide import slide
@@ -22,7 +22,6 @@ from pretravel.report.chart import Axis, PlaneChart, View
 from pretravel.report.chart_files import drawn_figure
 from pretravel.report.chart_marks import Dots, LineMark, Mark, Rule
 from pretravel.report.slide_report import slide_chart
-from pretravel.report.style import save
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface
 
@@ -36,6 +35,16 @@ CASES = {
 }  # fmt: skip
 
 
+STATEMENT = Statement(
+    "deflection on the convex surface (u = v = 0.5) after 20 µm of feed / µm",
+    "71.825",
+    "Rodrigues 2021, Table 4.10",
+    71.75,
+    71.90,
+    "the tolerance of the solver in the thesis is 0.1 %",
+)
+
+
 def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
     """For each case: history of the slide, surface, printed deflections (µm)."""
     tip = predicted_tip(load_probe("omp40-2-thesis-100mm"))
@@ -45,6 +54,12 @@ def compute() -> dict[str, tuple[SlideHistory, Surface, np.ndarray]]:
         surface = parse_surface(specification)
         computed[name] = (slide(tip, surface, at), surface, to_um * tables[column])
     return computed
+
+
+def stated(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> float:
+    """The deflection of the last step on the convex surface."""
+    history, _, _ = computed["convex, u = 0.5, v = 0.5"]
+    return float(1e3 * history.deflection[19])
 
 
 def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figure:
@@ -66,4 +81,5 @@ def draw(computed: dict[str, tuple[SlideHistory, Surface, np.ndarray]]) -> Figur
 
 
 if __name__ == "__main__":
-    save(draw(compute()), PICTURES / "rodrigues_fig_4_19_to_4_24.png")
+    found = compute()
+    finish(__file__, "rodrigues_fig_4_19_to_4_24.png", draw(found), STATEMENT, stated(found))

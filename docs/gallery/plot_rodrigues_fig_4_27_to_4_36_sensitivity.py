@@ -9,16 +9,25 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES
+from published import Statement, finish
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
-from pretravel.report.style import save
 from pretravel.trigger.predict import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 61.0, 5.0)
+
+
+STATEMENT = Statement(
+    "trigger force with a preload of 4 N over that with 5.91 N",
+    "4 / 5.91 = 0.6768: proportional to the preload",
+    "Rodrigues 2021, section 4.6; statics",
+    4.0 / 5.91 - 5e-5,
+    4.0 / 5.91 + 5e-5,
+    "statics is linear; four digits are kept",
+)
 
 
 def variants() -> dict[str, dict[str, Probe]]:
@@ -49,6 +58,12 @@ def compute() -> dict[str, dict[str, Trigger]]:
     }
 
 
+def stated(computed: dict[str, dict[str, Trigger]]) -> float:
+    """The ratio of the forces, as their sums over the azimuths."""
+    strong, weak = computed["4.35, 4.36: preload"].values()
+    return float(weak.force.sum() / strong.force.sum())
+
+
 def draw(computed: dict[str, dict[str, Trigger]]) -> Figure:
     """The plot: force (top) and sensing distance (bottom)."""
     figure = Figure(figsize=(14, 6.5), layout="constrained", dpi=110)
@@ -66,4 +81,5 @@ def draw(computed: dict[str, dict[str, Trigger]]) -> Figure:
 
 
 if __name__ == "__main__":
-    save(draw(compute()), PICTURES / "rodrigues_fig_4_27_to_4_36.png")
+    found = compute()
+    finish(__file__, "rodrigues_fig_4_27_to_4_36.png", draw(found), STATEMENT, stated(found))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES
+from published import Statement, finish
 
 from pretravel.directions import from_angles
 from pretravel.probe.catalogue import load_probe
@@ -18,12 +18,21 @@ from pretravel.probing.surface_touches import SurfaceTouches
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.report.style import save
 from pretravel.surface.shapes import Sphere
 
 POLAR = np.concatenate([np.arange(0.0, 20.0, 1.0), np.arange(20.0, 91.0, 5.0)])
 FRICTION = (0.0, 0.05, 0.1, 0.2, 0.4, np.inf)
 RADIUS = 12.5
+
+
+STATEMENT = Statement(
+    "pretravel on a floor with a sticking tip less that with a free one / µm",
+    "0: there is no slide",
+    "closed form",
+    -1e-6,
+    1e-6,
+    "rounding of the solver",
+)
 
 
 def compute() -> dict[float, SurfaceTouches]:
@@ -33,6 +42,11 @@ def compute() -> dict[float, SurfaceTouches]:
     sphere = Sphere([0.0, 0.0, 0.0], RADIUS)
     targets = Targets(RADIUS * n, n)
     return {mu: touch(tip, sphere, targets, friction=mu) for mu in FRICTION}
+
+
+def stated(computed: dict[float, SurfaceTouches]) -> float:
+    """The effect of friction where the tip does not slide."""
+    return float(1e3 * (computed[np.inf].pretravel[0] - computed[0.0].pretravel[0]))
 
 
 def draw(computed: dict[float, SurfaceTouches]) -> Figure:
@@ -58,4 +72,5 @@ def draw(computed: dict[float, SurfaceTouches]) -> Figure:
 
 
 if __name__ == "__main__":
-    save(draw(compute()), PICTURES / "tip_friction.png")
+    found = compute()
+    finish(__file__, "tip_friction.png", draw(found), STATEMENT, stated(found))

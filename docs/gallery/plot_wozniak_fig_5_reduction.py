@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from published import PICTURES
+from published import Statement, finish
 
 from pretravel.directions import five_point_pattern, from_angles
 from pretravel.maps.kinds.wozniak import WozniakBasis, wozniak_constant
@@ -19,12 +19,21 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.probe.materials import material
 from pretravel.report.colours import LIGHT
-from pretravel.report.style import save
 from pretravel.trigger.predict import predict
 
 LENGTHS = (30.0, 50.0)
 AROUND = np.radians(np.arange(0, 361, 9))
 ELEVATION = np.radians(np.arange(-90, 91, 9))
+
+
+STATEMENT = Statement(
+    "range of pretravel across the axis before the correction over that after it, 50 mm",
+    "more than 2",
+    "Woźniak, Figure 5",
+    2.0,
+    4.0,
+    "the paper states no more than the lower limit; twice that would be another probe",
+)
 
 
 def contact_probe(length: float) -> Probe:
@@ -71,6 +80,11 @@ def reduction(before: np.ndarray, after: np.ndarray) -> float:
     return float(np.ptp(before) / np.ptp(after))
 
 
+def stated(results: dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]) -> float:
+    """The reduction by the correction for the stylus of 50 mm."""
+    return reduction(*results[50.0]["XY"])
+
+
 def draw(results: dict[float, dict[str, tuple[np.ndarray, np.ndarray]]]) -> Figure:
     """The polar diagrams, one for each length and section."""
     figure = Figure(figsize=(10.5, 9.5), layout="constrained", dpi=110)
@@ -94,4 +108,4 @@ if __name__ == "__main__":
     for length_, by_section in computed.items():
         for section, values in by_section.items():
             print(length_, section, f"reduced {reduction(*values):.2f} times")
-    save(draw(computed), PICTURES / "wozniak_fig_5.png")
+    finish(__file__, "wozniak_fig_5.png", draw(computed), STATEMENT, stated(computed))

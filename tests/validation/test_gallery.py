@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +36,23 @@ def mesh(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Non
         models_by_name_are_coarse(monkeypatch)
 
 
+def assert_the_number(names: dict[str, Any], computed: Any) -> None:
+    names["STATEMENT"].check(names["stated"](computed))
+
+
+def test_the_numbers_that_the_site_shows_are_those_that_were_asserted(script: Any) -> None:
+    """Those of slow scripts too: the limits are read, nothing is computed."""
+    kept = tomllib.loads((GALLERY / "numbers.toml").read_text("utf-8"))
+    scripts = sorted(path.stem for path in GALLERY.glob("plot_*.py"))
+    assert sorted(kept) == scripts
+    for name in scripts:
+        script(f"{name}.py")["STATEMENT"].check(kept[name])
+
+
 def test_figures_4_07_to_4_15(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_07_to_4_15_sensing_distance.py")
     computed = names["compute"]()
+    assert_the_number(names, computed)
     rigid, hertz, existing = computed.values()
     # The force is largest at 60, 180, 300 degrees, as the thesis states.
     for triggers in computed.values():
@@ -51,6 +66,7 @@ def test_figures_4_07_to_4_15(script: Any, mesh: None) -> None:
 def test_figure_4_16(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_16_polar_sweep.py")
     distances = names["compute"]()
+    assert_the_number(names, distances)
     assert np.all(np.diff(distances, axis=0) < 0.0)  # the distance decreases with the polar angle
     assert len(names["draw"](distances).axes[0].lines) == 16
 
@@ -58,6 +74,7 @@ def test_figure_4_16(script: Any, mesh: None) -> None:
 def test_figures_4_19_to_4_24(script: Any) -> None:
     names = script("plot_rodrigues_fig_4_19_to_4_24_sliding.py")
     computed = names["compute"]()
+    assert_the_number(names, computed)
     for name, (history, _, printed) in computed.items():
         shift = 0.449 if "ellipsoid" in name else 0.0
         rounding = 0.5 if "inclined" in name else 0.008
@@ -69,7 +86,9 @@ def test_figures_4_19_to_4_24(script: Any) -> None:
 
 def test_figure_4_25(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_25_spindle_travel.py")
-    plane, ellipsoid, plane_there, true = names["compute"]()
+    computed = names["compute"]()
+    assert_the_number(names, computed)
+    plane, ellipsoid, plane_there, true = computed
     assert np.all(ellipsoid < plane)  # over the thesis's parameter
     # Over the true angle they differ only by the effect of curvature, a thousandth.
     assert ellipsoid == pytest.approx(plane_there, rel=1e-3)
@@ -80,6 +99,7 @@ def test_figure_4_25(script: Any, mesh: None) -> None:
 def test_curvature_study(script: Any) -> None:
     names = script("plot_curvature_study.py")
     computed = names["compute"]()
+    assert_the_number(names, computed)
     convex, concave, flat = computed["sideways only"]
     # A convex surface recedes from the sliding tip, a concave one approaches it.
     assert np.all(convex[:, :-1] > 0.0)
@@ -98,6 +118,7 @@ def test_curvature_study(script: Any) -> None:
 def test_tip_friction(script: Any) -> None:
     names = script("plot_tip_friction.py")
     computed = names["compute"]()
+    assert_the_number(names, computed)
     free, stuck = computed[0.0].pretravel, computed[np.inf].pretravel
     between = [computed[mu].pretravel for mu in (0.05, 0.1, 0.2, 0.4)]
     steep = (names["POLAR"] > 25.0) & (names["POLAR"] < 80.0)
@@ -112,6 +133,7 @@ def test_tip_friction(script: Any) -> None:
 def test_figures_4_27_to_4_36(script: Any) -> None:
     names = script("plot_rodrigues_fig_4_27_to_4_36_sensitivity.py")
     computed = names["compute"]()
+    assert_the_number(names, computed)
     for figure, pair in computed.items():
         base, varied = pair.values()
         same_force = np.allclose(base.force, varied.force, rtol=1e-12)
@@ -122,6 +144,7 @@ def test_figures_4_27_to_4_36(script: Any) -> None:
 def test_wozniak_figure_5(script: Any) -> None:
     names = script("plot_wozniak_fig_5_reduction.py")
     results = names["compute"]()
+    assert_the_number(names, results)
     assert all(
         names["reduction"](*values) > 1.5 for by in results.values() for values in by.values()
     )
@@ -131,6 +154,7 @@ def test_wozniak_figure_5(script: Any) -> None:
 def test_nafi_mayer_figures_4_and_5(script: Any) -> None:
     names = script("plot_nafi_mayer_fig_4_and_5.py")
     result = names["compute"]()
+    assert_the_number(names, result)
     # The probe is three-lobed: its third harmonic is the largest.
     spectrum = np.abs(np.fft.rfft(result.probe_error - result.probe_error.mean()))
     assert int(np.argmax(spectrum)) == 3

@@ -1,0 +1,138 @@
+"""The commands of the pages of the site, each page in a fresh folder, and what they print."""
+
+from __future__ import annotations
+
+import doctest
+import hashlib
+import re
+import shlex
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.support.commands import both_outputs
+from tests.support.examples import EXAMPLES
+
+DOCS = Path(__file__).parents[2] / "docs"
+ELSEWHERE = {
+    "how-to/drift.md": "tests/unit/cli/test_history.py",
+    "how-to/measure-a-bore.md": "tests/unit/cli/test_measure.py",
+    "how-to/controls.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/fanuc.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/haas.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/siemens.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/renishaw.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/linuxcnc.md": "tests/machine/test_linuxcnc.py",
+    "how-to/linuxcnc-cycles.md": "tests/machine/test_linuxcnc.py",
+    "how-to/linuxcnc-screens.md": "tests/machine/test_linuxcnc_screens.py",
+}
+"""Pages whose commands other tests run."""
+FOLDERS = ("tutorials", "how-to", "explanation")
+PAGES = sorted(
+    path.relative_to(DOCS).as_posix()
+    for folder in FOLDERS
+    for path in (DOCS / folder).glob("*.md")
+    if re.search(r"^ *```(sh|python)$", path.read_text("utf-8"), re.M)
+)
+
+
+@dataclass(frozen=True)
+class _Done:
+    """What a command made and printed."""
+
+    files: dict[str, bytes]
+    printed: str
+
+
+_done: dict[tuple[str, str], _Done] = {}
+"""Commands that were run in folders of the same content: many pages begin with the same ones."""
+
+
+def _content() -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in Path().iterdir()}
+
+
+def _followed(command: str) -> str:
+    """What a command prints; its files are in the folder."""
+    before = _content()
+    digest = hashlib.sha256(repr(sorted(before.items())).encode()).hexdigest()
+    done = _done.get((command, digest))
+    if done is None:
+        printed = _run(command)
+        made = {n: c for n, c in _content().items() if before.get(n) != c}
+        done = _done[command, digest] = _Done(made, printed)
+    for name, content in done.files.items():
+        Path(name).write_bytes(content)
+    return done.printed
+
+
+def _run(command: str) -> str:
+    words = [word.replace("$EXAMPLES", str(EXAMPLES)) for word in shlex.split(command)]
+    if words[0] == "cp":
+        shutil.copy(words[1], words[2])
+        return ""
+    assert words[0] == "pretravel", command
+    target = words[-1] if words[-2:-1] == [">"] else None
+    out, err = both_outputs(*(words[1:-2] if target else words[1:]))
+    if target is not None:
+        Path(target).write_text(out, encoding="utf-8")
+    return out + err
+
+
+def _commands(block: str) -> Iterator[str]:
+    """The commands of a block; a text between << and its end is written to its file."""
+    lines = iter(block.splitlines())
+    for line in lines:
+        here = re.fullmatch(r"cat > (\S+) <<'(\w+)'", line)
+        if here is None:
+            yield line
+            continue
+        text = []
+        while (part := next(lines)) != here[2]:
+            text.append(part)
+        Path(here[1]).write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def _blocks(text: str) -> Iterator[tuple[str, str]]:
+    """Language and content of each block, without the indentation of a list."""
+    for found in re.finditer(r"^( *)```(\w+)\n(.*?)^ *```$", text, re.S | re.M):
+        yield found[2], re.sub(rf"^{found[1]}", "", found[3], flags=re.M)
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.split())
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE])
+def test_page(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / page).read_text("utf-8")
+    printed = ""
+    for language, block in _blocks(text):
+        if language == "sh":
+            printed = "".join(_followed(command) for command in _commands(block))
+        elif language == "text":
+            missing = [x for x in block.splitlines() if _plain(x) not in _plain(printed)]
+            assert not missing, printed
+    _doctests(page, text)
+
+
+def _doctests(page: str, text: str) -> None:
+    if "\n>>> " not in text:
+        return
+    if not Path("touches.csv").exists():
+        shutil.copy(EXAMPLES / "sphere_touches.csv", "touches.csv")
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    test = doctest.DocTestParser().get_doctest(text, {}, page, page, 0)
+    result = doctest.DocTestRunner(optionflags=flags).run(test)
+    assert result.attempted > 0
+    assert result.failed == 0
+
+
+def test_pages_that_other_tests_follow_are_there() -> None:
+    assert set(ELSEWHERE) <= set(PAGES)
+    for page, test in ELSEWHERE.items():
+        assert Path(page).stem.partition("-")[0] in (DOCS.parent / test).read_text("utf-8")

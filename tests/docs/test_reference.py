@@ -1,0 +1,121 @@
+"""The columns that the reference states are those that the commands write and the readers need."""
+
+from __future__ import annotations
+
+import csv
+import fnmatch
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from docs.generated_reference import csv_files, toml_keys
+
+from pretravel.formats.rig_csv import COLUMNS
+from tests.support.commands import run
+from tests.support.examples import EXAMPLES
+
+SPHERE, RIG = EXAMPLES / "sphere_touches.csv", EXAMPLES / "rig"
+REFERENCE = ("--diameter", 24.9987)
+WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
+    "Map": (("qualify", SPHERE, *REFERENCE, "--tip-diameter", 6, "--kind", "harmonic"),),
+    "Points": (
+        ("compensate", EXAMPLES / "bore_touches.csv", "--map", "map.nc"),
+        ("compensate", EXAMPLES / "part_touches.csv", "--map", "map.nc", "--nominal",
+         EXAMPLES / "part.step"),
+    ),
+    "Features": (("measure", "Points-0.csv", "--feature", "bore", "--select", "bore1*"),),
+    "Comparison of corrections": (("compare", "map.nc"),),
+    "Comparison of two probes": (("compare", "omp40-2", "omp40-2-100mm"),),
+    "Radii for a control": (("export", "map.nc", "--to", "csv"),),
+    "Targets": (
+        ("plan-touches", "--map", "map.nc", "--count", 5),
+        ("pattern", "iso10360-5", "--diameter", 25),
+        ("plan", EXAMPLES / "part.step", "--grid", "3x3"),
+    ),
+    "Touches": (
+        ("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", "Targets-1.csv",
+         "--feed", 50),
+    ),
+    "Prediction": (("predict", "omp40-2", "--polar", 90),),
+    "Faces of a part": (("faces", EXAMPLES / "part.step"),),
+    "Steps of one touch": (("slide", "omp40-2", "--surface", "convex", "--at", "0.5,0.5"),),
+    "Cycles with seat friction": (
+        ("hysteresis", "omp40-2", "--model", "analytic", "--friction", 0.1, "--azimuth", 0),
+    ),
+    "Results of a rig": (("rig", RIG),),
+    "Readings for a separation": (
+        ("separation-plan", "--directions", 6, "--variance", 0.4, "--u-systematic", 0.3),
+    ),
+    "Machine and probe, separated": (("separate", EXAMPLES / "redundancy_24x24.csv"),),
+    "Figures of a standard": (
+        ("check", "iso10360-5", SPHERE, *REFERENCE, "--tip-diameter", 5.967),
+    ),
+    "History of a probe": (("history", "probe.sqlite"),),
+    "Drift over days": (("history", "logs", "--map", "map.nc", *REFERENCE, "--limit", 2),),
+}  # fmt: skip
+"""Commands by the kind of file that they write; later ones read the files of earlier ones."""
+NOT_WRITTEN_HERE = {
+    "Trace of a rig": "read alone",
+    "Budget of a rig": "read alone",
+    "Results of features": "the print-outs of controls: tests/unit/formats",
+}
+ELSEWHERE = {"Touches": {"spindle_deg"}}
+"""Columns that no command of this test writes."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    place = tmp_path_factory.mktemp("columns")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        harmonic = ("--tip-diameter", 6, "--kind", "harmonic")
+        run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.nc")
+        shutil.copy(EXAMPLES / "sphere_touches.csv", "today.csv")
+        run("verify", "today.csv", "--map", "map.nc", *REFERENCE, "--history", "probe.sqlite")
+        run("pattern", "iso10360-5", "--diameter", 24.9987, "-o", "targets.csv")
+        Path("logs").mkdir()
+        sphere = ("map.nc", "--surface", "sphere:radius=12.49935", "--targets", "targets.csv")
+        for day in (1, 2, 3):
+            day_file = f"logs/2026-03-0{day}.csv"
+            run("simulate", *sphere, "--noise", 0.3, "--seed", day, "-o", day_file)
+        for kind, commands in WRITTEN.items():
+            for number, command in enumerate(commands):
+                run(*command, "-o", f"{kind}-{number}.csv")
+        yield place
+
+
+def _header(path: Path) -> list[str]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return next(csv.reader(stream))
+
+
+@pytest.mark.parametrize("file", csv_files(), ids=lambda file: str(file["title"]))
+def test_columns(file: dict[str, dict[str, str]], folder: Path) -> None:
+    title, stated = str(file["title"]), set(file["columns"])
+    if title in NOT_WRITTEN_HERE:
+        return
+    paths = [folder / f"{title}-{number}.csv" for number in range(len(WRITTEN[title]))]
+    headers = [_header(path) for path in paths]
+    for header in headers:
+        unknown = [n for n in header if not any(fnmatch.fnmatchcase(n, s) for s in stated)]
+        assert unknown == []
+    found = {name for header in headers for name in header}
+    never = {s for s in stated if not any(fnmatch.fnmatchcase(n, s) for n in found)}
+    assert never == ELSEWHERE.get(title, set())
+
+
+def test_columns_that_are_read() -> None:
+    by_title = {file["title"]: file["columns"] for file in csv_files()}
+    assert tuple(by_title["Trace of a rig"]) == COLUMNS
+    assert list(by_title["Budget of a rig"]) == _header(EXAMPLES / "rig_budget.csv")
+
+
+def test_every_kind_of_file_is_tried() -> None:
+    assert {file["title"] for file in csv_files()} == {*WRITTEN, *NOT_WRITTEN_HERE}
+
+
+def test_a_key_has_its_unit_and_its_usual_value() -> None:
+    """The lengths inside are in mm; the keys of a description and a study state µm."""
+    assert "| `noise_um` | number | 0.3 |" in toml_keys("conditions")
+    assert "| `tip_diameter_mm` | number | needed |" in toml_keys("machine")
