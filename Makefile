@@ -12,7 +12,7 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -32,10 +32,11 @@ check: browser-if-possible lint contracts  ## everything that must pass before a
 	$(MAKE) --no-print-directory test; tests=$$?; \
 	wait $$types; types=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$types = 0 ]
 
-check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, the benchmarks, and single faults in the code
+check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, benchmarks, single faults in the code, and the built package
 	$(TESTS) -m "slow or not slow"
 	$(BIN)/python benchmarks/run.py
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
+	$(MAKE) --no-print-directory release-check
 
 format: $(STAMP)  ## put the code in order
 	$(BIN)/ruff check --fix-only --quiet .
@@ -81,6 +82,10 @@ hard: $(STAMP)  ## 100,000 mutated files for each reader, interrupted commands: 
 
 mutation: $(STAMP)  ## single faults in the code, which the tests must notice: docs/reliability.md
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 30
+
+release-check: $(STAMP)  ## build sdist and wheel, install them into bare environments, try them
+	$(BIN)/pip install --quiet uv
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/check_release.py
 
 benchmark: $(STAMP)  ## ratios against plain loops
 	$(BIN)/python benchmarks/run.py

@@ -29,7 +29,7 @@ def study(
             min=1,
             max=1024,
             help="Processes of this computer; the default is one for each core, and 1 for short "
-            "studies. More than 1 needs pretravel[scale].",
+            "studies. More than 1 needs pretravel\\[scale].",
         ),
     ] = None,
     scheduler: Annotated[
