@@ -12,7 +12,7 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock clean
+.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -94,6 +94,12 @@ lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --group dev --no-emit-index-url --no-annotate \
 		--no-header --upgrade pyproject.toml -o requirements-dev.lock
+
+licences: $(STAMP)  ## the table of docs/licences.md, from the libraries in .venv
+	$(BIN)/python tools/licences.py
+
+sbom: $(STAMP)  ## sbom.json: all libraries of an installation with their versions
+	$(BIN)/python tools/licences.py --sbom sbom.json
 
 clean:  ## remove what make made
 	rm -rf .venv docs/_build demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
