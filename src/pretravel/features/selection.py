@@ -76,7 +76,7 @@ def points_of_features(
     PretravelError
         A pattern without points; numbers as labels, which do not say what belongs together.
     """
-    found: dict[str, list[int]] = {}
+    found: dict[str, dict[int, None]] = {}  # rows in their order, each once
     for pattern in patterns or ("*",):
         rows = [i for i, label in enumerate(points.labels) if fnmatchcase(label, pattern)]
         if not rows:
@@ -86,16 +86,14 @@ def points_of_features(
                 inputs=("select",),
             )
         if not by_prefix:
-            found[pattern if patterns else ""] = rows
+            found[pattern if patterns else ""] = dict.fromkeys(rows)
             continue
         for row in rows:
-            mine = found.setdefault(label_prefix(points.labels[row]), [])
-            if row not in mine:
-                mine.append(row)
+            found.setdefault(label_prefix(points.labels[row]), {})[row] = None
     if by_prefix and all(label_prefix(label) == label for label in points.labels):
         raise PretravelError(
             "the labels of the points do not end with numbers behind a common name (bore1-1, "
             f"bore1-2, …), so they form no groups; the first is {points.labels[0]}",
             inputs=("group", "select"),
         )
-    return {name: points_at(points, rows) for name, rows in found.items()}
+    return {name: points_at(points, list(rows)) for name, rows in found.items()}
