@@ -81,6 +81,9 @@ def test_sphere_by_both(made: PretravelMap) -> None:
     points = apply(touches, made)
     ball = measured_sphere(touches, points, made)
     trials, judged = sphere_by_trials(ball, digits=1, most_trials=60_000)
+    # GUM Supplement 1, 7.9.2: half a unit of the digit of u; a fifth of it (8.2) settles trials.
+    unit_of_digit = 10.0 ** np.floor(np.log10(trials.standard_uncertainty))
+    assert trials.tolerance == pytest.approx(0.2 * 0.5 * unit_of_digit)
     assert trials.standard_uncertainty[0] == pytest.approx(ball.budget.combined, rel=NEAR)
     assert trials.value[0] == pytest.approx(ball.diameter, abs=0.02 * ball.budget.combined)
     assert judged.valid[0]

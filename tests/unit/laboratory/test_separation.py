@@ -12,7 +12,7 @@ from pretravel.laboratory.multi_step_readings import (
     weighted_residuals,
 )
 from pretravel.laboratory.separation import METHODS, Method, separate
-from pretravel.laboratory.separation_noise import student_weight
+from pretravel.laboratory.separation_noise import ReadingScale, noise_tails, student_weight
 from pretravel.laboratory.separation_plan import (
     best_steps,
     error_factor,
@@ -164,3 +164,19 @@ def test_scales_of_directions_solve_their_equations(tails: float) -> None:
             residuals = weighted_residuals(design, errors, information.weights * factor)
     sums = design.incidence.T @ (information.weights**2 * factor * residuals**2)
     assert squared == pytest.approx(information.inverse @ (0.5 * sums), rel=0.03, abs=5e-9)
+
+
+@pytest.mark.parametrize("gross", [False, True])
+def test_the_level_of_the_scales_does_not_matter_for_the_tails(gross: bool) -> None:
+    """Scales a hundred times as large have a level of a hundredth, and the same probabilities."""
+    i, j = np.divmod(np.arange(144), 12)
+    errors = 1e-3 * np.random.default_rng(5).standard_t(4.0, 144)
+    design = multi_step_design(MultiStepReadings(i, j, errors))
+    leverage = np.full(144, 23.0 / 144.0)
+    own, other = (
+        noise_tails(design, errors, ReadingScale(np.full(144, size), leverage), gross=gross)
+        for size in (1e-6, 1e-4)
+    )
+    assert other.probability == pytest.approx(own.probability, rel=1e-5, abs=1e-9)
+    assert 100.0 * other.levels == pytest.approx(own.levels, rel=1e-5)
+    assert 0.1 < own.mean_tail < 0.35
