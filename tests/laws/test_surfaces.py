@@ -308,12 +308,15 @@ def test_a_function_that_is_none_is_refused() -> None:
         FunctionSurface(lambda u, v: (u, v, u), (1, 0), (0, 1))
 
 
-def test_the_place_of_a_shape_does_not_change_with_what_it_was_given() -> None:
+@pytest.mark.parametrize("shape", [Sphere, Cylinder])
+def test_the_place_of_a_shape_does_not_change_with_what_it_was_given(
+    shape: type[Sphere] | type[Cylinder],
+) -> None:
     origin, axes = np.array([1.0, 2.0, 3.0]), np.eye(3)
-    ball = Sphere(origin, 5.0, axes)
-    before = ball.local(np.array([[0.3, 0.4]])).point.copy()
+    made = shape(origin, 5.0, axes)
+    before = made.local(np.array([[0.3, 0.4]])).point.copy()
     origin += 7.0
     axes[0] = [0.0, 0.0, 1.0]
-    assert ball.local(np.array([[0.3, 0.4]])).point == pytest.approx(before)
+    assert made.local(np.array([[0.3, 0.4]])).point == pytest.approx(before)
     with pytest.raises(ValueError, match="read-only"):
-        ball.origin[0] = 4.0  # type: ignore[index]
+        made.origin[0] = 4.0  # type: ignore[index]

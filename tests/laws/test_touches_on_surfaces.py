@@ -566,3 +566,10 @@ def test_the_golden_section_shrinks_the_interval_to_0618_of_itself(goal: float) 
     few, coarse = _golden_section(2.0 * goal, 2.0, 12)
     assert few.tolist() == tried[: len(few)].tolist()
     assert coarse >= end
+
+
+def test_without_a_trigger_before_the_end_the_golden_section_keeps_the_upper_part() -> None:
+    """Two trials leave 1 - 0.618 of the interval: 0.382^22 is the first power below 1e-9."""
+    tried, end = _golden_section(2.0, 2.0, 200)
+    assert end == 2.0
+    assert len(tried) == 2 * 22

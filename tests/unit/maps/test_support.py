@@ -25,15 +25,16 @@ def _nearest_by_trial(support: DirectionSupport, direction: np.ndarray) -> float
 @pytest.mark.parametrize("uneven", [False, True])
 def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> None:
     """Also where one edge is so long that its middle is farther than those of many short ones."""
-    beside = np.array([[0.2, -0.02, 1.0], [0.3, -0.03, 1.0], [0.15, -0.01, 1.0]])
+    beside = np.array([[0.12, -0.01, 1.0], [0.2, -0.02, 1.0], [0.3, -0.03, 1.0]])
+    turn = np.linspace(0.0, 2.0 * np.pi, 121)[:-1]
     if uneven:
-        # A crowd in a corner of a triangle: beside it, a long side is nearest.
-        x, y = np.meshgrid(np.linspace(0.0, 0.1, 6), np.linspace(0.0, 0.1, 6))
-        nodes = np.column_stack([[*x.ravel(), 1.0, 0.5], [*y.ravel(), 0.0, 1.0], np.ones(38)])
-        nodes = unit(nodes)
+        # A small circle and a point far from it: beside the circle, the long tangent is nearest.
+        x, y = 0.1 * np.cos(turn), 0.1 + 0.1 * np.sin(turn)
+        nodes = unit(np.column_stack([[*x, 1.0], [*y, 0.0], np.ones(121)]))
     else:
-        nodes = fibonacci_cap(80, 1.0)
+        nodes = unit(np.column_stack([np.cos(turn), np.sin(turn), np.ones(120)]))
     support = DirectionSupport(nodes)
+    assert len(support._mesh.edges) > 64  # fewer are all compared
     outside = np.concatenate([fibonacci_cap(200, 1.4), unit(beside)])
     outside = outside[~support.supports(outside, 1e-6)]
     assert len(outside) > 10
