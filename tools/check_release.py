@@ -218,14 +218,15 @@ def check_notebook(environment: Environment, folder: Path) -> None:
         "import sys, nbformat; from nbclient import NotebookClient; "
         "book = nbformat.read(sys.argv[1], 4); nbformat.validate(book); "
         "NotebookClient(book, resources={'metadata': {'path': sys.argv[2]}}).execute(); "
-        "print(sum('text/html' in output.get('data', {}) for cell in book.cells "
+        "print('cards:', sum('text/html' in output.get('data', {}) for cell in book.cells "
         "for output in cell.get('outputs', [])))"
     )
     examples = ROOT / "examples"
     notebook = examples / "main_job.ipynb"
     shown = run([environment.python, "-c", program, notebook, examples], folder)
-    if int(shown.split()[-1]) < 5:
-        raise ReleaseError(f"only {shown} cells show a card or a table")
+    cards = re.search(r"^cards: (\d+)$", shown, re.M)
+    if cards is None or int(cards[1]) < 6:
+        raise ReleaseError(f"fewer than six cells show a card or a table\n{shown}")
 
 
 def interpreter(version: str) -> str | None:
