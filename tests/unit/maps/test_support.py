@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, unit
+from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.observation import Observation
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.map_warnings import some_directions
+from pretravel.qualification.map_warnings import map_warnings, some_directions
+from pretravel.uncertainty.covariance import Covariance
 
 
 def _nearest_by_trial(support: DirectionSupport, direction: np.ndarray) -> float:
@@ -60,3 +64,27 @@ def test_very_many_directions_are_drawn_in_their_order() -> None:
     # From everywhere, not the first ones.
     assert (drawn == many[-200:, None]).all(axis=2).any(axis=1).mean() > 0.8
     assert np.array_equal(some_directions(many), drawn)
+
+
+def _warned(value: float, u: float, *, tip_known: bool = True) -> list[str]:
+    """Of a map of one value, touched all over the upper half with a tip of 6 mm."""
+    n = sphere_pattern_25()
+    made = PretravelMap(
+        HarmonicBasis(np.array([[0, 0]])), np.array([value]), Covariance.independent([u**2]),
+        DirectionSupport(n), tip_radius=3.0,
+    )  # fmt: skip
+    seen = Observation(
+        n * (15.5 - value), np.arange(25), np.zeros(3), 12.5, 3.0, ring=False, tip_known=tip_known
+    )
+    return map_warnings(made, seen)
+
+
+def test_pretravel_that_no_probe_has_is_told() -> None:
+    """Below -2 um by three u, which are 0.1 um here; above 0.1 mm."""
+    assert not any("before contact" in said for said in _warned(-2.2e-3, 1e-4))
+    assert any("no probe triggers before contact" in said for said in _warned(-2.4e-3, 1e-4))
+    assert not any("before contact" in said for said in _warned(-2.4e-3, 2e-4))
+    assert not any("before contact" in said for said in _warned(0.0, 1e-4))
+    assert not any("before contact" in said for said in _warned(-2.4e-3, 1e-4, tip_known=False))
+    assert not any("rises to" in said for said in _warned(0.099, 1e-4))
+    assert any("pretravel rises to 101.0 µm" in said for said in _warned(0.101, 1e-4))
