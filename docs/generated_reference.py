@@ -385,7 +385,8 @@ def _statement(tree: ast.Module) -> dict[str, str]:
 def changelog(_: str) -> str:
     """The changelog of the repository, with its links as those of a page in a folder."""
     text = (HERE.parent / "CHANGELOG.md").read_text("utf-8")
-    return text.partition("\n")[2].replace("](docs/", "](../")
+    text = re.sub(r"\]\((?!docs/|[a-z]+:|#)", "](../../", text.partition("\n")[2])
+    return text.replace("](docs/", "](../")
 
 
 PARTS: dict[str, Callable[[str], str]] = {
