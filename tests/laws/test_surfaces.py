@@ -320,3 +320,15 @@ def test_the_place_of_a_shape_does_not_change_with_what_it_was_given(
     assert made.local(np.array([[0.3, 0.4]])).point == pytest.approx(before)
     with pytest.raises(ValueError, match="read-only"):
         made.origin[0] = 4.0  # type: ignore[index]
+
+
+def test_a_sphere_is_parametrised_by_azimuth_and_polar_angle_or_latitude() -> None:
+    """v is the polar angle from the axis; as latitude, the angle above the equator."""
+    ball = Sphere([0.0, 0.0, 0.0], 5.0)
+    assert ball.domain.lower == (0.0, 0.0)
+    assert ball.domain.upper == pytest.approx((2.0 * math.pi, math.pi))
+    assert ball.local(np.array([[0.0, 0.0]])).point == pytest.approx(np.array([[0.0, 0.0, 5.0]]))
+    globe = Sphere([0.0, 0.0, 0.0], 5.0, latitude=True)
+    assert globe.domain.lower == pytest.approx((0.0, -0.5 * math.pi))
+    assert globe.domain.upper == pytest.approx((2.0 * math.pi, 0.5 * math.pi))
+    assert globe.local(np.array([[0.0, 0.0]])).point == pytest.approx(np.array([[5.0, 0.0, 0.0]]))
