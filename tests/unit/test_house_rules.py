@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import pretravel
+from tests.api import public_names
 
 PACKAGE = Path(pretravel.__file__).parent
 MOST_LINES, MOST_PARAMETERS = 60, 7
@@ -117,6 +118,13 @@ def test_public_names_are_documented() -> None:
             assert text, name
             # A dataclass without a docstring has its signature there.
             assert not text.startswith(f"{name}("), name
+
+
+def test_public_names_are_written_down() -> None:
+    """What is new: ``python -m tests.api.public_names``. What goes: docs/stability.md."""
+    new = set(public_names.current_lines())
+    new -= set(public_names.recorded_lines(public_names.FILE.read_text("utf-8")))
+    assert new == set(), "python -m tests.api.public_names writes them down"
 
 
 def test_messages_of_the_library_name_quantities_not_options() -> None:
