@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.errors import InputError, PretravelError
 from pretravel.formats.csv_table import CsvTable
 from pretravel.formats.file_format import FileReadings, ReadingOptions
 from pretravel.formats.format_registry import format_of
@@ -43,7 +43,7 @@ _HEAD_BYTES = 400_000
 _NEEDED = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")
 _TEXT = "label"
 _IN_NUMBERS = b"0123456789+-eE\r\n"
-_IN_WORDS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_."
+_IN_WORDS = b" ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_."
 
 
 @dataclass(frozen=True)
@@ -247,7 +247,9 @@ class LongTable:
         values = {
             name: frame[i].to_numpy() for name, i in self.head.places.items() if name != _TEXT
         }
-        labels = tuple(frame[self.head.places[_TEXT]]) if head.has(_TEXT) else None
+        labels = None
+        if head.has(_TEXT):
+            labels = tuple(label.strip() for label in frame[self.head.places[_TEXT]])
         return self._number_table(values, labels, block.first_line, rows)
 
     def _of_batch(self, block: TouchBlock) -> _NumberTable | None:
@@ -333,13 +335,13 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
     Returns
     -------
     LongTable or None
-        None: the file is short, is no table with normals (CSV or Parquet), or the options need all
-        of its touches at once. It is then read whole.
+        None: the file is short, is no table with normals (CSV or Parquet), cannot be understood by
+        its first rows, or the options need all of its touches at once. It is then read whole.
 
     Raises
     ------
-    InputError
-        As `read_touches`, of the first rows.
+    PretravelError
+        pyarrow is not installed.
     """
     path, options = Path(path), options or ReadingOptions()
     if options.exclude or options.plan or options.reference_diameter or options.look_only:
@@ -350,18 +352,18 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
         return None
     if size < LONG_TABLE:  # a row has more than one byte
         return None
-    found = (
-        _head_of_parquet(path)
-        if path.suffix.lower() == ".parquet"
-        else _head_of_text(path, options)
-    )
-    if found is None or found[1] < LONG_TABLE:
+    is_parquet = path.suffix.lower() == ".parquet"
+    try:
+        found = _head_of_parquet(path) if is_parquet else _head_of_text(path, options)
+        if found is None or found[1] < LONG_TABLE:
+            return None
+        file, count = found
+        head = read_touch_columns(file, options)
+    except InputError:
         return None
-    file, count = found
-    head = read_touch_columns(file, options)
     if not head.table.has(*_NEEDED):
         return None
-    lines_before = 0 if file.ending == ".parquet" else head.table.lines[0] - 1
+    lines_before = 0 if is_parquet else head.table.lines[0] - 1
     before = b"".join(itertools.islice(io.BytesIO(file.content), lines_before))
     return LongTable(path, options, head, before, lines_before, count)
 

@@ -63,7 +63,7 @@ def _touches(count: int = COUNT, *, labels: bool = False) -> Touches:
         15.5 * normals + noise,
         normals,
         feeds=np.full(count, 60.0),
-        labels=tuple(f"bore{i // 50}-{i % 50}" for i in range(count)) if labels else None,
+        labels=tuple(f"bore {i // 50}-{i % 50}" for i in range(count)) if labels else None,
         nominal_points=12.5 * normals,
     )
 
@@ -150,7 +150,7 @@ def test_blocks_that_are_not_plain_are_read_with_care(tmp_path: Path) -> None:
     path = tmp_path / "touches.csv"
     write_touches(path, _touches(labels=True))
     lines = path.read_text().splitlines()
-    lines[500] = lines[500].replace("bore9-49", '"bore 9, last"').replace("-", "−")
+    lines[500] = lines[500].replace("bore 9-49", '"bore 9, last"').replace("-", "−")
     lines.insert(700, "# a new shift")
     lines.insert(800, "")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -221,6 +221,10 @@ def test_what_is_not_read_in_blocks(tmp_path: Path) -> None:
     path.write_text("x_mm,y_mm,z_mm\n" + "1.0,2.0,3.0\n" * 500)
     assert long_table(path) is None  # positions, which need their targets
     assert long_table(tmp_path / "absent.csv") is None  # the usual reader says so
+    path.write_text("X;Y;Z;I;J;K\n" + "1,250;2,500;3,000;0;0;1\n" * 500)
+    assert long_table(path, ReadingOptions(units="mm")) is None  # thousands, or three decimals?
+    path.write_text("a letter\n" * 500)
+    assert long_table(path) is None
 
 
 def _without_shared(text: str) -> list[list[str]]:
