@@ -131,27 +131,30 @@ def test_of_three_equal_rotations_the_nearest_is_stated(found: float, near: floa
     assert whole == pytest.approx(found)
 
 
-def test_u_of_a_number_by_its_effect_on_pretravel() -> None:
+def test_u_of_numbers_by_their_effect_on_pretravel() -> None:
     """Beside a shift of the reference that is free, from 0.05 um in each direction.
 
-    The map is the description's own and states no uncertainty of its own, so that the number
-    itself comes back; its u follows from differences of predictions.
+    The map is the description's own and states no uncertainty of its own, so that the numbers
+    themselves come back; their u follows from differences of predictions.
     """
-    probe = load_probe("omp40-2")
-    made = predicted_map(
-        probe,
-        predict(probe, grid(np.radians([20, 50, 70, 90]), np.radians(np.arange(0.0, 360.0, 15.0)))),
-    )
-    found = identify(made, probe, ("preload",))
-    assert found.values == pytest.approx([probe.preload], rel=1e-6)
+    probe, names = load_probe("omp40-2"), ("preload", "support_angle")
+    nodes = grid(np.radians([20, 50, 70, 90]), np.radians(np.arange(0.0, 360.0, 15.0)))
+    made = predicted_map(probe, predict(probe, nodes))
+    found = identify(made, probe, names)
+    numbers = [FREE[name] for name in names]
+    assert found.values == pytest.approx([number.of(probe) for number in numbers], rel=1e-5)
     assert np.abs(found.residuals).max() < 1e-8
     assert found.shift == pytest.approx(np.zeros(3), abs=1e-8)
-    step = 1e-4
-    more, less = (
-        predict(replace(probe, preload=probe.preload * factor), found.directions).pretravel
-        for factor in (1.0 + step, 1.0 - step)
-    )
-    columns = np.column_stack([(more - less) / (2.0 * step), found.directions])
-    expected = 5e-5 * np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0])
-    assert found.relative_uncertainty == pytest.approx([expected], rel=1e-3)
-    assert found.standard_uncertainty == pytest.approx([probe.preload * expected], rel=1e-3)
+    columns = []
+    for number in numbers:
+        code = number.code(number.of(probe))
+        more, less = (
+            predict(number.put(probe, number.value(code + step)), found.directions).pretravel
+            for step in (1e-4, -1e-4)
+        )
+        columns.append((more - less) / 2e-4)
+    design = np.column_stack([*columns, found.directions])
+    expected = 5e-5 * np.sqrt(np.diag(np.linalg.inv(design.T @ design))[:2])
+    assert found.relative_uncertainty == pytest.approx(expected, rel=1e-2)
+    scale = [number.of(probe) if number.relative else 1.0 for number in numbers]
+    assert found.standard_uncertainty == pytest.approx(scale * expected, rel=1e-2)
