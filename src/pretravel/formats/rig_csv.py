@@ -28,6 +28,8 @@ from pretravel.units import LARGEST_NUMBER, MICROMETRE
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
+_BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
+_MORE_BUDGET_COLUMNS = ("dof", "remark")
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
 
 
@@ -232,7 +234,8 @@ def _um(value: float) -> float | None:
 def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     """Read the budget of a rig: source, type (A or B), uncertainty_um, per_metre_um.
 
-    Empty cells are zero.
+    Empty cells are zero. A column ``dof`` states degrees of freedom, infinite where it is empty; a
+    column ``remark`` is for people.
 
     Parameters
     ----------
@@ -245,40 +248,66 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     Raises
     ------
     InputError
-        Missing columns, values that are not numbers, types that are not A or B.
+        Missing columns, columns that a budget does not have (a divisor or a k would otherwise be
+        lost), values that are not numbers, types that are not A or B.
     """
     table = read_csv_table(path)
-    table.require("source", "type", "uncertainty_um", "per_metre_um", what="a budget")
-    found = []
-    for row, line in enumerate(table.lines):
-        kind = table.columns["type"][row].strip().upper()
-        if kind not in ("A", "B"):
-            raise InputError(f"type is '{kind}'; it is A or B", path=path, line=line)
-        source = table.columns["source"][row].strip()
-        if not source:
-            raise InputError("a source of uncertainty needs a name", path=path, line=line)
-        values = []
-        for name in ("uncertainty_um", "per_metre_um"):
-            cell = table.columns[name][row].strip()
-            try:
-                values.append(float(cell or "0"))
-            except ValueError:
-                values.append(math.nan)
-            if not abs(values[-1]) <= LARGEST_NUMBER:
-                raise InputError(
-                    f"{name} is '{shortened(cell)}'; it must be a finite number, or empty",
-                    path=path,
-                    line=line,
-                )
-        if min(values) < 0.0:
-            raise InputError("an uncertainty is negative", path=path, line=line)
-        found.append(
-            LengthComponent(
-                source,
-                kind,
-                values[0] * MICROMETRE,
-                values[1] * 1e-6,
-                repeatability=source.startswith(OWN_REPEATABILITY),
-            )
+    table.require(*_BUDGET_COLUMNS, what="a budget")
+    known = (*_BUDGET_COLUMNS, *_MORE_BUDGET_COLUMNS)
+    unknown = [name for name, cells in table.columns.items() if name not in known and any(cells)]
+    if unknown:
+        raise InputError(
+            f"a budget has no column '{shortened(unknown[0])}': state standard uncertainties "
+            "(k = 1) in uncertainty_um and per_metre_um, degrees of freedom in dof; columns named "
+            "remark are not evaluated",
+            path=path,
+            line=table.header_line or None,
         )
-    return tuple(found)
+    return tuple(_budget_source(table, row, path) for row in range(len(table)))
+
+
+def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthComponent:
+    """One row of a budget."""
+    line = table.lines[row]
+    kind = table.columns["type"][row].strip().upper()
+    if kind not in ("A", "B"):
+        raise InputError(f"type is '{kind}'; it is A or B", path=path, line=line)
+    source = table.columns["source"][row].strip()
+    if not source:
+        raise InputError("a source of uncertainty needs a name", path=path, line=line)
+    values = []
+    for name in ("uncertainty_um", "per_metre_um"):
+        cell = table.columns[name][row].strip()
+        values.append(_number_or(cell, 0.0))
+        if not abs(values[-1]) <= LARGEST_NUMBER:
+            raise InputError(
+                f"{name} is '{shortened(cell)}'; it must be a finite number, or empty",
+                path=path,
+                line=line,
+            )
+    if min(values) < 0.0:
+        raise InputError("an uncertainty is negative", path=path, line=line)
+    cell = table.columns["dof"][row].strip() if table.has("dof") else ""
+    dof = _number_or(cell, math.inf)
+    if not dof > 0.0:
+        raise InputError(
+            f"dof is '{shortened(cell)}'; it must be a positive number, or empty for infinite",
+            path=path,
+            line=line,
+        )
+    return LengthComponent(
+        source,
+        kind,
+        values[0] * MICROMETRE,
+        values[1] * 1e-6,
+        dof,
+        repeatability=source.startswith(OWN_REPEATABILITY),
+    )
+
+
+def _number_or(cell: str, empty: float) -> float:
+    """The number in a cell; `empty` for an empty one, nan for words."""
+    try:
+        return float(cell) if cell else empty
+    except ValueError:
+        return math.nan

@@ -17,6 +17,7 @@ from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperatur
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
     LengthComponent,
+    budget_doubts,
     calibration_budget,
     length_budget,
 )
@@ -84,8 +85,11 @@ class CalibratedRig:
 
     @property
     def notes(self) -> list[str]:
-        """Irregularities of the traces."""
-        return [f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes]
+        """Irregularities of the traces, and doubts about the budget."""
+        return [
+            *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
+            *budget_doubts(self.setup.components),
+        ]
 
     def document(
         self, *, warnings: Sequence[str] = (), statements: LaboratoryStatements | None = None

@@ -224,10 +224,13 @@ class CertifiedDirection:
     performance : DirectionPerformance
     expanded : float
         Expanded uncertainty of the mean pretravel, for the number of its touches. [mm]
+    coverage_factor : float
+        k of the expanded uncertainty.
     """
 
     performance: DirectionPerformance
     expanded: float
+    coverage_factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,8 +299,7 @@ def calibration_certificate(
         statements=statements,
         calibration=calibration,
         directions=tuple(
-            CertifiedDirection(d, _expanded(calibration, components, d))
-            for d in calibration.directions
+            _certified_direction(calibration, components, d) for d in calibration.directions
         ),
         budget=length_budget(own, abs(calibration.pretravel)),
         budget_source=budget_source,
@@ -311,11 +313,12 @@ def calibration_certificate(
     )
 
 
-def _expanded(
+def _certified_direction(
     calibration: RigCalibration,
     components: Sequence[LengthComponent],
     direction: DirectionPerformance,
-) -> float:
-    """Expanded uncertainty of the mean pretravel of a direction, for its number of touches."""
+) -> CertifiedDirection:
+    """The mean pretravel of a direction with U and k, for its number of touches."""
     single = calibration_budget(calibration, components, direction.count)
-    return length_budget(single, abs(direction.pretravel)).expanded()
+    budget = length_budget(single, abs(direction.pretravel))
+    return CertifiedDirection(direction, budget.expanded(), budget.coverage_factor())

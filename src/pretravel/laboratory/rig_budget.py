@@ -11,6 +11,7 @@ import numpy as np
 from pretravel.errors import PretravelError
 from pretravel.laboratory.rig_calibration import RigCalibration
 from pretravel.uncertainty.gum import Budget, Component
+from pretravel.units import MICROMETRE
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class LengthComponent:
     repeatability: bool = False
 
 
+_SMALLEST_OF_A_RIG = 1e-6
+"""Standard uncertainty of a whole rig; Ren's has 0.058 µm without its repeatability. [mm]"""
 REN_BUDGET: tuple[LengthComponent, ...] = (
     LengthComponent("probing", "A", 0.034e-3),
     LengthComponent("calibration of probe", "B", 0.030e-3),
@@ -143,6 +146,25 @@ def calibration_budget(
 def rig_sources(components: Sequence[LengthComponent]) -> tuple[LengthComponent, ...]:
     """The sources of the rig alone, without repeatability."""
     return tuple(c for c in components if not c.repeatability)
+
+
+def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
+    """What in the budget of a rig states hardly any uncertainty, as sentences.
+
+    >>> budget_doubts((LengthComponent("laser", "B", 0.05e-6), LengthComponent("ruler", "B")))[0]
+    "the budget states no uncertainty for 'ruler': 0 or empty"
+    >>> budget_doubts(REN_BUDGET)
+    ()
+    """
+    rig = rig_sources(components)
+    empty = [f"'{c.source}'" for c in rig if not c.constant and not c.per_length]
+    doubts = [f"the budget states no uncertainty for {', '.join(empty)}: 0 or empty"]
+    combined = length_budget(rig, 0.0).combined
+    small = (
+        f"the sources of the rig in the budget have u = {combined / MICROMETRE:.2g} µm together, "
+        "less than any rig: are they stated, and in µm?"
+    )
+    return (*(doubts if empty else ()), *((small,) if combined < _SMALLEST_OF_A_RIG else ()))
 
 
 def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponent | None:

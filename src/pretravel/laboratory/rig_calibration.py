@@ -60,7 +60,8 @@ class DirectionPerformance:
         Largest less smallest r1, as in the paper; it is a repeatability only where all touches
         start at the same place. [mm]
     hysteresis, u_hysteresis : float
-        Mean and its standard uncertainty. [mm]
+        Mean, and its standard uncertainty from the repeats of all directions, not below that of
+        edges between samples; nan without repeats. [mm]
     """
 
     name: str
@@ -280,13 +281,18 @@ def _calibration(
     directions = [_performance(name, group, probability) for name, group in groups.items()]
     directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
     repeatability = _pooled_repeatability(directions, groups, probability)
-    if math.isfinite(repeatability.value):
-        # Two or three repeats of one direction alone would often state too small an uncertainty.
-        directions = [
-            replace(d, u_pretravel=repeatability.value / math.sqrt(d.count)) for d in directions
-        ]
+    hysteresis = _hysteresis_scatter(groups)
+    # Two or three repeats of one direction alone would often state too small an uncertainty.
+    directions = [
+        replace(
+            d,
+            u_pretravel=repeatability.value / math.sqrt(d.count),
+            u_hysteresis=hysteresis / math.sqrt(max(len(_shifts(groups[d.name])), 1)),
+        )
+        for d in directions
+    ]
     means = np.array([d.pretravel for d in directions])
-    shifts = np.array([t.hysteresis for t in evaluated if math.isfinite(t.hysteresis)])
+    shifts = _shifts(evaluated)
     without = [t.trace for t in touches if not math.isfinite(t.pretravel)]
     return RigCalibration(
         touches=tuple(touches),
@@ -352,8 +358,7 @@ def _performance(
     """The performance in one direction, from its own touches."""
     pretravel = np.array([t.pretravel for t in touches])
     triggers = np.array([t.r1 for t in touches])
-    shifts = np.array([t.hysteresis for t in touches])
-    shifts = shifts[np.isfinite(shifts)]
+    shifts = _shifts(touches)
     count = len(touches)
     spread = spread_from(float(np.sum((pretravel - pretravel.mean()) ** 2)), count - 1, probability)
     return DirectionPerformance(
@@ -366,10 +371,33 @@ def _performance(
         pretravel_range=float(np.ptp(pretravel)),
         trigger_range=float(np.ptp(triggers)),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
-        u_hysteresis=float(shifts.std(ddof=1)) / math.sqrt(len(shifts))
-        if len(shifts) > 1
-        else math.nan,
+        u_hysteresis=math.nan,  # as above
     )
+
+
+def _shifts(touches: Sequence[RigTouch]) -> FloatArray:
+    """Hysteresis of the touches that show one. [mm]"""
+    return np.array([t.hysteresis for t in touches if math.isfinite(t.hysteresis)])
+
+
+def _hysteresis_scatter(groups: Mapping[str, Sequence[RigTouch]]) -> float:
+    """Standard deviation of the hysteresis of one touch, pooled over the directions. [mm]
+
+    Not below what edges between samples alone produce, which few repeats may hide; nan where
+    nothing was repeated.
+    """
+    repeated = [shifts for group in groups.values() if len(shifts := _shifts(group)) > 1]
+    if not repeated:
+        return math.nan
+    dof = sum(len(shifts) - 1 for shifts in repeated)
+    squares = math.fsum(float(np.sum((shifts - shifts.mean()) ** 2)) for shifts in repeated)
+    edges = [
+        math.hypot(touch.u_r0, touch.u_r3)
+        for group in groups.values()
+        for touch in group
+        if math.isfinite(touch.hysteresis)
+    ]
+    return max(math.sqrt(squares / dof), float(np.mean(edges)))
 
 
 def _pooled_repeatability(

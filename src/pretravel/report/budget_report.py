@@ -33,11 +33,11 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     >>> from pretravel.uncertainty.gum import Component
     >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
     >>> print(table_text(budget_table(budget)))
-    source          type    u/µm  sensitivity  contribution/µm  share/%     dof
-    repeats            A  0.4000            1           0.4000       64       9
-    scale              B  0.3000            1           0.3000       36       ∞
-    combined                                            0.5000               22
-    expanded, 95 %                                      1.0632           k 2.13
+    source             type    u/µm  sensitivity  contribution/µm  share/%     dof
+    repeats               A  0.4000            1           0.4000       64       9
+    scale                 B  0.3000            1           0.3000       36       ∞
+    combined                                               0.5000               22
+    expanded, 95.45 %                                      1.0632           k 2.13
     """
     own = 1.0 if own_units else MICROMETRE
     total = (budget.combined / MICROMETRE, budget.expanded() / MICROMETRE)
@@ -51,7 +51,7 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     ]
     return Table(
         (
-            Column.of("source", [*names, "combined", "expanded, 95 %"]),
+            Column.of("source", [*names, "combined", "expanded, 95.45 %"]),
             Column.of("type", [*kinds, "", ""]),
             Column.of("u", u, "", significant(4))
             if own_units

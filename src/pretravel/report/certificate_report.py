@@ -130,7 +130,12 @@ def _results_table(certificate: CalibrationCertificate) -> Table:
             Column.of("direction", [_direction_name(d) for d in directions]),
             Column.of("touches", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
-            column("U (95 %)", [result.expanded for result in certificate.directions], 2),
+            column("U", [result.expanded for result in certificate.directions], 2),
+            Column.of(
+                "k",
+                [result.coverage_factor for result in certificate.directions],
+                digits=decimals(2),
+            ),
             column("standard deviation", [d.repeatability.value for d in directions]),
             column("hysteresis", [d.hysteresis for d in directions]),
         )
@@ -163,7 +168,8 @@ def _uncertainty_section(certificate: CalibrationCertificate) -> Section:
             formula,
             (
                 "U is the expanded uncertainty: the standard uncertainty times the coverage "
-                "factor k for a coverage probability of about 95 % (GUM, JCGM 100:2008)."
+                "factor k for a coverage probability of 95.45 %, from Student's distribution with "
+                "the effective degrees of freedom (GUM, JCGM 100:2008)."
             ),
         ),
         tables=(budget_table(budget),),

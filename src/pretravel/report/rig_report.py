@@ -34,7 +34,7 @@ from pretravel.report.document import (
 from pretravel.report.formatting import decimals, number_text, significant
 from pretravel.report.style import some_rows
 from pretravel.report.whiskers import interval_lines
-from pretravel.uncertainty.gum import Budget
+from pretravel.uncertainty.gum import Budget, coverage_factor
 from pretravel.units import DEGREE, MICROMETRE
 
 BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
@@ -103,17 +103,18 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
     digits = decimals(3)
     low, high = (calibration.anisotropy_interval / MICROMETRE).tolist()
     readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)]
-    u = calibration.u_pretravel / MICROMETRE
+    u, dof = calibration.u_pretravel / MICROMETRE, calibration.repeatability.dof
     return (
         KeyFigure(
             "pretravel r1 - r0", calibration.pretravel / MICROMETRE, "µm", digits,
             None if math.isnan(u) else u,
+            coverage_factor=None if math.isnan(u) else coverage_factor(dof),
             remark="mean of the directions" + ("" if math.isnan(u) else "; u from repeats alone"),
         ),
         KeyFigure(
             "anisotropy", calibration.anisotropy / MICROMETRE, "µm", digits,
             interval=None if math.isnan(low) else Span(low, high),
-            remark="largest less smallest",
+            remark="largest less smallest" + ("" if math.isnan(low) else "; from repeats alone"),
         ),
         _repeatability_figure(calibration.repeatability),
         KeyFigure(
@@ -166,8 +167,8 @@ def direction_table(calibration: RigCalibration) -> Table:
             column("u of hysteresis", [d.u_hysteresis for d in directions]),
         ),
         title="Performance by direction",
-        explanation="n: touches; u: standard uncertainty of the mean from repeats; s: standard "
-        "deviation of one touch.",
+        explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
+        "directions; s: standard deviation of one touch, from the repeats of its direction.",
         detail=True,
     )
 

@@ -31,7 +31,7 @@ class TestRig:
             pretravel = (float(row["r1_mm"]) - float(row["r0_mm"])) * 1e3
             assert float(row["pretravel_um"]) == pytest.approx(pretravel, abs=1e-6)
         assert "anisotropy" in text
-        assert "expanded, 95 %" in text
+        assert "expanded, 95.45 %" in text
 
     @pytest.mark.parametrize("place", ["", "rig_*_?.csv", "rig_0[06]*.csv"])
     def test_a_folder_and_wildcards(self, tmp_path: Path, place: str) -> None:
@@ -69,7 +69,7 @@ class TestRig:
         page = (tmp_path / "certificate.html").read_text(encoding="utf-8")
         for words in (
             "Calibration certificate C-17", "Lab &lt;A&gt;", "not stated", "traceable to the SI",
-            "expanded, 95 %", "may not be reproduced", "@page", "Serial number", "Temperature",
+            "expanded, 95.45 %", "may not be reproduced", "@page", "Serial number", "Temperature",
         ):  # fmt: skip
             assert words in page
         assert page.count("data:image/") == 3  # directions, a touch, budget

@@ -15,6 +15,8 @@ from pretravel.formats.rig_csv import read_budget, read_rig_trace
 from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
+    LengthComponent,
+    budget_doubts,
     calibration_budget,
     constant_and_slope,
     length_budget,
@@ -382,6 +384,20 @@ class TestCalibration:
         assert calibration.repeatability.low < 0.03 * UM < calibration.repeatability.high
         assert calibration.starts_differ
 
+    def test_u_of_hysteresis_is_pooled_and_not_below_the_sampling(self) -> None:
+        """Shifts 0.30, 0.30 and 0.28, 0.34 µm: s² = (0 + 2 · 0.03²) / 2, so that s is 0.03 µm for
+        both. Edges of 0.04 µm each have √2 · 0.04 µm together, which equal shifts do not undo."""
+        blank = RigTouch("", 0, 0, 3e-3, 0, 1e-5, 1e-5, 1e-5, 0, 0, 3.0, ())
+        shifts = {"rig_000_1": 0.30, "rig_000_2": 0.30, "rig_090_1": 0.28, "rig_090_2": 0.34}
+        touches = [replace(blank, trace=name, r1=3e-3, r3=r3 * UM) for name, r3 in shifts.items()]
+        for direction in calibrate_rig(touches).directions:
+            assert direction.u_hysteresis == pytest.approx(0.03 * UM / math.sqrt(2.0), rel=1e-9)
+        rough = [replace(touch, u_r0=0.04 * UM, u_r3=0.04 * UM) for touch in touches]
+        for direction in calibrate_rig(rough).directions:
+            assert direction.u_hysteresis == pytest.approx(0.04 * UM, rel=1e-9)
+        single = calibrate_rig([touches[0], touches[2]])
+        assert all(math.isnan(direction.u_hysteresis) for direction in single.directions)
+
     def test_intervals_cover(self) -> None:
         """95 % over 200 calibrations: with that probability the hits are within the quantiles of
         one in ten thousand, 177 and 199. Tukey's interval of a range covers more: for the two means
@@ -461,6 +477,36 @@ def test_budget_file(tmp_path: Path) -> None:
     path.write_text("source,type,uncertainty_um,per_metre_um\nscale,C,0.02,\n")
     with pytest.raises(PretravelError, match="line 2: type is 'C'"):
         read_budget(path)
+
+
+def test_degrees_of_freedom_of_a_budget_file(tmp_path: Path) -> None:
+    """A source of type A alone: U has Student's k, 95.45 % for 4 degrees (GUM, Table G.2)."""
+    path = tmp_path / "budget.csv"
+    head = "source,type,uncertainty_um,per_metre_um"
+    path.write_text(f"{head},dof,remark\nscale,A,0.02,,4,five runs\nheat,A,,0.1,,\n")
+    scale, heat = read_budget(path)
+    assert (scale.dof, heat.dof) == (4.0, math.inf)
+    assert length_budget([scale], 0.0).coverage_factor() == pytest.approx(2.87, abs=0.005)
+    path.write_text(f"{head},dof\nscale,A,0.02,,0\n")
+    with pytest.raises(PretravelError, match="line 2: dof is '0'"):
+        read_budget(path)
+
+
+@pytest.mark.parametrize("column", ["k", "divisor", "dof_eff"])
+def test_a_column_that_a_budget_does_not_have_is_refused(tmp_path: Path, column: str) -> None:
+    path = tmp_path / "budget.csv"
+    path.write_text(f"source,type,uncertainty_um,per_metre_um,{column}\nscale,B,0.02,,2\n")
+    with pytest.raises(PretravelError, match=f"a budget has no column '{column}'"):
+        read_budget(path)
+
+
+def test_a_budget_in_millimetres_is_doubted() -> None:
+    """0.05 µm, written as 0.00005 into a column in µm; a source without a number is named."""
+    assert not budget_doubts([LengthComponent("laser", "B", 0.05 * UM)])
+    (small,) = budget_doubts([LengthComponent("laser", "B", 0.00005 * UM)])
+    assert "5e-05 µm together" in small
+    empty, _ = budget_doubts([LengthComponent("laser", "B")])
+    assert "'laser'" in empty
 
 
 def test_ren_budget_is_the_papers() -> None:

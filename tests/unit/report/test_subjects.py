@@ -168,6 +168,13 @@ def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
     json.dumps(document_values(document), allow_nan=False)
 
 
+def test_a_mean_from_few_repeats_has_the_k_of_their_number() -> None:
+    """Three directions, each twice: 3 degrees of freedom, k = 3.31 (GUM, Table G.2, 95.45 %)."""
+    figures = [figure for section in _certificate().sections for figure in section.figures]
+    (mean,) = [figure for figure in figures if figure.name == "pretravel r1 - r0"]
+    assert mean.coverage_factor == pytest.approx(3.31, abs=0.005)
+
+
 def test_a_quantity_with_a_budget_has_the_u_of_its_budget() -> None:
     """The repeats of a qualification have few degrees of freedom: its k is larger than 2."""
     document = _qualification()
