@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -75,6 +78,61 @@ def test_a_lost_scheduler_is_said_and_another_one_finishes(tmp_path: Path) -> No
     assert not output.exists()
     with cluster(1) as other:
         run_study(study(1000), output, Workers(scheduler=other.scheduler_address))
+    assert output.read_bytes() == (tmp_path / "whole.nc").read_bytes()
+
+
+@contextmanager
+def _processes(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A scheduler and a worker in processes of their own: the address, and the scheduler."""
+    stated = folder / "scheduler.json"
+    place = ("--scheduler-file", str(stated))
+    begin = (sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1")
+    work = (
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_worker",
+        "--no-dashboard",
+        "--nthreads",
+        "1",
+    )
+    scheduler = subprocess.Popen((*begin, "--port", "0", "--no-dashboard", *place))
+    try:
+        while not stated.exists() or not stated.read_text():
+            assert scheduler.poll() is None
+            time.sleep(0.05)
+        worker = subprocess.Popen((*work, *place))
+        try:
+            address = json.loads(stated.read_text())["address"]
+            with distributed.Client(address) as client:
+                client.wait_for_workers(1, timeout=60)
+            yield address, scheduler
+        finally:
+            worker.kill()
+            worker.wait()
+    finally:
+        scheduler.kill()
+        scheduler.wait()
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_is_said_and_another_one_finishes(tmp_path: Path) -> None:
+    """SIGKILL: it says goodbye to nobody."""
+    output = tmp_path / "study.nc"
+    run_study(study(1000), tmp_path / "whole.nc", ALONE)
+    with _processes(tmp_path) as (address, scheduler):
+
+        def kill_when_it_has_begun() -> None:
+            while not journal_path(output).exists() or journal_path(output).stat().st_size < 2e5:
+                time.sleep(0.01)
+            scheduler.kill()
+
+        killer = threading.Thread(target=kill_when_it_has_begun)
+        killer.start()
+        with pytest.raises(PretravelError, match="run the command again"):
+            run_study(study(1000), output, Workers(scheduler=address))
+        killer.join()
+    assert not output.exists()
+    run_study(study(1000), output, ALONE)
     assert output.read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 
