@@ -14,7 +14,7 @@ from pretravel.report.chart_marks import Bars, Dots
 from pretravel.report.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.report.formatting import decimals, number_text, shown_unit, significant
 from pretravel.study.results import StudyResults
-from pretravel.study.sensitivity import Sensitivity, sensitivity
+from pretravel.study.sensitivity import Sensitivity, sensitivities
 
 _MAIN = (
     "pretravel_range",
@@ -46,7 +46,7 @@ def study_document(results: StudyResults) -> Document:
         return Document(
             title, verdict=f"{title}: none of them can be computed", tables=(_reasons(results),)
         )
-    shares = [one for one in (sensitivity(results, n) for n in results.numbers) if one is not None]
+    shares = sensitivities(results)
     found = next((one for one in shares if one.output == main), None)
     return Document(
         title=title,

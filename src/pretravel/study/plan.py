@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import qmc
 
 from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
@@ -95,7 +94,12 @@ class Plan:
 
     @cached_property
     def _shares(self) -> FloatArray:
-        """Shares of the ranges: of a Sobol' plan the base samples, A beside B."""
+        """Shares of the ranges: of a Sobol' plan the base samples, A beside B.
+
+        Workers get them with the plan, and need not load the statistics of scipy.
+        """
+        from scipy.stats import qmc
+
         study, count = self.study, len(self.study.factors)
         if study.plan == "sobol":
             # A and B side by side in one sequence of twice the dimensions: Saltelli 2010.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -72,7 +73,7 @@ def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
     """
     values = results.numbers[output]
     good = np.isfinite(values)
-    if good.sum() < 2 or not np.ptp(values[good]) > 1e-12 * np.abs(values[good]).max():
+    if not _varies(values[good]):
         return None
     if results.plan == "sobol":
         return _sobol(results, output)
@@ -82,8 +83,40 @@ def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
         )
         return _alone(results, output, first, int(good.sum()))
     if results.plan == "latin-hypercube":
-        return _additive(results, output, good)
+        return _additive(results, [output]).get(output)
     return None
+
+
+def sensitivities(results: StudyResults) -> list[Sensitivity]:
+    """The shares of the factors in the variance of each output that has them, see `sensitivity`.
+
+    Outputs that the same designs have are resampled together, which takes the time of one.
+
+    Parameters
+    ----------
+    results : StudyResults
+
+    Returns
+    -------
+    list of Sensitivity
+        In the order of the outputs.
+    """
+    if results.plan != "latin-hypercube":
+        each = [sensitivity(results, name) for name in results.numbers]
+        return [one for one in each if one is not None]
+    together: dict[bytes, list[str]] = {}
+    for name, values in results.numbers.items():
+        good = np.isfinite(values)
+        if _varies(values[good]):
+            together.setdefault(good.tobytes(), []).append(name)
+    found: dict[str, Sensitivity] = {}
+    for names in together.values():
+        found |= _additive(results, names)
+    return [found[name] for name in results.numbers if name in found]
+
+
+def _varies(values: FloatArray) -> bool:
+    return len(values) >= 2 and bool(np.ptp(values) > 1e-12 * np.abs(values).max())
 
 
 def _alone(
@@ -160,24 +193,27 @@ def sobol_shares(values: FloatArray) -> FloatArray:
     return np.asarray(np.array([first, total]) / variance)
 
 
-def _additive(
-    results: StudyResults, output: str, good: npt.NDArray[np.bool_]
-) -> Sensitivity | None:
+def _additive(results: StudyResults, outputs: Sequence[str]) -> dict[str, Sensitivity]:
+    """Of outputs that the same designs have."""
+    good = np.isfinite(results.numbers[outputs[0]])
     columns = [_polynomial(column[good]) for column in results.factors.values()]
-    values = results.numbers[output][good]
-    if len(values) < 2 * sum(part.shape[1] for part in columns) + _LEAST_SAMPLES:
-        return None
+    values = np.column_stack([results.numbers[name][good] for name in outputs])
+    count, widths = len(values), [part.shape[1] for part in columns]
+    if count < 2 * sum(widths) + _LEAST_SAMPLES:
+        return {}
+    table = np.column_stack([*columns, values])
+    rows = np.vstack([np.ones(count), (table - table.mean(axis=0)).T])
     generator = np.random.default_rng(_SEED)
-    chance = np.full(len(values), 1.0 / len(values))
+    chance = np.full(count, 1.0 / count)
     again = np.array(
-        [_shares(columns, values, generator.multinomial(len(values), chance))
-         for _ in range(_RESAMPLES)]
-    )  # fmt: skip
+        [_shares(rows, widths, generator.multinomial(count, chance)) for _ in range(_RESAMPLES)]
+    )
     low, high = np.quantile(again, _QUANTILES, axis=0)
-    return _alone(
-        results, output, _shares(columns, values, np.ones(len(values))), len(values),
-        np.column_stack([low, high]),
-    )  # fmt: skip
+    first = _shares(rows, widths, np.ones(count))
+    return {
+        name: _alone(results, name, first[i], count, np.column_stack([low[i], high[i]]))
+        for i, name in enumerate(outputs)
+    }
 
 
 def _polynomial(column: npt.NDArray[Any]) -> FloatArray:
@@ -190,16 +226,27 @@ def _polynomial(column: npt.NDArray[Any]) -> FloatArray:
     return np.asarray(np.column_stack([scaled**power for power in range(1, _DEGREE + 1)]))
 
 
-def _shares(columns: list[FloatArray], values: FloatArray, weights: npt.NDArray[Any]) -> FloatArray:
-    """Variance of each part of the least-squares sum over that of the values.
+def _shares(rows: FloatArray, widths: Sequence[int], weights: npt.NDArray[Any]) -> FloatArray:
+    """Variance of each part of the least-squares sum over that of the values, (outputs, factors).
 
     Both follow from the covariance of columns and values: a resample costs one product.
+
+    Parameters
+    ----------
+    rows : (1 + p + outputs, n) float
+        Ones, then the p columns of all factors and the values, each about its mean.
+    widths : sequence of int
+        Columns of each factor.
+    weights : (n,) float
     """
-    table = np.column_stack([*columns, values])
-    table = table - np.average(table, axis=0, weights=weights)
-    covariance = table.T @ (table * weights[:, None]) / weights.sum()
-    coefficients = np.linalg.lstsq(covariance[:-1, :-1], covariance[:-1, -1], rcond=None)[0]
-    ends = np.cumsum([0, *(part.shape[1] for part in columns)])
-    parts = [slice(first, last) for first, last in pairwise(ends)]
-    explained = [coefficients[p] @ covariance[p, p] @ coefficients[p] for p in parts]
-    return np.asarray(np.array(explained) / covariance[-1, -1])
+    products = (rows * weights) @ rows.T / weights.sum()
+    covariance = products[1:, 1:] - np.outer(products[0, 1:], products[0, 1:])
+    ends = np.cumsum([0, *widths])
+    last = ends[-1]
+    to_columns = covariance[:last]
+    coefficients = np.linalg.lstsq(to_columns[:, :last], to_columns[:, last:], rcond=None)[0]
+    explained = [
+        np.sum(coefficients[p] * (covariance[p, p] @ coefficients[p]), axis=0)
+        for p in (slice(begin, end) for begin, end in pairwise(ends))
+    ]
+    return np.asarray(np.array(explained).T / np.diag(covariance)[last:, None])

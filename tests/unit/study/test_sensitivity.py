@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.stats import sobol_indices
 
 from pretravel.study.outputs import OutputMeaning
 from pretravel.study.results import StudyResults
-from pretravel.study.sensitivity import Sensitivity, sensitivity, sobol_shares
+from pretravel.study.sensitivity import Sensitivity, sensitivities, sensitivity, sobol_shares
 
 
 def results(
@@ -98,6 +99,26 @@ def test_shares_of_a_hypercube_with_a_text() -> None:
     np.testing.assert_allclose(shares.first, exact, atol=0.03)  # chance of 2000 samples
     assert (shares.first_interval[:, 0] < exact).all()
     assert (shares.first_interval[:, 1] > exact).all()
+
+
+def test_outputs_of_a_hypercube_are_resampled_together() -> None:
+    """Each as if it were alone; y = a has the shares 1 and 0, y = a + 2 b has 1/5 and 4/5."""
+    a, b = np.random.default_rng(4).uniform(-1.0, 1.0, (2, 2000))
+    failed = a + 2.0 * b
+    failed[::7] = np.nan
+    numbers = {"only a": a, "constant": np.ones(2000), "failed": failed, "both": a + 2.0 * b}
+    factors = {"a": a, "b": b}
+    made = replace(results("latin-hypercube", factors, a), numbers=numbers)
+    shares = sensitivities(made)
+    assert [one.output for one in shares] == ["only a", "failed", "both"]
+    np.testing.assert_allclose(shares[0].first, [1.0, 0.0], atol=1e-12)
+    for one in shares[1:]:  # chance of 2000 samples
+        np.testing.assert_allclose(one.first, [1 / 5, 4 / 5], atol=0.05)
+    for one in shares:
+        alone = sensitivity(made, one.output)
+        assert alone is not None
+        assert one.samples == alone.samples
+        np.testing.assert_allclose(one.first_interval, alone.first_interval, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("plan", ["one-at-a-time", "sobol", "latin-hypercube"])
