@@ -34,7 +34,7 @@ check: browser-if-possible lint contracts  ## everything that must pass before a
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, benchmarks, single faults in the code, and the built package
 	$(TESTS) -m "slow or not slow"
-	$(BIN)/python benchmarks/run.py
+	$(BIN)/python -m benchmarks.run --print
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 	$(MAKE) --no-print-directory release-check
 
@@ -87,8 +87,8 @@ release-check: $(STAMP)  ## build sdist and wheel, install them into bare enviro
 	$(BIN)/pip install --quiet uv
 	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/check_release.py
 
-benchmark: $(STAMP)  ## ratios against plain loops
-	$(BIN)/python benchmarks/run.py
+benchmark: $(STAMP)  ## ratios against alternatives, and growth: docs/benchmarks.md (about an hour)
+	$(BIN)/python -m benchmarks.run
 
 lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 	$(BIN)/pip install --quiet uv

@@ -1,32 +1,41 @@
-"""How time and memory grow with the touches. Run: python benchmarks/load.py [LARGEST].
+"""How time and memory grow with touches, directions, designs, and unknowns of a mesh.
 
-Each job runs in a process of its own at three sizes, a factor of ten apart. Time is that of the
-processor, memory what the process needs beside its imports and its data. The exponent compares the
-two largest sizes: 1 is linear, 2 is a matrix of all pairs.
+Each job runs in a process of its own at three sizes. Time is that of the processor, memory what the
+process needs beside its imports and its data. The exponent compares the two largest sizes: 1 is
+linear, 2 is a matrix of all pairs.
 """
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import json
 import math
+import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from benchmarks.results import Figures, Growth
+from benchmarks.sizes import Sizes
+from benchmarks.studies import write_study
 
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap
 from pretravel.identification.kind_registry import KINDS, qualify
 from pretravel.probe.catalogue import load_probe
+from pretravel.study.definition import load_study
+from pretravel.study.run import Workers, run_study
 from pretravel.touches import Touches
 from pretravel.trigger.predict import predict, predicted_map
 
-LARGEST = 1_000_000
 REPEATS = 10
+_ROOT = Path(__file__).resolve().parents[1]
 
 
 def touches_of(count: int) -> Touches:
@@ -39,55 +48,125 @@ def touches_of(count: int) -> Touches:
     return Touches(directions[order] * distance[:, None], directions[order])
 
 
-def job(name: str, count: int) -> Callable[[], object]:
-    """A job on so many touches (or directions), with its data made."""
+def job(name: str, size: float, folder: Path) -> tuple[float, Callable[[], object]]:
+    """The exact size of a job, and the job with its data made."""
+    if name == "condense":
+        return _condensing(size)
+    count = int(size)
+    if name == "study":
+        study = load_study(
+            str(write_study(folder / f"study{count}.toml", count, keep_directions=False))
+        )
+        return count, lambda: run_study(study, folder / f"study{count}.nc", Workers(1))
     if name == "predict":
         probe, directions = load_probe("omp40-2"), fibonacci_cap(count, math.radians(95.0))
-        return lambda: predicted_map(probe, predict(probe, directions)).pretravel(directions)
+        return count, lambda: predicted_map(probe, predict(probe, directions)).pretravel(directions)
+    touches = touches_of(count)
     if name == "compensate":
         pretravel_map = qualify(touches_of(750), 25.0, tip_diameter=6.0, kind="harmonic")
-        touches = touches_of(count)
-        return lambda: apply(touches, pretravel_map.pretravel_map, extrapolate=True)
-    touches = touches_of(count)
-    return lambda: qualify(touches, 25.0, tip_diameter=6.0, kind=name.removeprefix("qualify "))
+        return count, lambda: apply(touches, pretravel_map.pretravel_map, extrapolate=True)
+    kind = name.removeprefix("qualify ")
+    return count, lambda: qualify(touches, 25.0, tip_diameter=6.0, kind=kind)
 
 
-def _memory() -> int:
-    """Largest memory of this process so far. [bytes]"""
+def _condensing(refinement: float) -> tuple[float, Callable[[], object]]:
+    from pretravel.model.fem.condensation import condense
+    from pretravel.model.fem.elasticity import finite_element_model
+    from pretravel.model.fem.mesh import MeshSettings, mesh_probe
+
+    probe = load_probe("omp40-2")
+    solids, mesh = mesh_probe(probe, MeshSettings(refinement=refinement))
+    model = finite_element_model(probe, solids, mesh)
+    return mesh.unknowns, lambda: condense(model)
+
+
+_FIRST = {"condense": 0.3, "study": 2, "predict": 2000}
+"""Sizes that load the modules."""
+
+
+def _begin_memory() -> float:
+    """Memory from which a peak counts from now on. [bytes]
+
+    What the data left free is given back, else the job would use it unseen. The largest memory of
+    `getrusage` contains that of the process that started this one.
+    """
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim is not None:
+        trim(0)
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return _peak()
+    return _peak()
+
+
+def _peak() -> float:
+    """Largest memory of this process. [bytes]"""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return 1024.0 * float(line.split()[1])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
+    return float(peak if sys.platform == "darwin" else 1024 * peak)
 
 
-def measured(name: str, count: int) -> dict[str, float]:
-    """Time and memory of one job, in this process. [s], [bytes]"""
-    job(name, 2000)()  # imports
-    wanted = job(name, count)
-    memory, start = _memory(), time.process_time()
-    wanted()
-    return {"seconds": time.process_time() - start, "memory": max(_memory() - memory, 1)}
+def measured(name: str, size: float) -> dict[str, float]:
+    """Exact size, time and memory of one job, in this process. [s], [bytes]"""
+    with tempfile.TemporaryDirectory() as folder:
+        job(name, _FIRST.get(name, 2000), Path(folder))[1]()
+        exact, wanted = job(name, size, Path(folder))
+        memory, start = _begin_memory(), time.process_time()
+        wanted()
+        seconds = time.process_time() - start
+        return {"size": exact, "seconds": seconds, "memory": max(_peak() - memory, 1.0)}
 
 
-def _apart(name: str, count: int) -> dict[str, float]:
-    command = [sys.executable, str(Path(__file__)), "--one", name, str(count)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+def _apart(name: str, size: float) -> dict[str, float]:
+    command = [sys.executable, "-m", "benchmarks.load", name, str(size)]
+    # With two threads the processor's time would contain their waiting for each other.
+    single = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=_ROOT, env={**os.environ, **single}
+    )
+    if done.returncode:
+        raise RuntimeError(f"{name} of size {size}: {done.stderr[-2000:]}")
     found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
-def _row(name: str, largest: int) -> None:
-    sizes = [largest // 100, largest // 10, largest]
-    results = [_apart(name, size) for size in sizes]
-    cells = [f"{r['seconds']:8.1f} s {r['memory'] / 1e6:6.0f} MB" for r in results]
-    growth = [math.log10(results[2][of] / results[1][of]) for of in ("seconds", "memory")]
-    print(f"{name:20s} {'  '.join(cells)}   {growth[0]:5.2f} {growth[1]:6.2f}", flush=True)
+def _growth(name: str, over: str, sizes: Sequence[float], what: str = "") -> Growth:
+    found = [_apart(name, size) for size in sizes]
+    size, seconds, memory = (
+        tuple(one[key] for one in found) for key in ("size", "seconds", "memory")
+    )
+    return Growth(what or f"`{name}`", over, size, seconds, memory)
+
+
+def _three(largest: int) -> tuple[int, int, int]:
+    return largest // 100, largest // 10, largest
+
+
+def over_touches(sizes: Sizes) -> Figures:
+    names = [f"qualify {kind}" for kind in (sizes.kinds or (*KINDS, "auto"))] + ["compensate"]
+    return Figures(
+        growths=tuple(_growth(name, "touches", _three(sizes.growing_touches)) for name in names)
+    )
+
+
+def over_directions(sizes: Sizes) -> Figures:
+    return Figures(growths=(_growth("predict", "directions", _three(sizes.growing_directions)),))
+
+
+def over_designs(sizes: Sizes) -> Figures:
+    what = "`study`, one worker, directions not kept"
+    return Figures(growths=(_growth("study", "designs", _three(sizes.growing_designs), what),))
+
+
+def over_unknowns(sizes: Sizes) -> Figures:
+    what = "condensing a finite-element model (one sixth)"
+    return Figures(growths=(_growth("condense", "unknowns", sizes.refinements, what),))
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--one"]:
-        print(json.dumps(measured(sys.argv[2], int(sys.argv[3]))))
-    else:
-        most = int(sys.argv[1]) if len(sys.argv) > 1 else LARGEST
-        heads = "".join(f"{f'{size:,}':>20s}" for size in (most // 100, most // 10, most))
-        print(f"{'job':20s}{heads}   time^  memory^")
-        for each in [f"qualify {kind}" for kind in (*KINDS, "auto")] + ["compensate", "predict"]:
-            _row(each, most)
+    print(json.dumps(measured(sys.argv[1], float(sys.argv[2]))))

@@ -1,354 +1,106 @@
-"""Ratios against the plain loop over points, and start-up times. Run: make benchmark.
+"""All benchmarks, into a page of the documentation. Run: make benchmark.
 
-The loop is the simplest program: it evaluates the formulas of the same public functions in
-scalar form, one direction at a time. It runs on a part of the points, and its time is scaled
-up. The results of both are compared, so that a fast wrong result is detected.
+python -m benchmarks.run                   # everything; writes docs/benchmarks.md
+python -m benchmarks.run --only studies    # one of them; nothing is written
+python -m benchmarks.run --small --print   # small sizes: shows that everything works
 """
 
 from __future__ import annotations
 
-import math
-import os
-import resource
-import subprocess
+import argparse
+import json
+import shutil
 import sys
 import tempfile
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-from scipy.optimize import least_squares
+from benchmarks import load, long_tables, ratios, studies
+from benchmarks.commands import spent
+from benchmarks.results import Figures, Row, computer, growth_line, page, row_line
+from benchmarks.sizes import FULL, SMALL, Sizes
 
-from pretravel.compensation.compensation import apply
-from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
-from pretravel.compensation.point_errors import points_by_trials
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.kind_registry import qualify
-from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.fem.condensation import condense
-from pretravel.model.fem.elasticity import finite_element_model
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import mesh_solids
-from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
-from pretravel.probing.targets import Targets
-from pretravel.probing.tip import LateralTip, predicted_tip
-from pretravel.probing.touching import touch
-from pretravel.surface.cad.step_part import read_step_part
-from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
-from pretravel.trigger.seats import SeatStatics, seat_statics
-from pretravel.trigger.six_seat_slopes import six_seat_slopes
-from pretravel.trigger.six_seats import PARAMETERS, six_seat_response
-from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.uncertainty.monte_carlo import MonteCarlo
-
-DIRECTIONS = 100_000
-TOUCHES = 1_000_000
-LOOPED = 2_000
-SURFACE_TOUCHES = 100_000
-STEPPED = 40
+_ROOT = Path(__file__).resolve().parents[1]
+PAGE = _ROOT / "docs" / "benchmarks.md"
+_APART = 0.02
+"""Largest relative difference of deflections from those of CalculiX: docs/validation.md."""
 
 
-def _best(function: Callable[[], object], repeats: int = 3) -> float:
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-class LoopedProbe:
-    """The analytic model for one direction at a time; its constants are computed once."""
-
-    def __init__(self, probe: Probe) -> None:
-        steel = material("steel")
-        self.statics: SeatStatics = seat_statics(probe)
-        self.inverse = np.linalg.inv(self.statics.wrenches)
-        self.seat = rod_on_ball_coefficient(
-            probe.tripod.rod_radius,
-            probe.seats.ball_radius,
-            contact_modulus(probe.tripod.material, probe.seats.material),
-        )
-        self.lateral = bending_compliance(probe.stylus) + shear_compliance(probe.stylus)
-        self.axial = axial_compliance(probe.stylus)
-        self.tip = (
-            9.0 / (16.0 * probe.tip.radius * contact_modulus(probe.tip.material, steel) ** 2)
-        ) ** (1.0 / 3.0)
-
-    def pretravel(self, n: np.ndarray) -> float:
-        statics = self.statics
-        wrench = np.concatenate([n, np.cross(statics.tip, n)])
-        unit_reactions = -self.inverse @ wrench
-        force = min(
-            rest / -unit
-            for rest, unit in zip(statics.rest_reactions, unit_reactions, strict=True)
-            if unit < -1e-12
-        )
-        reactions = statics.rest_reactions + force * unit_reactions
-        sunk = np.array(
-            [
-                self.seat * (max(now, 0.0) ** (2 / 3) - rest ** (2 / 3))
-                for now, rest in zip(reactions, statics.rest_reactions, strict=True)
-            ]
-        )
-        motion = -self.inverse.T @ sunk
-        tip = motion[:3] + np.cross(motion[3:], statics.tip)
-        across = n[0] ** 2 + n[1] ** 2
-        bend = force * (self.lateral * across + self.axial * n[2] ** 2)
-        return float(tip @ n + bend + self.tip * force ** (2 / 3))
-
-
-def _example_map() -> PretravelMap:
-    probe = load_probe("omp40-2-100mm")
-    n = np.repeat(sphere_pattern_25(), 3, axis=0)
-    noise = np.random.default_rng(0).normal(0.0, 3e-4, 75)
-    distance = 15.5 - predict(probe, n).pretravel + noise
-    touches = Touches(n * distance[:, None], n)
-    return qualify(touches, 25.0, kind="harmonic", tip_diameter=6.0).pretravel_map
-
-
-def _row(name: str, ours: float, loop: float) -> None:
-    print(f"{name:58s} {ours:8.2f} s {loop:10.1f} s {loop / ours:8.0f} x")
-
-
-def directions() -> None:
-    probe = load_probe("omp40-2")
-    n = fibonacci_cap(DIRECTIONS, math.radians(95.0))
-    looped = LoopedProbe(probe)
-    answers = np.array([looped.pretravel(row) for row in n[:LOOPED]])
-    assert np.allclose(answers, predict(probe, n).pretravel[:LOOPED], atol=1e-12)
-    ours = _best(lambda: predict(probe, n).pretravel)
-    loop = _best(lambda: [looped.pretravel(row) for row in n[:LOOPED]]) * DIRECTIONS / LOOPED
-    _row(f"{DIRECTIONS:,} directions predicted, analytic", ours, loop)
-
-
-def touches() -> None:
-    pretravel_map = _example_map()
-    n = fibonacci_cap(TOUCHES, math.radians(89.0))
-    many = Touches(50.0 * n, n)
-    basis = pretravel_map.basis
-    assert isinstance(basis, HarmonicBasis)
-    coefficients, covariance = pretravel_map.coefficients, pretravel_map.covariance.matrix
-    radius = pretravel_map.tip_radius
-    variance = pretravel_map.single_touch**2 + pretravel_map.u_tip_radius**2
-
-    def one(row: int) -> tuple[np.ndarray, float]:
-        normal = n[row]
-        design = basis.design(normal[None])[0]
-        pretravel = float(design @ coefficients)
-        point = many.positions[row] - (radius - pretravel) * normal
-        return point, math.sqrt(variance + float(design @ covariance @ design))
-
-    whole = apply(many, pretravel_map)
-    for row in range(0, LOOPED, 7):
-        point, u = one(row)
-        assert np.allclose(point, whole.positions[row], atol=1e-12)
-        assert math.isclose(u, whole.standard_uncertainty[row], rel_tol=1e-9)
-    ours = _best(lambda: apply(many, pretravel_map).standard_uncertainty, repeats=2)
-    loop = _best(lambda: [one(row) for row in range(LOOPED)]) * TOUCHES / LOOPED
-    _row(f"{TOUCHES:,} touches compensated with covariance, harmonic", ours, loop)
-
-
-class ThesisTouch:
-    """One touch by the method of section 3.4, in twenty steps.
-
-    In each step `least_squares` solves the six equations 3.20 to 3.22 and 3.33 to 3.35 for u1,
-    v1, u2, v2, lambda, t. The surface is evaluated by the CAD kernel, which is the fastest way
-    for one point at a time.
-    """
-
-    def __init__(self, path: Path, tip: LateralTip) -> None:
-        from netgen.occ import OCCGeometry
-
-        self.shape = OCCGeometry(str(path)).shape
-        self.surface = self.shape.faces[0].surf
-        self.tip = tip
-
-    def _at(self, u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
-        point, du, dv = self.surface.D1(u, v)
-        normal = np.cross([du.x, du.y, du.z], [dv.x, dv.y, dv.z])
-        return np.array([point.x, point.y, point.z]), normal
-
-    def travel(
-        self, u: float, v: float, step: float, method: str = "trf", steps: int = 20
-    ) -> float:
-        """Feed at the trigger, mm, interpolated linearly between two steps.
-
-        All steps are made, as in Table 4.10.
-        """
-        r = self.tip.radius
-        point, normal = self._at(u, v)
-        into = -normal / np.linalg.norm(normal)
-        start = point - r * into
-        polar, azimuth = math.acos(-into[2]), math.atan2(-into[1], -into[0])
-        unknown = np.array([u, v, azimuth, polar, np.linalg.norm(normal) / r**2, 0.0])
-        before, missing, found = -into, 0.0, math.nan
-        for k in range(1, steps + 1):
-            spindle = start + k * step * into
-            ray = np.array([before[0], before[1], 0.0]) / math.hypot(before[0], before[1])
-
-            def equations(
-                x: np.ndarray, spindle: np.ndarray = spindle, ray: np.ndarray = ray
-            ) -> np.ndarray:
-                surface, normal = self._at(x[0], x[1])
-                outward = np.array(
-                    [
-                        math.cos(x[2]) * math.sin(x[3]),
-                        math.sin(x[2]) * math.sin(x[3]),
-                        math.cos(x[3]),
-                    ]
-                )
-                center = spindle + x[5] * ray
-                return np.concatenate(
-                    [surface + r * outward - center, normal - x[4] * r**2 * outward]
-                )  # fmt: skip
-
-            solved = least_squares(
-                equations, unknown, xtol=1e-13, ftol=1e-15, gtol=1e-15, method=method
-            )
-            unknown = solved.x
-            limit = float(np.linalg.norm(self.tip.state(before[None]).deflection))
-            beyond = float(unknown[5]) - limit
-            if beyond >= 0.0 and math.isnan(found):
-                last = missing if k > 1 else -limit
-                found = step * (k - 1 + last / (last - beyond))
-            missing = beyond
-            _, normal = self._at(unknown[0], unknown[1])
-            before = normal / np.linalg.norm(normal)
-        return found
-
-
-def surface_touches() -> None:
-    """A hundred thousand touches on a freeform face, all at once and by the thesis's method."""
-    path = Path(__file__).parents[1] / "examples/data/part.step"
-    part = read_step_part(path)
-    tip = predicted_tip(load_probe("omp40-2"))
-    face = part.faces[0]
-    low, high = face.box
-    uv = np.random.default_rng(0).uniform(low + 3.0, high - 3.0, (SURFACE_TOUCHES, 2))
-    local = face.local(uv)
-    targets = Targets(local.point, local.normal)
-    lateral = LateralTip(tip)
-    at_once = touch(lateral, part, targets)
-    assert np.all(at_once.converged)
-    assert np.nanmax(at_once.residual) < 1e-9
-    stepped = ThesisTouch(path, lateral)
-    # Twenty steps of a quarter of a micrometre reach the trigger of every touch here.
-    rows = range(STEPPED)
-    thesis = np.array([stepped.travel(*uv[row], 0.00025) for row in rows])
-    assert np.abs(thesis - at_once.pretravel[:STEPPED]).max() < 1e-6
-    ours = _best(lambda: touch(lateral, part, targets))
-    full = _best(lambda: touch(tip, part, targets))
-    for method in ("trf", "lm"):
-        loop = _best(lambda m=method: [stepped.travel(*uv[row], 0.00025, m) for row in rows], 1)
-        loop *= SURFACE_TOUCHES / STEPPED
-        what = f"{SURFACE_TOUCHES:,} touches on a STEP face against least_squares {method}"
-        _row(f"{what}, sideways", ours, loop)
-        _row(f"{what}, full", full, loop)
-
-
-def trials() -> None:
-    """The diameter of a sphere by Monte Carlo, against one sphere fit for each trial."""
-    n = sphere_pattern_25()
-    touches = Touches(n * 15.49, n)
-    made = _example_map()
-    points = apply(touches, made)
-    ball = measured_sphere(touches, points, made)
-    count = 100_000
-
-    def ours() -> MonteCarlo:
-        return sphere_by_trials(ball, digits=2, most_trials=count)[0]
-
-    drawn = points_by_trials(touches, points, made, trials=LOOPED)
-    radii = np.array([fit_sphere(trial).radius for trial in drawn])
-    found = ours()
-    assert abs(2.0 * radii.std() / found.standard_uncertainty[0] - 1.0) < 0.07
-    loop = _best(lambda: [fit_sphere(trial) for trial in drawn], 1) / LOOPED * found.trials
-    _row(f"{found.trials} trials of a sphere's diameter", _best(ours, 1), loop)
-
-
-def finite_elements() -> None:
-    """The 36 x 9 map as a user runs it, against one factorisation for each direction."""
-    command = [
-        sys.executable, "-m", "pretravel", "predict", "omp40-2", "--model", "fem",
-        "--azimuth", "0:350:10", "--polar", "10:90:10",
-    ]  # fmt: skip
+def calculix(sizes: Sizes) -> Figures:
+    """The time of the processor, with one thread, against CalculiX with the same bodies."""
+    what, size, other = (
+        "map, finite elements, empty cache (time of the processor)",
+        "36 × 9",
+        "CalculiX",
+    )
+    if not sizes.calculix or shutil.which("ccx") is None:
+        why = "ccx is not installed here" if sizes.calculix else "the sizes are small"
+        note = f"not measured: {why}"
+        return Figures((Row(what, size, None, other, None, note),))
     with tempfile.TemporaryDirectory() as folder:
-        environment = {**os.environ, "PRETRAVEL_CACHE": folder}
-
-        def run() -> None:
-            subprocess.run(command, capture_output=True, check=True, env=environment)
-
-        empty = _best(run, 1)
-        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e6
-        kept = _best(run, 3)
-    probe = load_probe("omp40-2")
-    solids = probe_solids(probe)
-    model = finite_element_model(probe, solids, mesh_solids(solids))
-    once = _best(lambda: condense(model), 1)
-    _row("36 x 9 map, finite elements, empty cache, process and all", empty, 324 * once)
-    print(f"{'':58s} {peak:8.2f} GB at most; the loop: one factorisation a direction")
-    print(f"{'36 x 9 map, finite elements, from the cache':58s} {kept:8.2f} s")
-
-
-def start_up() -> None:
-    """Start-up times, compared with a bare interpreter in the same run."""
-    commands = {
-        "python -c pass": [sys.executable, "-c", "pass"],
-        "import pretravel": [sys.executable, "-c", "import pretravel"],
-        "pretravel --help": [sys.executable, "-m", "pretravel", "--help"],
-    }
-    for name, command in commands.items():
-        seconds = _best(lambda c=command: subprocess.run(c, capture_output=True, check=True), 5)
-        print(f"{name:58s} {seconds:8.2f} s")
+        kept = Path(folder) / "found.json"
+        program = str(_ROOT / "benchmarks" / "calculix" / "run.py")
+        count = str(sizes.calculix)
+        spent(
+            [sys.executable, program, "--directions", count, "--keep", folder, "--json", str(kept)],
+            {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        )
+        found = json.loads(kept.read_text())
+    assert found["apart"] < _APART, f"deflections differ by {100.0 * found['apart']:.1f} %"
+    note = (
+        f"{count} of 324 directions solved; deflections differ by {100.0 * found['apart']:.2g} %; "
+        f"with a golden-section search for the trigger {found['golden'] / found['ours']:,.0f} times"
+    )
+    other = "CalculiX, two contact solves for each direction"
+    return Figures((Row(what, size, found["ours"], other, found["fair"], note),))
 
 
-def qualification() -> None:
-    """The fit of a six-seat probe, with slopes in closed form and by central differences."""
-    n = np.repeat(sphere_pattern_25(), 3, axis=0)
-    truth = predict(load_probe("omp40-2-100mm"), n).pretravel
-    distance = 15.5 - truth + np.random.default_rng(0).normal(0.0, 3e-4, 75)
-    touches = Touches(n * distance[:, None], n)
-    values = np.array([parameter.prior for parameter in PARAMETERS])
-    values += np.random.default_rng(1).normal(0.0, 0.02, len(values))  # away from symmetry
-    step = 1e-5
+BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
+    "directions": ratios.directions,
+    "touches": ratios.touches,
+    "surface-touches": ratios.surface_touches,
+    "trials": ratios.trials,
+    "qualification": ratios.qualification,
+    "long-tables": long_tables.long_tables,
+    "studies": studies.studies,
+    "finite-elements": ratios.finite_elements,
+    "element-studies": studies.element_studies,
+    "calculix": calculix,
+    "start-up": ratios.start_up,
+    "over-touches": load.over_touches,
+    "over-directions": load.over_directions,
+    "over-designs": load.over_designs,
+    "over-unknowns": load.over_unknowns,
+}
 
-    def differences() -> np.ndarray:
-        columns = []
-        for unit in np.eye(len(values)):
-            ends = [
-                six_seat_response(values + sign * step * unit, 3.0).pretravel(n)
-                for sign in (1.0, -1.0)
-            ]
-            columns.append((ends[0] - ends[1]) / (2.0 * step))
-        return np.stack(columns, axis=1)
 
-    closed = six_seat_slopes(values, n)
-    off = np.abs(differences() - closed).max(axis=1)
-    # Next to a kink the opening seat changes within the step.
-    assert np.quantile(off, 0.9) < 1e-8 * np.abs(closed).max() + 1e-9
-    ours = _best(lambda: [six_seat_slopes(values, n) for _ in range(20)]) / 20
-    loop = _best(differences)
-    print(f"{'18 slopes of 75 touches, against central differences':58s} {1e3 * ours:7.2f} ms "
-          f"{1e3 * loop:9.1f} ms {loop / ours:8.0f} x")  # fmt: skip
-    for kind in ("physical", "auto"):
-        taken = _best(lambda kind=kind: qualify(touches, 25.0, tip_diameter=6.0, kind=kind))
-        print(f"{f'75 touches qualified, kind {kind}':58s} {taken:8.2f} s")
+def run(names: Sequence[str], sizes: Sizes) -> Figures:
+    """Run benchmarks one after the other, and print what they find."""
+    found = Figures()
+    for name in names:
+        one = BENCHMARKS[name](sizes)
+        for row in one.rows:
+            print(row_line(row), flush=True)
+        for growth in one.growths:
+            print(growth_line(growth), flush=True)
+        found += one
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=BENCHMARKS, action="append", help="run this one")
+    parser.add_argument("--small", action="store_true", help="small sizes; nothing is written")
+    parser.add_argument("--print", action="store_true", help="write no page")
+    options = parser.parse_args(arguments)
+    where = computer()
+    print(where)
+    print(f"{'':66s} {'pretravel':>8s} {'other':>8s} {'ratio':>6s}")
+    found = run(options.only or list(BENCHMARKS), SMALL if options.small else FULL)
+    if not (options.only or options.small or options.print):
+        PAGE.write_text(page(found, where), encoding="utf-8")
+        print(f"wrote {PAGE}")
 
 
 if __name__ == "__main__":
-    print(f"{'':58s} {'pretravel':>10s} {'plain loop':>12s} {'ratio':>10s}")
-    directions()
-    touches()
-    surface_touches()
-    trials()
-    qualification()
-    finite_elements()
-    start_up()
+    main()

@@ -1,13 +1,189 @@
-"""The benchmarks compare what they time; here with few touches and directions."""
+"""The benchmarks compare what they time; here with small sizes."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import h5netcdf
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
 import pytest
-from benchmarks import run
+from benchmarks import load, long_tables, ratios, run, studies
+from benchmarks.commands import python_file, spent
+from benchmarks.results import Growth
+from benchmarks.sizes import SMALL
+
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.study.definition import load_study
+from pretravel.study.outputs import Outcome
+from pretravel.study.plan import Plan
+from pretravel.study.run import Workers, run_study
+from pretravel.study.workers import in_this_process
+
+QUICK = ("directions", "touches", "surface-touches", "trials", "qualification", "over-directions")
+SLOW = tuple(name for name in run.BENCHMARKS if name not in (*QUICK, "long-tables"))
 
 
-@pytest.mark.parametrize("benchmark", ["directions", "touches"])
-def test_both_ways_give_the_same(benchmark: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("DIRECTIONS", "TOUCHES", "LOOPED"):
-        monkeypatch.setattr(run, name, 20)
-    getattr(run, benchmark)()
+def _complete(names: tuple[str, ...]) -> None:
+    found = run.run(names, SMALL)
+    assert found.rows or found.growths
+    for row in found.rows:
+        assert row.ours is None or row.ours > 0.0
+        assert (row.theirs is None) == (row.ratio is None)
+        assert row.ours is not None or row.note
+    for growth in found.growths:
+        assert len(growth.sizes) == len(growth.seconds) >= 2
+        assert np.isfinite(growth.time_exponent)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_both_ways_give_the_same(name: str) -> None:
+    _complete((name,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLOW)
+def test_both_ways_give_the_same_in_processes_of_their_own(name: str) -> None:
+    _complete((name,))
+
+
+def test_a_fast_wrong_prediction_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = ratios.LoopedProbe.pretravel
+    monkeypatch.setattr(ratios.LoopedProbe, "pretravel", lambda self, n: right(self, n) + 1e-9)
+    with pytest.raises(AssertionError):
+        ratios.directions(SMALL)
+
+
+def test_a_fast_wrong_compensation_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = ratios._example_map()
+
+    def wrong(touches: object, pretravel_map: PretravelMap) -> object:
+        return right(touches, replace(made, tip_radius=made.tip_radius + 1e-9))
+
+    right = ratios.apply
+    monkeypatch.setattr(ratios, "apply", wrong)
+    with pytest.raises(AssertionError):
+        ratios.touches(SMALL)
+
+
+def test_long_tables_are_compared_row_by_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of the benchmark, and its comparison of points with one wrong point."""
+    seen: list[Path] = []
+    compare = long_tables.compare_points
+
+    def compare_twice(touches: Path, points: Path, made: Path, count: int) -> None:
+        compare(touches, points, made, count)
+        lines = points.read_text().splitlines()
+        cells = lines[1].split(",")
+        at = lines[0].split(",").index("x_mm")
+        cells[at] = str(float(cells[at]) + 1e-6)
+        wrong = tmp_path / "wrong.csv"
+        wrong.write_text("\n".join([lines[0], ",".join(cells), *lines[2:]]) + "\n")
+        with pytest.raises(AssertionError):
+            compare(touches, wrong, made, count)
+        wrong.write_text("\n".join(lines[:-1]) + "\n")
+        with pytest.raises(AssertionError, match="1999 points of 2000"):
+            compare(touches, wrong, made, count)
+        seen.append(wrong)
+
+    monkeypatch.setattr(long_tables, "compare_points", compare_twice)
+    found = long_tables.long_tables(SMALL)
+    assert seen
+    assert len(found.rows) == 2
+    assert all(row.ratio is not None and "MB" in row.note for row in found.rows)
+
+
+def test_converted_tables_are_compared(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.parquet", tmp_path / "other.parquet"
+    long_tables._write(300, tmp_path / "one.csv", one)
+    long_tables.compare_tables(one, one)
+    long_tables._write(299, tmp_path / "other.csv", other)
+    with pytest.raises(AssertionError):
+        long_tables.compare_tables(one, other)
+    table = pyarrow.parquet.read_table(one)
+    values = table["nz"].to_numpy().copy()
+    values[-1] += 1e-6
+    pyarrow.parquet.write_table(
+        table.set_column(table.column_names.index("nz"), "nz", pa.array(values)), other
+    )
+    with pytest.raises(AssertionError):
+        long_tables.compare_tables(one, other)
+
+
+def _study(folder: Path, name: str, designs: int) -> Path:
+    study = load_study(str(studies.write_study(folder / f"{name}.toml", designs)))
+    run_study(study, folder / f"{name}.nc", Workers(1))
+    return folder / f"{name}.nc"
+
+
+def test_studies_are_compared_to_the_last_bit(tmp_path: Path) -> None:
+    one, other = (_study(tmp_path, name, 2) for name in ("one", "other"))
+    studies.compare_results(one, other)
+    with h5netcdf.File(other, "a") as file:
+        values = file.variables["pretravel_range"]
+        values[0] = np.nextafter(values[0], np.inf)
+    with pytest.raises(AssertionError, match="pretravel_range"):
+        studies.compare_results(one, other)
+
+
+def test_blocks_of_workers_are_compared_to_the_last_bit(tmp_path: Path) -> None:
+    plan = Plan(load_study(str(studies.write_study(tmp_path / "study.toml", 2))))
+    blocks = list(in_this_process(plan, [[0], [1]]))
+    studies.compare_blocks(blocks, blocks[::-1])
+    number, outcome = blocks[0][0]
+    numbers = {name: float(np.nextafter(v, np.inf)) for name, v in outcome.numbers.items()}
+    with pytest.raises(AssertionError):
+        studies.compare_blocks(blocks, [[(number, Outcome(numbers))], blocks[1]])
+
+
+def test_memory_is_that_of_all_processes(tmp_path: Path) -> None:
+    """A process of 60 MB that starts two of 60 MB more than an interpreter."""
+    text = """
+import subprocess, sys, time
+held = bytearray(60_000_000)
+if len(sys.argv) == 1:
+    others = [subprocess.Popen([sys.executable, __file__, "1"]) for _ in range(2)]
+    for other in others:
+        other.wait()
+else:
+    time.sleep(1.5)
+"""
+    found = spent(python_file(tmp_path, "holds.py", text))
+    assert 60e6 < found.largest < 100e6
+    assert 180e6 < found.together < 300e6
+    assert found.seconds > 1.5
+
+
+def test_a_command_that_fails_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="broken on purpose"):
+        spent(python_file(tmp_path, "fails.py", "raise SystemExit('broken on purpose')"))
+
+
+def test_memory_of_a_job_is_not_that_of_the_process_that_started_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    held = bytearray(400_000_000)
+    assert len(held)
+    found = load._apart("predict", 100_000)
+    # 100,000 directions with 3 coordinates take 2.4 MB; some tens of arrays of that size.
+    assert 5e6 < found["memory"] < 400e6
+
+
+def test_nothing_is_written_where_less_than_everything_ran(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "benchmarks.md"
+    growth = Growth("`read`", "points", (1, 10), (1.0, 10.0))
+    monkeypatch.setattr(run, "PAGE", page)
+    only = {"read": lambda sizes: run.Figures(growths=(growth,))}
+    monkeypatch.setattr(run, "BENCHMARKS", only)
+    for options in (["--only", "read"], ["--small"], ["--print"]):
+        run.main(options)
+        assert not page.exists()
+    assert "time^1.00" in capsys.readouterr().out
+    run.main([])
+    assert "| `read` | points | 1: 1 s; 10: 10 s | 1.00 | – |" in page.read_text()
