@@ -106,7 +106,11 @@ def check(
     u_diameter: Annotated[
         float | None,
         typer.Option(
-            "--u-diameter", min=0.0, max=1e6, help="Standard uncertainty of the diameter, in µm."
+            "--u-diameter",
+            min=0.0,
+            max=1e6,
+            help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
+            "its k.",
         ),
     ] = None,
     sphere_form: Annotated[

@@ -69,7 +69,8 @@ def qualify(
         typer.Option(
             min=0.0,
             max=1000.0,
-            help="Standard uncertainty of the diameter, in µm; 0.2 is assumed when not given.",
+            help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
+            "its k; 0.2 is assumed when not given.",
         ),
     ] = None,
     u_temperature: Annotated[

@@ -21,7 +21,6 @@ from pretravel.report.colours import Colour
 from pretravel.report.document import Column, Digits, Document, KeyFigure, Picture, Table
 from pretravel.report.formatting import (
     decimals,
-    number_text,
     signed_decimals,
     significant,
     value_text,
@@ -150,8 +149,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
 def _movement(one: QuantityCourse) -> str:
     course, unit = one.course, f"{one.quantity.unit}/day"
     digits = decimals(max(1 - math.floor(math.log10(max(course.u_slope, 1e-9))), 0))
-    slope = number_text(course.slope, Digits(digits.count, signed=True))
-    return f"{one.quantity.name} {slope} ± {number_text(course.u_slope, digits)} {unit}"
+    slope = value_text(course.slope, unit, Digits(digits.count, signed=True))
+    return f"{one.quantity.name} {slope} (u = {value_text(course.u_slope, unit, digits)})"
 
 
 def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:

@@ -65,7 +65,7 @@ def verification_document(
     -------
     Document
     """
-    verdict = "CHANGED" if result.changed else "no change"
+    verdict = "CHANGED" if result.changed else "no change found"
     keep = decision == "kept" and result.changed
     return Document(
         title=title,
@@ -112,14 +112,15 @@ def cause_text(cause: LikelyCause) -> str:
     """A cause of a change in words, with its size.
 
     >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
-    'spring preload lower by 12 ± 3 %'
+    'spring preload lower by 12 % (u = 3 %)'
     >>> cause_text(LikelyCause("unknown", 0.9))
     'unknown: no known cause has this pattern'
     """
     size = abs(cause.value)
 
     def amount(unit: float, word: str, digits: int) -> str:
-        return f"{size / unit:.{digits}f} ± {cause.u / unit:.{digits}f} {word}"
+        value, u = (value_text(x / unit, word, decimals(digits)) for x in (size, cause.u))
+        return f"{value} (u = {u})"
 
     more = cause.value > 0.0
     texts: dict[str, Callable[[], str]] = {
@@ -136,7 +137,7 @@ def cause_text(cause: LikelyCause) -> str:
             f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
             "diameter (or another diameter of the reference, or another delay)"
         ),
-        LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1).strip()}",
+        LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
         SOFT_SIDE: lambda: (
             f"stylus or seat softer to one side by {amount(MICROMETRE, 'µm', 1)} (loose, cracked)"
         ),

@@ -326,7 +326,7 @@ class TestHistory:
         probe, common = tmp_path / "probe.sqlite", ["--map", tmp_path / "map.nc", "--diameter", 25]
         told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
                    "--plot", tmp_path / "v.png")  # fmt: skip
-        assert "no change since" in told
+        assert "no change found since" in told
         # Exit code 3 means changed; the message is still on stdout.
         run("verify", tmp_path / "bent.csv", *common, "--history", probe,
             "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=3)  # fmt: skip
