@@ -193,15 +193,19 @@ class Touches(ShownInNotebooks, WithDataFrame):
     def where(self, row: int) -> str:
         """The name of a touch in messages: number, label, and line of the file.
 
+        A label that is a number stands in the place of the number: two numbers would be confused.
+
         >>> Touches([[0, 0, 1]], [[0, 0, 1]], labels=("pole",), lines=(2,)).where(0)
         'touch 1 (pole, line 2)'
+        >>> Touches([[0, 0, 1]], [[0, 0, 1]], labels=("23",), lines=(2,)).where(0)
+        'touch 23 (line 2)'
         """
-        notes = []
-        if self.labels is not None and self.labels[row]:
-            notes.append(self.labels[row])
+        label = self.labels[row] if self.labels is not None else ""
+        number = label if label.isdigit() else str(row + self.numbered_from)
+        notes = [label] if label and label != number else []
         if self.lines is not None:
             notes.append(f"line {self.lines[row]}")
-        return f"touch {row + self.numbered_from}" + (f" ({', '.join(notes)})" if notes else "")
+        return f"touch {number}" + (f" ({', '.join(notes)})" if notes else "")
 
     def take(self, rows: npt.ArrayLike) -> Touches:
         """The touches of the given rows (indices or a mask), in that order.

@@ -12,6 +12,7 @@ from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
+    FeedOfTouches,
     FileUnits,
     RunPlan,
     TableColumns,
@@ -22,7 +23,7 @@ from pretravel.cli.touch_files import (
     table_in_blocks,
     with_reading,
 )
-from pretravel.quantities import FEED, TIP_BALL, limits
+from pretravel.quantities import TIP_BALL, limits
 
 if TYPE_CHECKING:
     from pretravel.formats.touch_blocks import LongTable
@@ -69,12 +70,7 @@ def compensate(
         bool, typer.Option("--extrapolate", help="Allow directions outside the map.")
     ] = False,
     model: ModelName = "analytic",
-    feed: Annotated[
-        float | None,
-        typer.Option(
-            **limits(FEED), help="Feed of the touches, in mm/min, without a column feed_mm_min."
-        ),
-    ] = None,
+    feed: FeedOfTouches = None,
     exclude: Exclude = None,
     units: FileUnits = None,
     columns: TableColumns = None,

@@ -193,6 +193,11 @@ def _preview(
         report = looked.document()
         save_page(report, output)
         show(report, verbose=False)
+        if not looked.unit_known:
+            typer.echo(
+                "\nThe unit: add --units mm or --units inch, here and to the command that uses the "
+                "file"
+            )
 
 
 def _work_rotation(machine: Machine | None) -> float | None:

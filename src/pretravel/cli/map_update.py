@@ -21,6 +21,7 @@ def qualify_with_prior(
     options: ReadingOptions,
     prior: Path,
     *,
+    feed: float | None,
     tip_diameter: float | None,
     plan: Path | None,
     lab: Path | None,
@@ -35,6 +36,8 @@ def qualify_with_prior(
     options : ReadingOptions
         With the diameter of the reference.
     prior : Path
+    feed : float or None
+        Of all touches, where the files state none. [mm/min]
     tip_diameter : float or None
         It must be that of the old map. [mm]
     plan : Path or None
@@ -61,7 +64,7 @@ def qualify_with_prior(
     old = read_map(prior)
     _refuse_other_tip(old, tip_diameter, prior)
     assert options.reference_diameter is not None
-    readings = read_and_show(files, options).in_machine_axes()
+    readings = read_and_show(files, options, feed=feed).in_machine_axes()
     result = update_map(readings.touches, old, options.reference_diameter, ring=options.ring)
     report = map_update_document(
         result,

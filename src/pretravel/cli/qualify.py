@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -19,6 +20,7 @@ from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
+    FeedOfTouches,
     FileUnits,
     RunPlan,
     TableColumns,
@@ -32,6 +34,7 @@ from pretravel.quantities import ANGLE, TIP_BALL, limits
 from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
+    from pretravel.formats.file_format import FileReadings
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.report.document import Document
 
@@ -92,6 +95,7 @@ def qualify(
     columns: TableColumns = None,
     decimal: DecimalSign = None,
     plan: RunPlan = None,
+    feed: FeedOfTouches = None,
     axial_pretravel: Annotated[
         Length,
         typer.Option(
@@ -162,6 +166,7 @@ def qualify(
             files,
             options,
             prior,
+            feed=feed,
             tip_diameter=tip_diameter,
             plan=plan,
             lab=lab,
@@ -172,7 +177,7 @@ def qualify(
     check_files([(output, MAPS), (plot, PICTURES)], [*files, plan, lab])
     statements = laboratory_statements(lab)
     wish = KindWish(kind, None if lobe_azimuth is None else lobe_azimuth * DEGREE, transducer)
-    readings = read_and_show(files, options).in_machine_axes()
+    readings = read_and_show(files, options, feed=feed).in_machine_axes()
     with working(f"qualifying on {len(readings.touches)} touches"):
         setup = QualificationSetup(
             diameter,
@@ -188,7 +193,7 @@ def qualify(
     report = result.document(
         name,
         warnings=statements_left_out(lab, output, verbose=verbose),
-        excluded=exclude or (),
+        excluded=_left_out(exclude or (), readings),
         saved=output is not None and not is_page(output),
     )
     report = with_laboratory(report, statements)
@@ -196,6 +201,12 @@ def qualify(
         _write(output, result.pretravel_map, with_reading(report, readings))
     save_picture(report, plot)
     show(report, verbose=verbose)
+
+
+def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
+    """What was excluded; in a file without labels a number is a line, not a running number."""
+    labelled = readings.touches.labels is not None
+    return [f"line {name}" if name.isdigit() and not labelled else name for name in exclude]
 
 
 def _write(output: Path, pretravel_map: PretravelMap, report: Document) -> None:

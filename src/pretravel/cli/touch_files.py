@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -10,6 +11,7 @@ import typer
 
 from pretravel.cli.arguments import StatedColumns, stated_columns
 from pretravel.cli.options import Units
+from pretravel.quantities import FEED, limits
 
 if TYPE_CHECKING:
     from pretravel.formats.file_format import FileReadings, ReadingOptions
@@ -47,6 +49,14 @@ Exclude: TypeAlias = Annotated[
     typer.Option(
         help="Label or line of a touch to leave out, or FILE:LINE of one of several files; may be "
         "repeated."
+    ),
+]
+FeedOfTouches: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        "--feed",
+        **limits(FEED),
+        help="Feed of the touches, in mm/min, without a column feed_mm_min.",
     ),
 ]
 RunPlan: TypeAlias = Annotated[
@@ -121,14 +131,19 @@ def read_and_show(
     *,
     file_format: str | None = None,
     spindle: Sequence[float] | None = None,
+    feed: float | None = None,
 ) -> FileReadings:
-    """Read touches, and print how the files were understood where that is not plain."""
+    """Read touches, and print how the files were understood where that is not plain.
+
+    A feed is that of all touches; files that state feeds themselves are refused with it.
+    """
     from pretravel.formats.several_files import read_series
+    from pretravel.touches import with_feed
 
     readings = read_series(files, options, file_format=file_format, spindle=spindle)
     if readings.touches.reading:
         typer.echo(f"read: {readings.touches.reading}")
-    return readings
+    return replace(readings, touches=with_feed(readings.touches, feed))
 
 
 def with_reading(document: Document, readings: FileReadings) -> Document:

@@ -14,6 +14,7 @@ from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import (
     DecimalSign,
     Exclude,
+    FeedOfTouches,
     FileUnits,
     RunPlan,
     TableColumns,
@@ -47,6 +48,7 @@ def verify(
     columns: TableColumns = None,
     decimal: DecimalSign = None,
     plan: RunPlan = None,
+    feed: FeedOfTouches = None,
     history: Annotated[
         Path | None,
         typer.Option(help="History file of this probe, .sqlite; created when it does not exist."),
@@ -92,7 +94,7 @@ def verify(
         reference_diameter=diameter,
         ring=ring,
     )
-    readings = read_and_show(files, options).in_machine_axes()
+    readings = read_and_show(files, options, feed=feed).in_machine_axes()
     measured = readings.touches
     rate = 0.01 * false_alarms
     result = verify_probe(measured, old_map, diameter, ring=ring, false_alarm_rate=rate)

@@ -237,16 +237,21 @@ def _unknown_feeds(made_at: float | None, *, known_of_touches: bool) -> str:
     """What is not known about the feeds of a map and of touches."""
     if made_at is None and not known_of_touches:
         return (
-            "neither the map nor the touches state a feed (column feed_mm_min): both must have the "
-            "same one. 100 mm/min of difference are 3.3 µm for a signal delay of 2 ms, which u "
-            "does not contain"
+            "neither the map nor the touches state a feed: both must have the same one. 100 mm/min "
+            "of difference are 3.3 µm for a signal delay of 2 ms, which u does not contain. State "
+            "the feed of both, in a column feed_mm_min or when you qualify and compensate"
         )
     known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
     return (
         f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "
         f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
         "points are wrong by the difference × signal delay; u contains the feed that is known × "
-        f"{USUAL_DELAY * 1e3:g} ms"
+        f"{USUAL_DELAY * 1e3:g} ms. "
+        + (
+            "Qualify again and state the feed of the touches on the reference"
+            if unknown == "map"
+            else "State the feed of these touches"
+        )
     )
 
 

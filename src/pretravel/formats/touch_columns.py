@@ -141,14 +141,12 @@ def _own_name(role: str) -> str:
 
 def _kept_rows(file: SourceFile, options: ReadingOptions) -> tuple[TextTable, ColumnRoles]:
     """The table without the rows that are excluded, by their labels or their lines."""
-    lines = own_lines(options.exclude, file)
+    named = set(options.exclude) & set(_labels_of_all_rows(file, options))
+    lines = own_lines(options.exclude, file) - named  # a label comes first
     text = _text_table(file, lines)
     roles = column_roles(text, options)
     labels = text.column(roles.index["label"]) if "label" in roles.index else ()
-    named = {name for name in options.exclude if name in labels}
-    if named & lines:  # a label comes first
-        text = _text_table(file, lines - named)
-        labels = text.column(roles.index["label"])
+    named |= {name for name in options.exclude if name in labels and name not in lines}
     for name in options.exclude:
         if name not in named and name.rpartition(":")[2] not in lines:
             raise file.error(
@@ -159,6 +157,18 @@ def _kept_rows(file: SourceFile, options: ReadingOptions) -> tuple[TextTable, Co
         raise file.error("all touches are excluded", inputs=("exclude",))
     rows, numbers = [text.rows[i] for i in kept], [text.lines[i] for i in kept]
     return replace(text, rows=tuple(rows), lines=tuple(numbers)), roles
+
+
+def _labels_of_all_rows(file: SourceFile, options: ReadingOptions) -> tuple[str, ...]:
+    """The labels before anything is left out; none where a bad line must be left out first."""
+    if not options.exclude:
+        return ()
+    try:
+        text = _text_table(file, ())
+        roles = column_roles(text, options)
+    except InputError:
+        return ()
+    return text.column(roles.index["label"]) if "label" in roles.index else ()
 
 
 def _text_table(file: SourceFile, left_out: Collection[str]) -> TextTable:

@@ -112,10 +112,18 @@ def _refuse_false_trips(
         raise PretravelError(
             f"{source}{touches.where(row)} lies about {abs(off[row]):.2f} mm "
             f"{'outside' if off[row] > 0.0 else 'inside'} the {setup.reference} of the others: a "
-            "false trip, or the touch of something else. Exclude it, or touch there again"
+            "false trip, or the touch of something else. Touch there again, or exclude "
+            f"{_name_to_exclude(touches, row)}"
             + (f" ({len(wrong)} touches are like that)" if len(wrong) > 1 else ""),
             inputs=("exclude",),
         )
+
+
+def _name_to_exclude(touches: Touches, row: int) -> str:
+    """What to state to leave a touch out: without a label its line, not its running number."""
+    if touches.labels is not None and touches.labels.count(touches.labels[row]) == 1:
+        return f"it by its label, {touches.labels[row]}"
+    return "it" if touches.lines is None else f"it by its line, {touches.lines[row]}"
 
 
 def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> None:

@@ -7,8 +7,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.commands import rows, run
+from pretravel.formats.map_file import read_map
+from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import PART, SPHERE
+
+SETUP = ("--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic")
+
+
+def _with_a_false_trip(path: Path, *, labelled: bool) -> Path:
+    """The example with its 17th touch 0.3 mm too far out; labels 101, 102, … where wanted."""
+    header, *lines = SPHERE.read_text("utf-8").splitlines()
+    cells = [[float(cell) for cell in line.split(",")] for line in lines]
+    cells[16][:3] = [p + 0.3 * n for p, n in zip(cells[16][:3], cells[16][3:], strict=True)]
+    table = [",".join(f"{cell:.7f}" for cell in row) for row in cells]
+    if labelled:
+        header = f"Nr,{header}"
+        table = [f"{101 + i},{row}" for i, row in enumerate(table)]
+    path.write_text("\n".join([header, *table]) + "\n", "utf-8")
+    return path
 
 
 class TestQualify:
@@ -40,3 +56,34 @@ class TestQualify:
     def test_errors_teach(self, options: list[str], words: str) -> None:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, *options, code=2)
         assert words in text
+
+    @pytest.mark.parametrize(
+        ("labelled", "named", "wrong", "right", "noted"),
+        [
+            (False, "exclude it by its line, 18 (--exclude)", 17, 18, "line 18"),
+            (True, "touch 117 (line 18) lies", 17, 117, "117"),
+        ],
+    )
+    def test_a_false_trip_is_named_as_exclude_takes_it(
+        self, tmp_path: Path, labelled: bool, named: str, wrong: int, right: int, noted: str
+    ) -> None:
+        """The running number, 17, is the line of the touch before."""
+        path = _with_a_false_trip(tmp_path / "t.csv", labelled=labelled)
+        assert named in run("qualify", path, *SETUP, code=2)
+        assert "line 18) lies" in run("qualify", path, *SETUP, "--exclude", wrong, code=2)
+        told = run("qualify", path, *SETUP, "--exclude", right)
+        assert f"left out as requested: {noted}\n" in told
+
+    def test_the_feed_of_a_table_without_that_column(self, tmp_path: Path) -> None:
+        first, accepted = tmp_path / "map.nc", tmp_path / "new.nc"
+        run("qualify", SPHERE, *SETUP, "--feed", 120, "-o", first)
+        assert read_map(first).feed == 120.0
+        run("verify", SPHERE, "--map", first, "--diameter", 24.9987, "--feed", 120, "--accept",
+            accepted)  # fmt: skip
+        assert read_map(accepted).feed == 120.0
+        updated = tmp_path / "updated.nc"
+        run("qualify", SPHERE, *SETUP[:2], "--prior", first, "--feed", 120, "-o", updated)
+        assert read_map(updated).feed == 120.0
+        given = ("compensate", PART, "--map", first, "-o", tmp_path / "points.csv")
+        assert "the touches do not (column feed_mm_min)" in both_outputs(*given)[1]
+        assert both_outputs(*given, "--feed", 120)[1] == ""

@@ -424,6 +424,7 @@ class TestNewcomer:
             "decimal comma",
             "sphere of diameter 1.2192 (as inches: 30.96",
             "missing            the unit of length: state mm or inch",
+            "add --units mm or --units inch",
         ):
             assert words in told
         found, unit_known = look_at(
@@ -431,6 +432,20 @@ class TestNewcomer:
         )
         assert isinstance(found, FilePositions)
         assert unit_known
+
+
+@pytest.mark.parametrize(
+    ("name", "left"),
+    [("1", ("2", "117")), ("2", ("1", "117")), ("117", ("1", "2")), ("4", ("1", "2"))],
+)
+def test_an_excluded_label_may_be_any_number(name: str, left: tuple[str, ...]) -> None:
+    """Also that of the header's line, which still names the columns; 4 is a line alone."""
+    text = "Nr;Z;Y;X;I;J;K\n1;3;2;1;0;0;1\n2;3;2;1;0;0;1\n117;3;2;1;0;0;1\n"
+    read = read_touches(
+        SourceFile("a.csv", text.encode()), ReadingOptions(units="mm", exclude=(name,))
+    )
+    assert read.labels == left
+    assert read.positions.tolist() == [[1.0, 2.0, 3.0]] * len(left)
 
 
 @pytest.mark.parametrize("cell", ["#WERT!", "#REF!", "#NAME?", "#DIV/0!"])
