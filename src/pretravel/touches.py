@@ -201,7 +201,7 @@ class Touches(ShownInNotebooks, WithDataFrame):
         'touch 23 (line 2)'
         """
         label = self.labels[row] if self.labels is not None else ""
-        number = label if label.isdigit() else str(row + self.numbered_from)
+        number = label if label.isdecimal() else str(row + self.numbered_from)
         notes = [label] if label and label != number else []
         if self.lines is not None:
             notes.append(f"line {self.lines[row]}")

@@ -24,7 +24,10 @@ def compare(
     ] = None,
     part: Annotated[
         Path | None,
-        typer.Option(help="Touches or targets of a part (columns nx,ny,nz), to compare there too."),
+        typer.Option(
+            help="Touches or targets of a part, to compare there too. Of a table the columns "
+            "nx,ny,nz (or I,J,K) are read alone: its unit does not matter."
+        ),
     ] = None,
     output: Annotated[
         Path | None,

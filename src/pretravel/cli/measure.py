@@ -105,7 +105,8 @@ def measure(
         list[str] | None,
         typer.Option(
             metavar="LABELS",
-            help='Points by label, with * and ?: "bore1*". Each --select is one feature.',
+            help='Points by label, with * and ?: "bore1*"; or by number: 10..21. Each --select is '
+            "one feature.",
         ),
     ] = None,
     group: Annotated[

@@ -206,7 +206,7 @@ def qualify(
 def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
     """What was excluded; in a file without labels a number is a line, not a running number."""
     labelled = readings.touches.labels is not None
-    return [f"line {name}" if name.isdigit() and not labelled else name for name in exclude]
+    return [f"line {name}" if name.isdecimal() and not labelled else name for name in exclude]
 
 
 def _write(output: Path, pretravel_map: PretravelMap, report: Document) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from re import fullmatch
 
 import numpy as np
 import numpy.typing as npt
@@ -53,6 +54,18 @@ def label_prefix(label: str) -> str:
     return (name.rstrip(" \t._:#/-") if name != label else label) or label
 
 
+def _matches(label: str, pattern: str) -> bool:
+    """Whether a label is meant by a pattern with * and ?, or by a range of numbers.
+
+    >>> [_matches(label, "9..11") for label in ("9", "10", "012", "A10", "12")]
+    [True, True, False, False, False]
+    """
+    numbers = fullmatch(r"([0-9]+)\.\.([0-9]+)", pattern)
+    if numbers is not None and fullmatch("[0-9]+", label):
+        return int(numbers[1]) <= int(label) <= int(numbers[2])
+    return fnmatchcase(label, pattern)
+
+
 def points_of_features(
     points: Points, patterns: Sequence[str] = (), *, by_prefix: bool = False
 ) -> dict[str, Points]:
@@ -62,7 +75,8 @@ def points_of_features(
     ----------
     points : Points
     patterns : sequence of str
-        Of labels, with * and ? as in names of files; each is one feature. All points when empty.
+        Of labels, with * and ? as in names of files, or 10..21 for labels that are these numbers;
+        each is one feature. All points when empty.
     by_prefix : bool
         Points whose labels differ only in the number at the end are one feature each.
 
@@ -78,7 +92,7 @@ def points_of_features(
     """
     found: dict[str, dict[int, None]] = {}  # rows in their order, each once
     for pattern in patterns or ("*",):
-        rows = [i for i, label in enumerate(points.labels) if fnmatchcase(label, pattern)]
+        rows = [i for i, label in enumerate(points.labels) if _matches(label, pattern)]
         if not rows:
             shown = ", ".join(points.labels[:_SHOWN]) + ("…" if len(points) > _SHOWN else "")
             raise PretravelError(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy.typing as npt
 
 from pretravel.compensation.points import Points
-from pretravel.errors import PretravelError
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.features.conformity import ConformityVerdict
 from pretravel.features.measured_feature import measure_feature
 from pretravel.features.selection import points_of_features
@@ -123,6 +123,17 @@ def measure_features(points: Points, wish: FeatureWish) -> MeasuredFeatures:
             found.append(inspect_feature(measured, wish.tolerances))
         except PretravelError as error:
             if not label:
-                raise
+                raise _with_choice(error, len(mine)) from None
             raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
     return MeasuredFeatures(tuple(found), wish)
+
+
+def _with_choice(error: PretravelError, count: int) -> PretravelError:
+    """The fault of a feature of all points: those of other features may be among them."""
+    if not (isinstance(error, ConvergenceError) or error.inputs == ("axis",)):
+        return error
+    return PretravelError(
+        f"{error}. All {count} points of the file were taken: choose those of one feature by "
+        "their labels, if there are others",
+        inputs=(*error.inputs, "select"),
+    )

@@ -55,6 +55,25 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
     assert found["bore2"]["verdict"] == "does not conform"
 
 
+def test_labels_that_are_numbers(tmp_path: Path) -> None:
+    """Touches 1 to 9 of a floor, 10 to 21 of a bore: the second is chosen by its numbers."""
+    outward, _ = around(12)
+    floor = np.array([[x, y, 0.0] for x in (0.0, 50.0, 90.0) for y in (0.0, 30.0, 80.0)])
+    positions = np.vstack([floor, CENTRES["bore1"] + 0.5 * DIAMETERS["bore1"] * outward])
+    normals = np.vstack([np.tile([0.0, 0.0, 1.0], (9, 1)), -outward])
+    touches = embed(positions, normals, example_map())
+    touches = Touches(touches.positions, normals, labels=tuple(str(i + 1) for i in range(21)))
+    path, out = tmp_path / "points.csv", tmp_path / "bore.csv"
+    write_points(path, apply(touches, example_map()))
+    run("measure", path, "--feature", "bore", "--select", "10..21", "-o", out)
+    found = next(row for row in rows(out) if row["quantity"] == "diameter")
+    assert float(found["value"]) == pytest.approx(DIAMETERS["bore1"], abs=1e-7)
+    assert "10..20, 11 points" in run("measure", path, "--feature", "bore", "--select", "10..20")
+    told = run("measure", path, "--feature", "bore", code=2)
+    assert "All 21 points of the file were taken" in told
+    assert "--select" in told
+
+
 @pytest.mark.parametrize(("limit", "fails"), [("20.000..", "bore2"), ("..20.000", "bore1")])
 def test_one_limit_alone(points_file: Path, tmp_path: Path, limit: str, fails: str) -> None:
     """The diameters are 20.010 mm and 19.995 mm; five u at least from the limit."""
