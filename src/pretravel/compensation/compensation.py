@@ -59,6 +59,8 @@ def apply(
     Returns
     -------
     Points
+        What their uncertainty does not contain (an unknown feed, a predicted map) is told by
+        `compensation_warnings`, not here.
 
     Raises
     ------

@@ -20,6 +20,7 @@ from pretravel.features.feature_uncertainty import (
     form_result,
 )
 from pretravel.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
+from pretravel.units import MICROMETRE
 
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
@@ -99,6 +100,19 @@ class MeasuredFeature:
     located_covariance: FloatArray
     form: FormResult
     nominal: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
+        told += [
+            f"{q.name} {q.value:.5f} mm, u = {q.u / MICROMETRE:.2f} µm"
+            for q in self.quantities
+            if q.name == "diameter"
+        ]
+        told.append(
+            f"{self.form_name} {self.form.value / MICROMETRE:.2f} µm, "
+            f"u = {self.form.u / MICROMETRE:.2f} µm"
+        )
+        return f"MeasuredFeature({'; '.join(told)})"
 
     @property
     def position(self) -> tuple[float, float]:

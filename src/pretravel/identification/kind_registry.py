@@ -107,8 +107,8 @@ def qualify(
         auto: the average of the kinds that predict directions left out of their fits; or one kind:
         mean, sectors, wozniak, harmonic, physical.
     **options
-        ring, tip_diameter, u_diameter, axial_pretravel, axis, search_outliers: see
-        `QualificationSetup`.
+        ring, tip_diameter, u_diameter, u_temperature, sphere_form, axial_pretravel, axis,
+        search_outliers: see `QualificationSetup`. Lengths are in mm, also small ones.
 
     Returns
     -------

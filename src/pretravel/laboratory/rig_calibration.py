@@ -126,6 +126,14 @@ class RigCalibration:
     starts_differ: bool
     probability: float
 
+    def __repr__(self) -> str:
+        return (
+            f"RigCalibration({len(self.touches):,} touches, {len(self.directions)} directions; "
+            f"mean pretravel {self.pretravel / MICROMETRE:.3f} µm; "
+            f"anisotropy {self.anisotropy / MICROMETRE:.3f} µm; "
+            f"repeatability {self.repeatability.value / MICROMETRE:.3f} µm)"
+        )
+
     @property
     def not_used(self) -> dict[str, str]:
         """Reason for each trace that is not in the results: no pretravel, outlier, excluded."""

@@ -61,6 +61,22 @@ def test_texts_are_short_and_state_counts_and_units(count: str) -> None:
         assert "mm" in text or "µm" in text
 
 
+def test_texts_of_values_without_a_card_are_short_too() -> None:
+    """A bore of 20 mm by points without errors; two traces of one direction."""
+    angle = np.arange(8) * np.pi / 4.0
+    outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    one = 1e-8 * outward[:, :, None] * outward[:, None, :]
+    points = pretravel.Points(10.0 * outward, -outward, np.zeros(8), one, None, tuple("12345678"))
+    text = repr(pretravel.measure_feature(points, "bore", label="A"))
+    assert text.startswith("MeasuredFeature(bore A; 8 points; diameter 20.00000 mm, u = 0.")
+    assert len(text) < 250
+    touch = pretravel.RigTouch("", 0, 4e-3, 0, 0, 1e-5, 1e-5, 1e-5, 0, 0, 3.0, ())
+    touches = [replace(touch, trace=f"rig_000_{k}") for k in (1, 2)]
+    text = repr(pretravel.calibrate_rig(touches))
+    assert "2 touches, 1 directions; mean pretravel 4.000 µm" in text
+    assert len(text) < 250
+
+
 @pytest.mark.parametrize("count", [*_values()])
 def test_cards_are_whole_and_load_nothing(count: str) -> None:
     html = _values()[count]._repr_html_()
