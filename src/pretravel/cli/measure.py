@@ -16,6 +16,7 @@ from pretravel.cli.laboratory_option import (
     statements_left_out,
 )
 from pretravel.cli.options import PictureFile, Verbose
+from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.errors import PretravelError
 
@@ -189,8 +190,9 @@ def measure(
     -o bore.html
     """
     from pretravel.features.tolerances import FeatureTolerances
+    from pretravel.formats.point_blocks import long_points
     from pretravel.formats.points_reading import read_points
-    from pretravel.jobs.measure import FeatureWish, measure_features
+    from pretravel.jobs.measure import FeatureWish, measure_features, measure_long_points
     from pretravel.units import MICROMETRE
 
     check_files(
@@ -204,7 +206,12 @@ def measure(
     wish = FeatureWish(
         feature, tuple(select or ()), group, axis, at, u_machine * MICROMETRE, tolerances
     )
-    found = measure_features(read_points(points), wish)
+    table = long_points(points)
+    if table is None:
+        found = measure_features(read_points(points), wish)
+    else:
+        with working(f"measuring the features of about {table.rows.count:,} points"):
+            found = measure_long_points(table, wish)
     warnings = []
     if tolerances.any_stated and not u_machine:
         warnings.append(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,4 +97,47 @@ def placed(points: Points, placement: Placement) -> Points:
         normals=frozen(placement.vectors(points.normals)),
         covariance=frozen(turn @ points.covariance @ turn.T),
         uncompensated=None if plain is None else frozen(placement.points(plain)),
+    )
+
+
+def joined_points(parts: Sequence[Points]) -> Points:
+    """The points of several parts, one after the other.
+
+    Parameters
+    ----------
+    parts : sequence of Points
+        All state the same; shared errors are kept where all have the same causes.
+
+    Returns
+    -------
+    Points
+
+    >>> up = np.array([[0.0, 0.0, 1.0]])
+    >>> one = Points(up, up, np.zeros(1), np.zeros((1, 3, 3)), None, ("a",))
+    >>> joined_points([one, one]).labels
+    ('a', 'a')
+    """
+    first = parts[0]
+
+    def together(name: str) -> FloatArray | None:
+        values = [getattr(part, name) for part in parts]
+        return None if any(v is None for v in values) else frozen(np.concatenate(values))
+
+    causes = [None if part.shared is None else tuple(part.shared) for part in parts]
+    shared = None
+    if first.shared is not None and len(set(causes)) == 1:
+        shared = {
+            cause: frozen(np.concatenate([(part.shared or {})[cause] for part in parts]))
+            for cause in first.shared
+        }
+    return replace(
+        first,
+        positions=frozen(np.vstack([part.positions for part in parts])),
+        normals=frozen(np.vstack([part.normals for part in parts])),
+        pretravel=frozen(np.concatenate([part.pretravel for part in parts])),
+        covariance=frozen(np.concatenate([part.covariance for part in parts])),
+        deviation=together("deviation"),
+        labels=tuple(label for part in parts for label in part.labels),
+        shared=shared,
+        uncompensated=together("uncompensated"),
     )

@@ -48,18 +48,37 @@ def read_points(source: Source) -> Points:
     if file.ending == ".nc":
         return _from_dataset(file)
     if file.ending == ".parquet":
-        return _from_table(file, read_parquet_table(file))
+        return points_of_table(file, read_parquet_table(file))
     if file.ending == ".json":
-        return _from_table(file, _json_table(file))
+        return points_of_table(file, _json_table(file))
     if file.ending in ("", ".csv", ".txt"):
-        return _from_table(file, read_csv_table(file))
+        return points_of_table(file, read_csv_table(file))
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
     )
 
 
-def _from_table(file: SourceFile, table: CsvTable) -> Points:
+def points_of_table(file: SourceFile, table: CsvTable, numbered_from: int = 1) -> Points:
+    """Make points of a table with the columns that `write_points` writes.
+
+    Parameters
+    ----------
+    file : SourceFile
+        For messages.
+    table : CsvTable
+    numbered_from : int
+        Number of the first point, where the table has no labels.
+
+    Returns
+    -------
+    Points
+
+    Raises
+    ------
+    InputError
+        As `read_points`.
+    """
     if table.has("x_mm", "nx") and not table.has("u_um"):
         raise file.error(
             "these are positions without uncertainties (no column u_um): touches, perhaps. "
@@ -88,7 +107,8 @@ def _from_table(file: SourceFile, table: CsvTable) -> Points:
             ),
             covariance=frozen(u[:, None, None] ** 2 * normals[:, :, None] * normals[:, None, :]),
             deviation=frozen(column("deviation_um")) if table.has("deviation_um") else None,
-            labels=table.columns.get("label") or tuple(str(i + 1) for i in range(len(u))),
+            labels=table.columns.get("label")
+            or tuple(str(numbered_from + i) for i in range(len(u))),
             shared={k: v for k, v in shared.items() if k != NO_CAUSE} if names else None,
             uncompensated=(
                 frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None

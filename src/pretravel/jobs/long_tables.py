@@ -6,7 +6,7 @@ import logging
 import multiprocessing
 import pickle
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,12 +18,13 @@ from threadpoolctl import threadpool_limits
 from pretravel.arrays import FloatArray
 from pretravel.compensation.compensation import compensation_warnings
 from pretravel.compensation.point_budget import budget_of_variances, variances_along_normals
-from pretravel.compensation.points import Points
+from pretravel.compensation.points import Points, joined_points
 from pretravel.compensation.points_summary import PointsSummary, TouchSummary
 from pretravel.features.selection import points_at
 from pretravel.formats.appended_table import appended_table, table_piece
 from pretravel.formats.point_tables import points_table
-from pretravel.formats.touch_blocks import BLOCK_ROWS, LongTable, TouchBlock
+from pretravel.formats.table_blocks import BLOCK_ROWS, TableBlock
+from pretravel.formats.touch_blocks import LongTable
 from pretravel.formats.touches_csv import touches_table
 from pretravel.jobs.compensate import CompensationSetup, compensate_readings
 from pretravel.maps.pretravel_map import PretravelMap
@@ -63,7 +64,7 @@ class BlockResult(Generic[_Found]):
     warnings: tuple[str, ...] = ()
 
 
-_Work = Callable[[TouchBlock], BlockResult[_Found]]
+_Work = Callable[[TableBlock], BlockResult[_Found]]
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ class LongCompensation:
             Of the file.
         """
         title = f"{touches_name}, compensated" if touches_name else "Compensated points"
-        setup, drawn = self.setup, _joined_points(self.found.drawn)
+        setup, drawn = self.setup, joined_points(self.found.drawn)
         placement = setup.placement if setup.frame == "machine" else None
         picture = Picture(
             f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
@@ -163,7 +164,7 @@ class _Compensation:
     setup: CompensationSetup
     ending: str
 
-    def __call__(self, block: TouchBlock) -> BlockResult[CompensatedBlock]:
+    def __call__(self, block: TableBlock) -> BlockResult[CompensatedBlock]:
         readings = self.table.read(block)
         result = compensate_readings(readings, self.pretravel_map, self.setup)
         points, errors = result.points, result.errors
@@ -187,7 +188,7 @@ class _Conversion:
     feed: float | None
     ending: str
 
-    def __call__(self, block: TouchBlock) -> BlockResult[None]:
+    def __call__(self, block: TableBlock) -> BlockResult[None]:
         readings = self.table.read(block)
         columns = touches_table(with_feed(readings.touches, self.feed))
         piece = table_piece(self.ending, columns, first=block.first_row == 0)
@@ -283,7 +284,7 @@ def _written(
 
 
 def _in_order(
-    work: _Work[_Found], blocks: Iterator[TouchBlock], workers: int
+    work: _Work[_Found], blocks: Iterator[TableBlock], workers: int
 ) -> Iterator[BlockResult[_Found]]:
     """Results of the blocks in their order, by this process or by several."""
     if workers < 2 or not _can_be_sent(work):
@@ -321,25 +322,5 @@ def _begin(work: object) -> None:
     _own_work[:] = [work]
 
 
-def _work_on(block: TouchBlock) -> Any:
+def _work_on(block: TableBlock) -> Any:
     return _own_work[0](block)
-
-
-def _joined_points(parts: Sequence[Points]) -> Points:
-    """The points of all parts, for pictures: without shared errors."""
-    first = parts[0]
-    return replace(
-        first,
-        positions=np.vstack([part.positions for part in parts]),
-        normals=np.vstack([part.normals for part in parts]),
-        pretravel=np.concatenate([part.pretravel for part in parts]),
-        covariance=np.concatenate([part.covariance for part in parts]),
-        deviation=None
-        if first.deviation is None
-        else np.concatenate([p.deviation for p in parts if p.deviation is not None]),
-        labels=tuple(label for part in parts for label in part.labels),
-        shared=None,
-        uncompensated=None
-        if first.uncompensated is None
-        else np.vstack([p.uncompensated for p in parts if p.uncompensated is not None]),
-    )

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy.typing as npt
 
-from pretravel.compensation.points import Points
+from pretravel.compensation.points import Points, joined_points
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.features.conformity import ConformityVerdict
 from pretravel.features.measured_feature import measure_feature
-from pretravel.features.selection import points_of_features
+from pretravel.features.selection import FeaturesOfLabels, points_at, points_of_features
 from pretravel.features.tolerances import FeatureTolerances, InspectedFeature, inspect_feature
 from pretravel.formats.feature_results import features_json, features_table
 from pretravel.formats.laboratory_file import with_laboratory_values
+from pretravel.formats.point_blocks import LongPoints
 from pretravel.laboratory.certificate import LaboratoryStatements
 from pretravel.report.document import Document
 from pretravel.report.feature_report import features_document
 from pretravel.report.laboratory_report import with_laboratory
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -108,24 +112,73 @@ def measure_features(points: Points, wish: FeatureWish) -> MeasuredFeatures:
         features.
     """
     chosen = points_of_features(points, wish.select, by_prefix=wish.by_prefix)
-    if wish.at is not None and len(chosen) > 1:
+    _refuse_one_place_for_many(wish, list(chosen))
+    return MeasuredFeatures(
+        tuple(_measured(label, mine, wish) for label, mine in chosen.items()), wish
+    )
+
+
+def measure_long_points(table: LongPoints, wish: FeatureWish) -> MeasuredFeatures:
+    """Measure the features of a long table of points, which is read twice in blocks.
+
+    A feature is measured when its last point has been read; its points are not kept. The memory
+    grows with the points of the features that are open at a time, not with the table.
+
+    Parameters
+    ----------
+    table : LongPoints
+        From `long_points`.
+    wish : FeatureWish
+
+    Returns
+    -------
+    MeasuredFeatures
+        Those of `measure_features`.
+
+    Raises
+    ------
+    PretravelError
+        As `measure_features`.
+    """
+    features = FeaturesOfLabels(wish.select, wish.by_prefix)
+    for points in table.blocks():
+        features.add(points.labels)
+    names = features.names()
+    _refuse_one_place_for_many(wish, names)
+    again = FeaturesOfLabels(wish.select, wish.by_prefix)
+    waiting: dict[str, list[Points]] = {}
+    found: dict[str, InspectedFeature] = {}
+    for points in table.blocks():
+        for name, rows in again.add(points.labels).items():
+            waiting.setdefault(name, []).append(points_at(points, rows))
+            if again.counts[name] == features.counts[name]:
+                found[name] = _measured(name, joined_points(waiting.pop(name)), wish)
+        log.info(
+            "%d of %d features", len(found), len(names), extra={"done": len(found) / len(names)}
+        )
+    return MeasuredFeatures(tuple(found[name] for name in names), wish)
+
+
+def _refuse_one_place_for_many(wish: FeatureWish, names: Sequence[str]) -> None:
+    if wish.at is not None and len(names) > 1:
         raise PretravelError(
-            f"a nominal position is that of one feature, and there are {len(chosen)}: "
-            f"{', '.join(chosen)}. Measure them one at a time",
+            f"a nominal position is that of one feature, and there are {len(names)}: "
+            f"{', '.join(names)}. Measure them one at a time",
             inputs=("at", "select"),
         )
-    found = []
-    for label, mine in chosen.items():
-        try:
-            measured = measure_feature(
-                mine, wish.kind, axis=wish.axis, at=wish.at, u_machine=wish.u_machine, label=label
-            )
-            found.append(inspect_feature(measured, wish.tolerances))
-        except PretravelError as error:
-            if not label:
-                raise _with_choice(error, len(mine)) from None
-            raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
-    return MeasuredFeatures(tuple(found), wish)
+
+
+def _measured(label: str, points: Points, wish: FeatureWish) -> InspectedFeature:
+    """One feature, inspected."""
+    try:
+        measured = measure_feature(
+            points, wish.kind, axis=wish.axis, at=wish.at, u_machine=wish.u_machine, label=label
+        )
+        return inspect_feature(measured, wish.tolerances)
+    except PretravelError as error:
+        if not label:
+            raise _with_choice(error, len(points)) from None
+        raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
 
 
 def _with_choice(error: PretravelError, count: int) -> PretravelError:

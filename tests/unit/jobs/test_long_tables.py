@@ -13,7 +13,7 @@ import pytest
 from pretravel.compensation.compensation import apply
 from pretravel.directions import fibonacci_cap
 from pretravel.errors import InputError, PretravelError
-from pretravel.formats import touch_blocks
+from pretravel.formats import table_blocks, touch_blocks
 from pretravel.formats.csv_table import csv_rows_text, csv_table_text
 from pretravel.formats.file_format import ReadingOptions
 from pretravel.formats.touch_blocks import LongTable, long_table
@@ -34,9 +34,9 @@ COUNT = 1000
 
 @pytest.fixture(autouse=True)
 def _short_tables_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(touch_blocks, "LONG_TABLE", 200)
-    monkeypatch.setattr(touch_blocks, "_HEAD_BYTES", 3000)
-    monkeypatch.setattr(touch_blocks, "_HEAD_ROWS", 20)
+    monkeypatch.setattr(table_blocks, "LONG_TABLE", 200)
+    monkeypatch.setattr(table_blocks, "_HEAD_BYTES", 3000)
+    monkeypatch.setattr(table_blocks, "_HEAD_ROWS", 20)
     monkeypatch.setattr(long_tables, "BLOCK_ROWS", 90)
     monkeypatch.setattr(long_tables, "_DRAWN", 50)
 
@@ -343,6 +343,6 @@ def test_numbers_of_text_are_read_with_every_bit() -> None:
     sizes = rng.normal(size=20_000) * 10.0 ** rng.integers(-9, 5, 20_000)
     cells = [f"{v:.{d}g}" for v, d in zip(sizes, rng.integers(3, 18, 20_000), strict=True)]
     content = "".join(f"{cell};1\n" for cell in cells).encode()
-    frame = touch_blocks._parsed(content, ";", ".", {"x_mm": 0, "y_mm": 1}, 2)
+    frame = table_blocks._parsed(content, ";", ".", {"x_mm": 0, "y_mm": 1}, 2)
     assert frame is not None
     assert np.array_equal(frame[0].to_numpy(), [float(cell) for cell in cells])
