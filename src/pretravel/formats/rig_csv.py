@@ -28,8 +28,8 @@ from pretravel.units import LARGEST_NUMBER, MICROMETRE
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
-_BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
-_MORE_BUDGET_COLUMNS = ("dof", "remark")
+BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
+MORE_BUDGET_COLUMNS = ("dof", "remark")
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
 
 
@@ -252,8 +252,8 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
         lost), values that are not numbers, types that are not A or B.
     """
     table = read_csv_table(path)
-    table.require(*_BUDGET_COLUMNS, what="a budget")
-    known = (*_BUDGET_COLUMNS, *_MORE_BUDGET_COLUMNS)
+    table.require(*BUDGET_COLUMNS, what="a budget")
+    known = (*BUDGET_COLUMNS, *MORE_BUDGET_COLUMNS)
     unknown = [name for name, cells in table.columns.items() if name not in known and any(cells)]
     if unknown:
         raise InputError(
