@@ -11,6 +11,7 @@ import numpy as np
 from pretravel import PretravelError, PretravelMap, Touches, apply, verify
 from pretravel import qualify as qualify_probe
 from pretravel.compensation.compensation import compensation_warnings
+from pretravel.compensation.points_summary import TouchSummary
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.touch_plan import plan_touches
 
@@ -183,7 +184,8 @@ def evaluated(job: Job) -> Outcome:
         points = apply(scene.part_touches, found.pretravel_map)
     except PretravelError as error:
         return Outcome(job.row, job.number, time.perf_counter() - started, refused=str(error))
-    said = compensation_warnings(scene.part_touches, points, found.pretravel_map)
+    summary = TouchSummary.of(scene.part_touches, points, found.pretravel_map)
+    said = compensation_warnings(summary, found.pretravel_map)
     gross = set(scene.gross.tolist())
     errors = points.positions - scene.surface - found.shift
     return Outcome(

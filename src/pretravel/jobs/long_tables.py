@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
-import pickle
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -217,7 +216,8 @@ def compensate_long_table(
         errors they have in common, so that `measure` takes the largest uncertainty that any
         correlation produces.
     workers : int
-        Processes. More than one import the program that runs, which must then be a module.
+        Processes. More than one import the program that runs, which must then be a module, and
+        take a surface only that can be sent to them: none of functions within functions.
 
     Returns
     -------
@@ -287,7 +287,7 @@ def _in_order(
     work: _Work[_Found], blocks: Iterator[TableBlock], workers: int
 ) -> Iterator[BlockResult[_Found]]:
     """Results of the blocks in their order, by this process or by several."""
-    if workers < 2 or not _can_be_sent(work):
+    if workers < 2:
         yield from map(work, blocks)
         return
     context = multiprocessing.get_context("spawn")
@@ -302,15 +302,6 @@ def _in_order(
                 yield waiting.popleft().result()
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _can_be_sent(work: object) -> bool:
-    """Whether other processes can take the work; parts of CAD kernels cannot be sent."""
-    try:
-        pickle.dumps(work)
-    except (TypeError, AttributeError, pickle.PicklingError):
-        return False
-    return True
 
 
 _own_work: list[Any] = []

@@ -23,7 +23,12 @@ _BYTES_PER_UNKNOWN = 18e3
 
 
 def free_solve(
-    stiffness: sparse.csr_matrix, motions: FloatArray, weights: FloatArray, solver: str = "auto"
+    stiffness: sparse.csr_matrix,
+    motions: FloatArray,
+    weights: FloatArray,
+    solver: str = "auto",
+    *,
+    done: float = 0.6,
 ) -> Solve:
     """Factorise the stiffness of a free body once; loads (n, k) to displacements (n, k).
 
@@ -39,6 +44,8 @@ def free_solve(
         Of each displacement in the mean; positive.
     solver : str
         See `pretravel.model.fem.linear_solvers.factorise`.
+    done : float
+        Part of the whole work that is done before, for the display of progress.
 
     Raises
     ------
@@ -50,7 +57,7 @@ def free_solve(
     weighted = weights[:, None] * motions
     inertia = motions.T @ weighted
     free = np.setdiff1d(np.arange(count), _held(motions))
-    log.info("factorising %d unknowns", count, extra={"done": 0.6})
+    log.info("factorising %d unknowns", count, extra={"done": done})
     solve = factorise(stiffness[free][:, free].tocsr(), solver)
 
     def displacements(loads: FloatArray) -> FloatArray:

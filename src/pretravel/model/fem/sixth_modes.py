@@ -50,7 +50,7 @@ def sixth_modes(
     motions = rigid_motions(model.mesh.points)
     fixing = symmetry.fixing(model.mesh.points)
     modes = np.zeros_like(model.loads)
-    for representation in symmetry.representations:
+    for number, representation in enumerate(symmetry.representations):
         maps = _unknowns(fixing, symmetry, representation)
         forces = adapted(symmetry.interface, representation)
         rigid = adapted(symmetry.rigid, representation)
@@ -60,6 +60,7 @@ def sixth_modes(
             _gathered(maps, motions, rigid),
             np.sum([chosen.power(2).T @ weights for chosen in maps], axis=0),
             solver,
+            done=0.6 + 0.1 * number,
         )
         found = solve(_gathered(maps, model.loads, forces))
         for j, chosen in enumerate(maps):
