@@ -1,5 +1,6 @@
 // Order of the results of the search. Sphinx counts one word of the query; here a page comes first
-// whose title, or one of whose headings, has many words of the query and few others.
+// whose title, or one of whose headings, has many words of the query and few others. Among pages
+// that are alike in this, those that say how to do a job come first, and the changelog comes last.
 const queryWords = (text) => {
   const stemmer = new Stemmer();
   const isStop = (word) => (stopwords.has ? stopwords.has(word) : stopwords.includes(word));
@@ -13,6 +14,11 @@ const headingScore = (wanted, heading) => {
   return found === 0 ? 0 : (found / wanted.size) * (0.7 + (0.3 * found) / words.size);
 };
 
+const pageScore = (docname) => {
+  if (/^(tutorials|how-to)\//.test(docname)) return 6;
+  return /^(reference\/changelog|reliability)$/.test(docname) ? -12 : 0;
+};
+
 var Scorer = {
   score: ([docname, title, anchor, description, score, filename, kind]) => {
     const wanted = queryWords(new URLSearchParams(window.location.search).get("q") || "");
@@ -21,7 +27,7 @@ var Scorer = {
     const headings = Object.entries(Search._index.alltitles)
       .filter(([, places]) => places.some(([file]) => file === number))
       .map(([heading]) => headingScore(wanted, heading));
-    return score + 40 * Math.max(0, ...headings) + 20 * headingScore(wanted, title);
+    return score + pageScore(docname) + 40 * Math.max(0, ...headings) + 20 * headingScore(wanted, title);
   },
   objNameMatch: 11,
   objPartialMatch: 6,

@@ -35,6 +35,11 @@ QUESTIONS = {
     "accept a new map": "how-to/daily-check",
     "what does u contain": "explanation/uncertainty",
     "why is my probe triangular": "explanation/why-late",
+    "delete wrong point": "how-to/bad-touches",
+    "outlier": "how-to/bad-touches",
+    "how many touches": "how-to/directions",
+    "measure hole": "how-to/measure-a-bore",
+    "semicolon decimal comma": "tutorials/first-qualification",
 }
 """What people ask, and the page that has the answer."""
 FIRST = 1
