@@ -136,9 +136,11 @@ class TableInBlocks:
 
         first = 0
         with parquet.ParquetFile(self.path) as stored:
-            for batch in stored.iter_batches(batch_size=rows):
-                yield TableBlock(first, first + 1, batch)
-                first += batch.num_rows
+            # One group of rows after the other: of all groups at once, pyarrow keeps what it read.
+            for group in range(stored.num_row_groups):
+                for batch in stored.iter_batches(batch_size=rows, row_groups=[group]):
+                    yield TableBlock(first, first + 1, batch)
+                    first += batch.num_rows
 
     def _texts(self, rows: int) -> Iterator[TableBlock]:
         size = max(rows * self.path.stat().st_size // max(self.count, 1), 1)

@@ -329,6 +329,24 @@ def test_memory_does_not_grow_with_the_table(tmp_path: Path, made: PretravelMap)
     assert peaks[2] < 1.3 * peaks[1]  # 4 times where all is kept; the first one imports
 
 
+def test_memory_of_arrow_does_not_grow_with_the_table(tmp_path: Path) -> None:
+    """A file of 40 groups of rows: a quarter of it at most is in memory."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "touches.parquet"
+    columns = np.tile([1.0, 2.0, 3.0, 0.0, 0.0, 1.0], (5000, 1)) + 1e-9 * np.arange(5000)[:, None]
+    group = pa.table(dict(zip(("x_mm", "y_mm", "z_mm", "nx", "ny", "nz"), columns.T, strict=True)))
+    with parquet.ParquetWriter(path, group.schema) as writer:
+        for _ in range(40):
+            writer.write_table(group)
+    table, pool = _table(path), pa.default_memory_pool()
+    before = pool.bytes_allocated()
+    kept = [pool.bytes_allocated() - before for _ in table.blocks(5000)]
+    assert len(kept) == 40
+    assert max(kept) < 0.25 * 40 * group.nbytes  # groups as they are and as they are stored
+
+
 def test_rows_of_plain_cells_have_the_text_of_the_writer_of_csv() -> None:
     """The short way and the usual way; labels with signs that need quotes take the usual one."""
     columns = {"label": ["a1", "b 2"], "x": [1e-7, -123456789.123456789], "n": [0.1, -0.0]}
