@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 import tomllib
@@ -30,6 +31,15 @@ IN_WHEEL = (
     "pretravel/workbench/__init__.py",
 )
 """Files that are not Python: tests in a checkout do not notice when the wheel loses them."""
+IN_SOURCE = (
+    "Makefile",
+    "requirements-dev.lock",
+    "docs/index.md",
+    "docs/_build/site/index.html",
+    "docs/_build/site/searchindex.js",
+    "docs/_build/site/tutorials/first-qualification.html",
+)
+"""Files of the source distribution: the site is there as text, and built."""
 NOT_IN_WHEEL = re.compile(r"^(tests|docs|examples|benchmarks|tools)/")
 
 
@@ -103,10 +113,20 @@ class Environment:
 
 
 def build(folder: Path) -> tuple[Path, Path]:
-    """Source distribution, and the wheel that is built from it alone."""
+    """Source distribution with the built site, and the wheel that is built from it alone."""
+    run(["make", "--silent", "-C", ROOT, "docs"], folder)
     run(["uv", "build", "--quiet", "--out-dir", folder, ROOT], folder)
     (source,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
     return source, wheel
+
+
+def check_source(source: Path) -> None:
+    """The source distribution contains the site, its search too."""
+    with tarfile.open(source) as opened:
+        names = {name.partition("/")[2] for name in opened.getnames()}
+    missing = [name for name in IN_SOURCE if name not in names]
+    if missing:
+        raise ReleaseError(f"missing in the source distribution: {missing}")
 
 
 def check_content(wheel: Path) -> None:
@@ -262,6 +282,7 @@ def main() -> int:
 
 def _try_all(trials: Trials, folder: Path, source: Path, wheel: Path) -> None:
     version = wheel.name.split("-")[1]
+    trials.run("content of the source distribution", lambda: check_source(source))
     trials.run("content of the wheel", lambda: check_content(wheel))
     found = {each: interpreter(each) for each in PYTHONS}
     pythons = {version: path for version, path in found.items() if path}

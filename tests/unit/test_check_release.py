@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import io
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 from tools import check_release
-from tools.check_release import IN_WHEEL, ReleaseError, Trials, check_content, run
+from tools.check_release import (
+    IN_SOURCE,
+    IN_WHEEL,
+    ReleaseError,
+    Trials,
+    check_content,
+    check_source,
+    run,
+)
 
 METADATA = f"License-Expression: MIT\nRequires-Python: {check_release.PROJECT['requires-python']}\n"
 
@@ -30,6 +40,20 @@ def test_a_whole_wheel(tmp_path: Path) -> None:
 def test_a_lost_file_is_noticed(tmp_path: Path, lost: str) -> None:
     with pytest.raises(ReleaseError, match=lost):
         check_content(_wheel(tmp_path, *(name for name in IN_WHEEL if name != lost)))
+
+
+@pytest.mark.parametrize("lost", ["", *IN_SOURCE])
+def test_a_source_distribution_has_the_built_site(tmp_path: Path, lost: str) -> None:
+    path = tmp_path / "pretravel-1.0.tar.gz"
+    with tarfile.open(path, "w:gz") as source:
+        for name in IN_SOURCE:
+            if name != lost:
+                source.addfile(tarfile.TarInfo(f"pretravel-1.0/{name}"), io.BytesIO())
+    if not lost:
+        check_source(path)
+        return
+    with pytest.raises(ReleaseError, match=lost):
+        check_source(path)
 
 
 def test_files_that_do_not_belong_there_are_noticed(tmp_path: Path) -> None:
