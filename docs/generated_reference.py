@@ -383,7 +383,7 @@ def _statement(tree: ast.Module) -> dict[str, str]:
 
 
 def changelog(_: str) -> str:
-    """The changelog of the repository, with its links as those of a page in a folder."""
+    """The changelog of the repository; its links lead to the same pages from the site."""
     text = (HERE.parent / "CHANGELOG.md").read_text("utf-8")
     text = re.sub(r"\]\((?!docs/|[a-z]+:|#)", "](../../", text.partition("\n")[2])
     return text.replace("](docs/", "](../")

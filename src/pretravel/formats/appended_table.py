@@ -49,7 +49,7 @@ def table_piece(ending: str, columns: TableColumnsByName, *, first: bool) -> Any
 
 
 @contextmanager
-def appended_table(path: str | Path) -> Iterator[Callable[[Any], None]]:
+def appended_table(path: str | Path) -> Iterator[Callable[[Any], object]]:
     r"""A function that appends pieces of `table_piece` to a table; it replaces `path` at the end.
 
     Parameters
@@ -64,8 +64,8 @@ def appended_table(path: str | Path) -> Iterator[Callable[[Any], None]]:
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "a.csv"
     >>> with appended_table(path) as append:
-    ...     append(b"x_mm\n")
-    ...     append(b"0.5\n")
+    ...     _ = append(b"x_mm\n")
+    ...     _ = append(b"0.5\n")
     >>> path.read_text()
     'x_mm\n0.5\n'
     """
@@ -74,14 +74,10 @@ def appended_table(path: str | Path) -> Iterator[Callable[[Any], None]]:
             yield from _parquet_appender(temporary)
         else:
             with temporary.open("wb") as stream:
-                yield lambda piece: _written(stream, piece)
+                yield stream.write
 
 
-def _written(stream: Any, piece: bytes) -> None:
-    stream.write(piece)
-
-
-def _parquet_appender(path: Path) -> Iterator[Callable[[Any], None]]:
+def _parquet_appender(path: Path) -> Iterator[Callable[[Any], object]]:
     from pyarrow import parquet
 
     writers: list[Any] = []

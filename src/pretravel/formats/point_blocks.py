@@ -8,7 +8,6 @@ from pathlib import Path
 
 from pretravel.compensation.points import Points
 from pretravel.errors import InputError
-from pretravel.formats import table_blocks
 from pretravel.formats.csv_table import CsvTable, read_csv_table
 from pretravel.formats.parquet import read_parquet_table
 from pretravel.formats.points_reading import points_of_table
@@ -16,8 +15,8 @@ from pretravel.formats.source_file import SourceFile
 from pretravel.formats.table_blocks import (
     BLOCK_ROWS,
     TableInBlocks,
-    head_of_parquet,
-    head_of_text,
+    head_of_long_table,
+    in_blocks,
 )
 
 
@@ -82,20 +81,15 @@ def long_points(path: str | Path) -> LongPoints | None:
         pyarrow is not installed.
     """
     path = Path(path)
-    ending = path.suffix.lower()
-    if ending not in (".csv", ".parquet") or not path.is_file():
-        return None
-    if path.stat().st_size < table_blocks.LONG_TABLE:  # a row has more than one byte
+    if path.suffix.lower() not in (".csv", ".parquet"):
         return None
     try:
-        found = head_of_parquet(path) if ending == ".parquet" else head_of_text(path)
-        if found is None or found[1] < table_blocks.LONG_TABLE:
+        found = head_of_long_table(path)
+        if found is None:
             return None
         file, count = found
         head = _read(file)
     except InputError:
         return None
-    lines_before = 0 if ending == ".parquet" else head.lines[0] - 1
-    before = b"".join(file.content.splitlines(keepends=True)[:lines_before])
     places = {name: place for place, name in enumerate(head.columns)}
-    return LongPoints(TableInBlocks(path, head, places, ",", before, lines_before, count))
+    return LongPoints(in_blocks(file, count, head, places))

@@ -7,6 +7,7 @@ are numbers already; all other blocks are for the usual reader, as a small file 
 from __future__ import annotations
 
 import io
+import itertools
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -158,7 +159,7 @@ class TableInBlocks:
     def file_of(self, block: TableBlock) -> SourceFile:
         """A block as a small file of its own, in which messages name the lines of the whole."""
         if self.is_parquet:
-            return SourceFile(str(self.path), parquet_bytes([block.content]), (0, block.first_row))
+            return SourceFile(str(self.path), _parquet_bytes([block.content]), (0, block.first_row))
         absent = (self.lines_before, block.first_line - self.lines_before - 1)
         return SourceFile(str(self.path), self.before + block.content, absent)
 
@@ -262,18 +263,71 @@ def _parsed(
         return None
 
 
-def head_of_text(path: Path) -> tuple[SourceFile, int] | None:
-    """Read the first lines of a text file.
+def in_blocks(
+    file: SourceFile,
+    count: int,
+    head: CsvTable,
+    places: Mapping[str, int],
+    separator: str = ",",
+    printed_decimals: int = 9,
+) -> TableInBlocks:
+    """A long table whose head was read.
+
+    Parameters
+    ----------
+    file : SourceFile
+        The head, from `head_of_long_table`.
+    count : int
+        Rows of the table.
+    head : CsvTable
+        Its first rows.
+    places : mapping of str to int
+    separator : str
+    printed_decimals : int
+        As for `TableInBlocks`.
+
+    Returns
+    -------
+    TableInBlocks
+    """
+    lines_before = 0 if file.ending == ".parquet" else head.lines[0] - 1
+    before = b"".join(itertools.islice(io.BytesIO(file.content), lines_before))
+    path = Path(file.path)
+    return TableInBlocks(
+        path, head, places, separator, before, lines_before, count, printed_decimals
+    )
+
+
+def head_of_long_table(path: Path) -> tuple[SourceFile, int] | None:
+    """Read the head of a long table.
 
     Parameters
     ----------
     path : Path
+        Parquet by its ending, else text.
 
     Returns
     -------
     SourceFile and int, or None
-        The lines, and the estimated number of all lines; None: it is no text in UTF-8.
+        The head as a file of its own, and the number of all rows, of text estimated. None: there is
+        no such file, it is short, or it is no text in UTF-8.
+
+    Raises
+    ------
+    InputError
+        The file is not Parquet, or has no rows.
+    PretravelError
+        pyarrow is not installed.
     """
+    if not path.is_file() or path.stat().st_size < LONG_TABLE:  # a row has more than one byte
+        return None
+    is_parquet = path.suffix.lower() == ".parquet"
+    found = _head_of_parquet(path) if is_parquet else _head_of_text(path)
+    return None if found is None or found[1] < LONG_TABLE else found
+
+
+def _head_of_text(path: Path) -> tuple[SourceFile, int] | None:
+    """The first lines, and the estimated number of all lines; None: it is no text in UTF-8."""
     with path.open("rb") as stream:
         content = stream.read(_HEAD_BYTES)
     content = content[: content.rfind(b"\n") + 1]
@@ -291,25 +345,8 @@ def _is_utf8(content: bytes) -> bool:
     return True
 
 
-def head_of_parquet(path: Path) -> tuple[SourceFile, int]:
-    """Read the first rows of a Parquet file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    SourceFile and int
-        The rows as a file of their own, and the number of all rows.
-
-    Raises
-    ------
-    InputError
-        The file is not Parquet, or has no rows.
-    PretravelError
-        pyarrow is not installed.
-    """
+def _head_of_parquet(path: Path) -> tuple[SourceFile, int]:
+    """The first rows as a file of their own, and the number of all rows."""
     try:
         from pyarrow import ArrowException, parquet
     except ModuleNotFoundError:
@@ -323,11 +360,10 @@ def head_of_parquet(path: Path) -> tuple[SourceFile, int]:
         raise file.error(f"not a Parquet file that can be read: {error}") from None
     if first is None:
         raise file.error("the file has columns but no rows")
-    return SourceFile(str(path), parquet_bytes([first])), count
+    return SourceFile(str(path), _parquet_bytes([first])), count
 
 
-def parquet_bytes(batches: list[Any]) -> bytes:
-    """Rows as the content of a Parquet file."""
+def _parquet_bytes(batches: list[Any]) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 

@@ -6,7 +6,6 @@ a damaged cell is read by the usual reader, which has the usual message.
 
 from __future__ import annotations
 
-import io
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -22,10 +21,10 @@ from pretravel.formats.table_blocks import (
     BLOCK_ROWS,
     TableBlock,
     TableInBlocks,
-    head_of_parquet,
-    head_of_text,
+    head_of_long_table,
+    in_blocks,
 )
-from pretravel.formats.table_formats import CSV
+from pretravel.formats.table_formats import CSV, PARQUET
 from pretravel.formats.touch_columns import (
     TouchColumns,
     read_touch_columns,
@@ -155,40 +154,17 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
     if options.exclude or options.plan or options.reference_diameter or options.look_only:
         return None
     try:
-        size = path.stat().st_size if path.is_file() else 0
-    except OSError:
-        return None
-    if size < table_blocks.LONG_TABLE:  # a row has more than one byte
-        return None
-    is_parquet = path.suffix.lower() == ".parquet"
-    try:
-        found = head_of_parquet(path) if is_parquet else _head_of_table(path, options)
-        if found is None or found[1] < table_blocks.LONG_TABLE:
+        found = head_of_long_table(path)
+        if found is None:
             return None
         file, count = found
+        if not options.columns and format_of(file) not in (CSV, PARQUET):
+            return None
         head = read_touch_columns(file, options)
-    except InputError:
+    except (InputError, OSError):
         return None
     if not head.table.has(*_NEEDED):
         return None
-    lines_before = 0 if is_parquet else head.table.lines[0] - 1
-    before = b"".join(itertools.islice(io.BytesIO(file.content), lines_before))
-    rows = TableInBlocks(
-        path,
-        head.table,
-        head.places,
-        head.separator,
-        before,
-        lines_before,
-        count,
-        printed_decimals=head.table.decimals(*_NEEDED[3:]),
-    )
+    decimals = head.table.decimals(*_NEEDED[3:])
+    rows = in_blocks(file, count, head.table, head.places, head.separator, decimals)
     return LongTable(rows, head, options)
-
-
-def _head_of_table(path: Path, options: ReadingOptions) -> tuple[SourceFile, int] | None:
-    """The first lines of a table, and the estimated number of its lines; None: it is no table."""
-    found = head_of_text(path)
-    if found is None or (not options.columns and format_of(found[0]) is not CSV):
-        return None
-    return found
