@@ -116,7 +116,7 @@ def scheduled(plan: Plan, blocks: Sequence[Sequence[int]], workers: int) -> Sche
 def compare_blocks(one: Iterable[Block], other: Iterable[Block]) -> None:
     """Whether two computations give the same numbers, to the last bit."""
     first, second = (
-        {number: outcome.numbers for block in blocks for number, outcome in block}
+        {number: content for block in blocks for number, content in block}
         for blocks in (one, other)
     )
     assert first == second

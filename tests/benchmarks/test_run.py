@@ -17,7 +17,7 @@ from benchmarks.sizes import SMALL
 
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.study.definition import load_study
-from pretravel.study.outputs import Outcome
+from pretravel.study.packed_outcome import packed, unpacked
 from pretravel.study.plan import Plan
 from pretravel.study.run import Workers, run_study
 from pretravel.study.workers import in_this_process
@@ -134,10 +134,13 @@ def test_blocks_of_workers_are_compared_to_the_last_bit(tmp_path: Path) -> None:
     plan = Plan(load_study(str(studies.write_study(tmp_path / "study.toml", 2))))
     blocks = list(in_this_process(plan, [[0], [1]]))
     studies.compare_blocks(blocks, blocks[::-1])
-    number, outcome = blocks[0][0]
+    number, content = blocks[0][0]
+    outcome = unpacked(content)
     numbers = {name: float(np.nextafter(v, np.inf)) for name, v in outcome.numbers.items()}
     with pytest.raises(AssertionError):
-        studies.compare_blocks(blocks, [[(number, Outcome(numbers))], blocks[1]])
+        studies.compare_blocks(
+            blocks, [[(number, packed(replace(outcome, numbers=numbers)))], blocks[1]]
+        )
 
 
 def test_memory_is_that_of_all_processes(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -181,6 +182,7 @@ def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray
     return factor
 
 
+@lru_cache(maxsize=1024)
 def rod_on_ball_coefficient(rod_radius: float, ball_radius: float, modulus: float) -> float:
     """The c in delta = c N^(2/3) for a cylindrical rod that rests on a ball: one seat.
 

@@ -7,20 +7,15 @@ writes a block whole or not at all, also when the process is killed or the disk 
 from __future__ import annotations
 
 import contextlib
-import json
 import sqlite3
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
-import numpy as np
-
-from pretravel.arrays import FloatArray
 from pretravel.errors import PretravelError
 from pretravel.study.outputs import Outcome
+from pretravel.study.packed_outcome import unpacked
 
-_ARRAYS = ("force", "sensing_distance", "pretravel")
 _HEADER = b"SQLite format 3\0"
 _SECONDS = 1.0
 """How long another process may keep the journal before this one is refused."""
@@ -123,12 +118,13 @@ class Journal:
         with self._faults():
             return {row[0] for row in self._base.execute("SELECT number FROM design")}
 
-    def add(self, block: Sequence[tuple[int, Outcome]]) -> None:
+    def add(self, block: Sequence[tuple[int, bytes]]) -> None:
         """Keep a block of designs.
 
         Parameters
         ----------
-        block : sequence of number and Outcome
+        block : sequence of number and bytes
+            See `packed`.
 
         Raises
         ------
@@ -140,7 +136,7 @@ class Journal:
             try:
                 self._base.executemany(
                     "INSERT OR REPLACE INTO design VALUES (?, ?)",
-                    [(number, _packed(outcome)) for number, outcome in block],
+                    block,
                 )
                 self._base.execute("COMMIT")
             except sqlite3.Error:
@@ -153,7 +149,7 @@ class Journal:
         with self._faults():
             rows = self._base.execute("SELECT number, content FROM design ORDER BY number")
             for number, content in rows:
-                yield number, _unpacked(content)
+                yield number, unpacked(content)
 
     def remove(self) -> None:
         """Close and delete it."""
@@ -168,29 +164,3 @@ def _is_database(path: Path) -> bool:
         return False
     with path.open("rb") as file:
         return file.read(len(_HEADER)) == _HEADER
-
-
-def _packed(outcome: Outcome) -> bytes:
-    """A line of JSON, and the arrays as they are in memory."""
-    shape, arrays = None, b""
-    if outcome.force is not None:
-        kept = [getattr(outcome, name) for name in _ARRAYS]
-        shape = list(outcome.force.shape)
-        arrays = b"".join(np.ascontiguousarray(values, "<f8").tobytes() for values in kept)
-    header: dict[str, Any] = {
-        "numbers": {name: float(value).hex() for name, value in outcome.numbers.items()},
-        "reason": outcome.reason,
-        "shape": shape,
-    }
-    return json.dumps(header).encode() + b"\n" + arrays
-
-
-def _unpacked(content: bytes) -> Outcome:
-    line, _, rest = content.partition(b"\n")
-    header = json.loads(line)
-    numbers = {name: float.fromhex(value) for name, value in header["numbers"].items()}
-    arrays: dict[str, FloatArray] = {}
-    if header["shape"] is not None:
-        values = np.frombuffer(rest, "<f8").reshape(len(_ARRAYS), *header["shape"])
-        arrays = dict(zip(_ARRAYS, values, strict=True))
-    return Outcome(numbers, reason=header["reason"], **arrays)

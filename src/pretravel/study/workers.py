@@ -15,12 +15,24 @@ from threadpoolctl import threadpool_limits
 
 from pretravel import __version__
 from pretravel.errors import PretravelError
-from pretravel.study.outputs import Outcome, outcome_of
+from pretravel.study.outputs import outcome_of
+from pretravel.study.packed_outcome import packed
 from pretravel.study.plan import Plan
 
-Block: TypeAlias = list[tuple[int, Outcome]]
+Block: TypeAlias = list[tuple[int, bytes]]
+"""Numbers of designs, and what came of them: `packed`."""
 _AHEAD = 3
 """Blocks that wait at each worker: few, so that the memory does not grow with the study."""
+
+_SETTINGS = {
+    "distributed.comm.timeouts.connect": "5s",
+    # What Dask measures for its dashboard, which is off, takes some percent of each worker's time.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
+    # Memory is given back by the block, not by the array: that costs page faults for each array.
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 64 * 2**20,
+}
 
 
 def compute_block(plan: Plan, numbers: Sequence[int]) -> Block:
@@ -36,10 +48,11 @@ def compute_block(plan: Plan, numbers: Sequence[int]) -> Block:
 
     Returns
     -------
-    list of number and Outcome
+    list of number and bytes
+        See `packed`.
     """
     with threadpool_limits(1):
-        return [(number, outcome_of(plan.study, plan.levels(number))) for number in numbers]
+        return [(number, packed(outcome_of(plan.study, plan.levels(number)))) for number in numbers]
 
 
 def in_this_process(plan: Plan, blocks: Sequence[Sequence[int]]) -> Iterator[Block]:
@@ -84,7 +97,7 @@ def dask_workers(
     library: Any = distributed  # without types
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.ERROR)
-    dask.config.set({"distributed.comm.timeouts.connect": "5s"})
+    dask.config.set(_SETTINGS)
     with contextlib.ExitStack() as stack:
         if scheduler is None:
             cluster = stack.enter_context(

@@ -9,6 +9,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from pretravel.probe.catalogue import load_probe
 from pretravel.study.definition import Study, study_in
 from pretravel.study.journal import Journal, journal_path
 from pretravel.study.outputs import Outcome
+from pretravel.study.packed_outcome import packed
 from pretravel.study.plan import Plan
 from pretravel.study.results_file import read_results
 from pretravel.study.run import Workers, blocks_of, digest_of, run_study
@@ -130,7 +132,7 @@ def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
 def test_the_journal_of_another_study_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "study.nc"
     with Journal(journal_path(path), digest_of(study(4))) as journal:
-        journal.add([(0, Outcome({"pretravel_range": 1.0}))])
+        journal.add([(0, packed(Outcome({"pretravel_range": 1.0})))])
     with pytest.raises(PretravelError, match="results of another study"):
         run_study(study(3), path, ALONE)
     run_study(study(3), path, ALONE, restart=True)
@@ -140,7 +142,7 @@ def test_the_journal_of_another_study_is_kept(tmp_path: Path) -> None:
 def test_a_restart_takes_nothing_from_a_study_that_runs(tmp_path: Path) -> None:
     path = journal_path(tmp_path / "study.nc")
     with Journal(path, digest_of(study())) as journal:
-        journal.add([(0, Outcome({"pretravel_range": 1.0}))])
+        journal.add([(0, packed(Outcome({"pretravel_range": 1.0})))])
         done = subprocess.run(
             command(tmp_path, 3, "--restart"), cwd=tmp_path, capture_output=True, text=True
         )
@@ -156,9 +158,10 @@ def test_a_journal_holds_what_was_put_in(tmp_path: Path) -> None:
     values = [np.random.default_rng(i).normal(size=shape) for i in range(3)]
     numbers = {"pretravel_range": 0.1 + 0.2, "pretravel_lobes": float("nan")}
     with Journal(tmp_path / "a.journal", "digest") as journal:
-        journal.add([(7, Outcome(numbers, *values)), (3, Outcome({}, reason="no probe"))])
-        (third, failed), (seventh, kept) = journal.outcomes()
-    assert (third, failed.reason, failed.force, seventh) == (3, "no probe", None, 7)
+        done, failed = Outcome(numbers, *values), Outcome({}, reason="no probe")
+        journal.add([(7, packed(done)), (3, packed(failed))])
+        (third, without), (seventh, kept) = journal.outcomes()
+    assert (third, without.reason, without.force, seventh) == (3, "no probe", None, 7)
     assert kept.numbers["pretravel_range"] == 0.1 + 0.2
     assert np.isnan(kept.numbers["pretravel_lobes"])
     for stored, value in zip(
@@ -175,15 +178,12 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path: Path) -> None:
     assert len(read_results(tmp_path / "study.nc")) == 6
 
 
-def test_a_block_is_kept_whole_or_not_at_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_block_is_kept_whole_or_not_at_all(tmp_path: Path) -> None:
     """The second of two designs cannot be stored."""
-    contents = iter([b"whole", object()])
-    monkeypatch.setattr("pretravel.study.journal._packed", lambda outcome: next(contents))
+    unknown: Any = object()
     with Journal(tmp_path / "a.journal", "digest") as journal:
         with pytest.raises(PretravelError, match="cannot be written"):
-            journal.add([(1, Outcome({})), (2, Outcome({}))])
+            journal.add([(1, packed(Outcome({}))), (2, unknown)])
         assert journal.done() == set()
 
 
