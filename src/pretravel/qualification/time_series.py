@@ -120,25 +120,20 @@ class Whitened:
     @staticmethod
     def of(series: TimeSeries, scatter: float, walk: float) -> Whitened:
         """Of the errors of a series: (n - 1) differences."""
-        from scipy.linalg import cholesky_banded
+        from scipy.linalg.lapack import dpttrf
 
         own = series.u**2 + scatter**2
-        bands = np.zeros((2, len(series) - 1))
-        bands[0] = own[:-1] + own[1:] + walk * np.diff(series.times)
-        bands[1, :-1] = -own[1:-1]
-        root = cholesky_banded(bands, lower=True)
-        factors = np.append(0.0, root[1, :-1] / root[0, :-1])
-        return Whitened(np.asarray(root[0] ** 2), np.asarray(factors))
+        main = own[:-1] + own[1:] + walk * (series.times[1:] - series.times[:-1])
+        pivots, beside, fault = dpttrf(main, _at_least_one(-own[1:-1]))
+        if fault:
+            raise np.linalg.LinAlgError("the covariance of differences is not positive definite")
+        return Whitened(pivots, np.append(0.0, beside[: len(main) - 1]))
 
     def solved(self, columns: FloatArray) -> FloatArray:
         """Inverse of the covariance times columns, (n - 1, p)."""
-        from scipy.linalg import solveh_banded
+        from scipy.linalg.lapack import dpttrs
 
-        bands = np.zeros((2, len(self.pivots)))
-        before = np.append(0.0, self.pivots[:-1])
-        bands[0] = self.pivots + self.factors**2 * before
-        bands[1, :-1] = self.factors[1:] * self.pivots[:-1]
-        return np.asarray(solveh_banded(bands, columns, lower=True))
+        return np.asarray(dpttrs(self.pivots, _at_least_one(self.factors[1:]), columns)[0])
 
     @property
     def log_determinant(self) -> float:
@@ -152,6 +147,11 @@ class Whitened:
         for i in range(len(main) - 2, -1, -1):
             main[i] = 1.0 / self.pivots[i] + self.factors[i + 1] ** 2 * main[i + 1]
         return main, -self.factors[1:] * main[1:]
+
+
+def _at_least_one(beside: FloatArray) -> FloatArray:
+    """LAPACK's functions take one value beside the diagonal of a single row, and ignore it."""
+    return beside if len(beside) else np.zeros(1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,8 +188,9 @@ def column_fit(
     ColumnFit
     """
     whitened = Whitened.of(series, scatter, walk)
-    y, x = np.diff(series.values), np.diff(columns, axis=0)
-    seen = whitened.solved(np.column_stack([y, x]))
+    both = np.concatenate([series.values[:, None], columns], axis=1)
+    both = both[1:] - both[:-1]
+    y, x, seen = both[:, 0], both[:, 1:], whitened.solved(both)
     logs = whitened.log_determinant
     rest = float(y @ seen[:, 0])
     if not x.shape[1]:
