@@ -59,18 +59,20 @@ _draw = Picture.draw
 def _without_layout(picture: Picture) -> Figure:
     figure = _draw(picture)
     figure.set_layout_engine("none")
+    figure.set_dpi(50.0)
     return figure
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _pictures_have_no_layout() -> None:
-    """Half the time of a picture goes into the places of its axes, which few tests look at."""
+    """Most time of a picture goes into the places of its axes and into its many pixels, which few
+    tests look at."""
     Picture.draw = _without_layout  # type: ignore[method-assign]
 
 
 @pytest.fixture
 def laid_out_pictures() -> Iterator[None]:
-    """Pictures with their axes placed, as users see them."""
+    """Pictures with their axes placed, and of full size, as users see them."""
     Picture.draw = _draw  # type: ignore[method-assign]
     yield
     Picture.draw = _without_layout  # type: ignore[method-assign]
