@@ -159,12 +159,10 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
 
     >>> import numpy as np
     >>> from pretravel.model.fem.elasticity import finite_element_model
-    >>> from pretravel.model.fem.geometry import probe_solids
-    >>> from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+    >>> from pretravel.model.fem.mesh import MeshSettings, mesh_probe
     >>> from pretravel.probe.catalogue import load_probe
     >>> probe = load_probe("omp40-2")
-    >>> solids = probe_solids(probe)
-    >>> mesh = mesh_solids(solids, MeshSettings(0.5))
+    >>> solids, mesh = mesh_probe(probe, MeshSettings(refinement=0.4))
     >>> reduced = condense(finite_element_model(probe, solids, mesh))
     >>> bool(np.allclose(reduced.flexibility, reduced.flexibility.T))
     True
