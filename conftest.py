@@ -18,6 +18,10 @@ TESTS = Path(__file__).parent / "tests"
 TOGETHER = {
     "tests/validation/test_rodrigues_2021_finite_elements.py": "finite elements of the catalogue",
     "tests/validation/test_gallery.py": "finite elements of the catalogue",
+    "tests/laws/test_finite_elements.py": "coarse mesh of a whole probe",
+    "tests/laws/test_threefold_symmetry.py": "coarse mesh of a whole probe",
+    "tests/laws/test_full_contact.py": "coarse mesh of a whole probe",
+    "tests/unit/model/test_reduction_cache.py": "coarse mesh of a whole probe",
 }
 """Files whose tests run in the same worker, by what they share."""
 

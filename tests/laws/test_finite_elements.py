@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ from pretravel.model.fem.interface_loads import (
     TIP_FORCE,
 )
 from pretravel.model.fem.linear_solvers import SOLVERS, factorise
-from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.mesh import MeshSettings, mesh_probe, mesh_solids
 from pretravel.model.fem.quadrature import quadrature
 from pretravel.model.fem.seat_ball import ball_correction, ball_mesh
 from pretravel.probe.catalogue import load_probe
@@ -50,9 +51,21 @@ DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 20.0, 70.0]), np.radians([0.0, 60.0, 20.0, 100.0, 213.0])
 )
 
+SPRING = 1e5
+"""Of each seat. Any value gives the same reactions. [N/mm]"""
+
 
 def whole(model: FiniteElementModel) -> sparse.csr_matrix:
     return model.stiffness + sparse.triu(model.stiffness, 1).T
+
+
+@cache
+def on_six_springs() -> np.ndarray:
+    """Displacements of the whole mesh on springs at the seats, under three forces at the tip."""
+    model = coarse_model()
+    seats = sparse.csr_matrix(model.loads[:, SEATS])
+    held = sparse.triu(whole(model) + SPRING * (seats @ seats.T)).tocsr()
+    return factorise(held)(model.loads[:, TIP_FORCE])
 
 
 def tip_motion(reduced: ReducedModel, forces: np.ndarray) -> np.ndarray:
@@ -125,28 +138,21 @@ def test_flexibility_is_symmetric_and_positive(omp40: Probe) -> None:
 
 def test_reactions_of_a_direct_solution_are_statics(omp40: Probe) -> None:
     """Without the reduced model: the whole mesh on six stiff springs under a tip force."""
-    model, statics = coarse_model(), seat_statics(omp40)
-    spring = 1e6  # N/mm; any value gives the same reactions
-    seats = sparse.csr_matrix(model.loads[:, SEATS])
-    held = sparse.triu(whole(model) + spring * (seats @ seats.T)).tocsr()
-    solution = factorise(held)(model.loads[:, TIP_FORCE])
-    reactions = -spring * (seats.T @ solution).T
+    statics = seat_statics(omp40)
+    reactions = -SPRING * (coarse_model().loads[:, SEATS].T @ on_six_springs()).T
     assert reactions == pytest.approx(statics.unit_reactions(np.eye(3)), rel=1e-6, abs=1e-6)
 
 
 def test_condensed_and_direct_solutions_agree(omp40: Probe) -> None:
     """The condensed model has the same tip deflection as the whole mesh, to rounding."""
-    model, statics = coarse_model(), seat_statics(omp40)
-    spring = 1e5
-    seats = sparse.csr_matrix(model.loads[:, SEATS])
-    held = sparse.triu(whole(model) + spring * (seats @ seats.T)).tocsr()
-    direct = model.loads[:, TIP_FORCE].T @ factorise(held)(model.loads[:, TIP_FORCE])
+    statics = seat_statics(omp40)
+    direct = coarse_model().loads[:, TIP_FORCE].T @ on_six_springs()
     reduced = coarse_reduced()
     forces = np.zeros((3, len(INTERFACE)))
     forces[:, SEATS], forces[:, TIP_FORCE] = statics.unit_reactions(np.eye(3)), np.eye(3)
     for axis in range(3):
         elastic = tip_motion(reduced, forces[axis])
-        sunk = statics.tip_displacement(forces[axis : axis + 1, SEATS] / spring)[0]
+        sunk = statics.tip_displacement(forces[axis : axis + 1, SEATS] / SPRING)[0]
         assert elastic + sunk == pytest.approx(direct[axis], rel=1e-6, abs=1e-10)
 
 
@@ -174,8 +180,7 @@ def test_stylus_is_a_timoshenko_beam(omp40: Probe) -> None:
     stem = replace(omp40.stylus[1], length=50.0)
     probe = replace(omp40, stylus=(stem,))
     # The 2 mm of the socket are ball material; they are 4 % of the bar.
-    solids = probe_solids(probe)
-    mesh = mesh_solids(solids, MeshSettings(refinement=0.4))
+    solids, mesh = mesh_probe(probe, COARSE)
     reduced = condense(finite_element_model(probe, solids, mesh))
     statics = seat_statics(probe)
     forces = np.zeros((3, len(INTERFACE)))
@@ -376,9 +381,8 @@ def test_patch_radius_does_not_matter(omp40: Probe) -> None:
     """The half-space part is subtracted: 6 or 12 times the contact size gives the same."""
     found = []
     for patch_radius in (0.09, 0.18):
-        settings = replace(COARSE, patch_radius=patch_radius, patch=0.8)
-        solids = probe_solids(omp40, patch_radius * omp40.tripod.rod_radius)
-        mesh = mesh_solids(solids, settings)
+        solids, mesh = mesh_probe(omp40, replace(COARSE, patch_radius=patch_radius))
+        assert solids.patch_radius == patch_radius * omp40.tripod.rod_radius
         reduced = condense(finite_element_model(omp40, solids, mesh))
         found.append(predict(omp40, DIRECTIONS, FiniteElements(reduced)).sensing_distance)
     # Meshes differ too, by about 0.1 %.

@@ -26,7 +26,7 @@ from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.predict_with_friction import rubbed_trigger
 from pretravel.trigger.response import probe_response
 from pretravel.trigger.seats import seat_statics
-from tests.support.coarse_models import coarse_reduced
+from tests.support.coarse_models import coarse_reduced_sixth
 
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 90.0, 50.0, 25.0]), np.radians([0.0, 20.0, 60.0, 100.0, 213.0])
@@ -85,7 +85,7 @@ def test_the_tip_is_pushed_as_far_as_stated_and_left_without_force() -> None:
 def test_friction_at_the_seats_of_a_mesh_is_softer_by_mindlin(omp40: Probe) -> None:
     """What a mesh does not resolve of a contact: normally as found, (2 - nu) / (2 (1 - nu)) of it
     tangentially."""
-    reduced = coarse_reduced()
+    reduced = coarse_reduced_sixth()
     mechanism = seat_mechanism(omp40, seat_statics(omp40), DIRECTIONS, 0.1, reduced)
     added = np.diag(mechanism.flexibility - reduced.flexibility)
     nu = omp40.tripod.material.poissons_ratio
@@ -142,7 +142,7 @@ def test_the_zero_drifts_at_first_and_then_settles() -> None:
 
 def test_with_an_elastic_body_it_is_the_condensed_model(omp40: Probe) -> None:
     """Without friction, up to the trigger: the deflection along the normal is that of `fem`."""
-    reduced = coarse_reduced()
+    reduced = coarse_reduced_sixth()
     cycle = friction_cycle(omp40, DIRECTIONS, 0.0, body=reduced, steps=10)
     trigger = predict(omp40, DIRECTIONS, FiniteElements(reduced))
     along = np.sum(trigger.deflection * DIRECTIONS, axis=1)
@@ -218,7 +218,7 @@ def test_friction_forces_act_where_the_mesh_has_them(omp40: Probe) -> None:
     """Tangential wrenches of the mechanism, by hand, against those of the mesh's patches: the
     centre of a patch lies a little inside the rod, so moments differ by its depth, 0.01 mm."""
     frame = seat_frame(omp40)
-    meshed = coarse_reduced().resultants[:, TANGENTIAL]
+    meshed = coarse_reduced_sixth().resultants[:, TANGENTIAL]
     for seat in range(6):
         contact = frame.contacts(omp40.tripod.rod_radius)[seat]
         for place, way in enumerate((frame.along[seat], frame.around[seat])):
@@ -292,7 +292,7 @@ def test_a_prediction_uses_the_elements_that_it_was_given(
     Without friction all touches are equal, and few steps are enough."""
     monkeypatch.setattr("pretravel.trigger.predict_with_friction.TOUCHES", 1)
     monkeypatch.setattr("pretravel.trigger.predict_with_friction.STEPS", 5)
-    model, few = FiniteElements(coarse_reduced()), DIRECTIONS[1:2]
+    model, few = FiniteElements(coarse_reduced_sixth()), DIRECTIONS[1:2]
     plain = predict(omp40, few, model)
     cycle, shares = rubbed_trigger(omp40, few, model, default_workpiece())
     assert cycle.trigger_force[:, -1] == pytest.approx(plain.force, rel=1e-6)

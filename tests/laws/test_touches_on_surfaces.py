@@ -39,7 +39,7 @@ from pretravel.trigger.loading import Loading
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map
 from pretravel.trigger.seats import seat_statics
-from tests.support.coarse_models import coarse_reduced
+from tests.support.coarse_models import coarse_reduced_sixth
 from tests.support.examples import EXAMPLES
 
 
@@ -257,7 +257,7 @@ class TestResponse:
         from pretravel.trigger.compliance.fem import FiniteElements
 
         probe, n = load_probe("omp40-2"), fibonacci_cap(100)
-        fem = FiniteElements(coarse_reduced())
+        fem = FiniteElements(coarse_reduced_sixth())
         response = probe_response(probe, fem)
         assert np.abs(response.pretravel(n) - predict(probe, n, fem).pretravel).max() < 1e-11
 

@@ -14,14 +14,15 @@ from pretravel.errors import CapacityError, DescriptionError, InputError, MeshEr
 from pretravel.model.fem import free_body
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
+from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.model.fem.geometry import probe_solids, write_step
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
-from pretravel.probe.catalogue import description_text, parse_probe
+from pretravel.probe.catalogue import description_text, load_probe, parse_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
 from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.predict import predict
-from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
+from tests.support.coarse_models import COARSE, coarse_reduced_sixth, coarse_sixth
 
 
 def hub(probe: Probe, **changes: float) -> Probe:
@@ -85,14 +86,26 @@ def test_half_a_hub_is_refused() -> None:
         parse_probe(text)
 
 
-def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def step_probe(tmp_path_factory: pytest.TempPathFactory) -> Probe:
+    """The OMP40-2 with the solids of a STEP file."""
+    described = load_probe("omp40-2")
+    return replace(described, step=merged_step(described, tmp_path_factory.mktemp("merged")))
+
+
+@pytest.fixture(scope="module")
+def step_mesh(step_probe: Probe) -> FiniteElementMesh:
+    return mesh_solids(probe_solids(step_probe), COARSE)
+
+
+def test_step_file_gives_the_described_probe(
+    omp40: Probe, step_probe: Probe, step_mesh: FiniteElementMesh
+) -> None:
     """Written and read again: the same sensing distance, up to the different mesh."""
     directions = from_angles(np.radians([90.0, 40.0]), np.radians([0.0, 75.0]))
-    probe = replace(omp40, step=merged_step(omp40, tmp_path))
-    solids = probe_solids(probe)
-    reduced = condense(finite_element_model(probe, solids, mesh_solids(solids, COARSE)))
-    found = predict(probe, directions, FiniteElements(reduced)).sensing_distance
-    described = predict(omp40, directions, FiniteElements(coarse_reduced())).sensing_distance
+    reduced = condense(finite_element_model(step_probe, probe_solids(step_probe), step_mesh))
+    found = predict(step_probe, directions, FiniteElements(reduced)).sensing_distance
+    described = predict(omp40, directions, FiniteElements(coarse_reduced_sixth())).sensing_distance
     assert found == pytest.approx(described, rel=3e-3)
 
 
@@ -179,13 +192,13 @@ def test_want_of_memory_is_said_before_the_work(
 ) -> None:
     monkeypatch.setattr(free_body, "available_memory", lambda: 1e8)
     with pytest.raises(CapacityError, match=r"need about .* GB .*lower the refinement"):
-        condense(coarse_model())
+        condense(coarse_sixth())
 
 
 def test_uneven_rods_are_meshed_too(omp40: Probe) -> None:
     azimuths = tuple(np.radians([3.0, 118.0, 246.0]))
     probe = replace(omp40, tripod=replace(omp40.tripod, rod_azimuths=azimuths))
-    mesh = mesh_solids(probe_solids(probe), COARSE)
+    mesh = mesh_solids(probe_solids(probe), MeshSettings(refinement=0.2))
     assert len(mesh.faces) == 7
 
 
@@ -240,12 +253,11 @@ def test_tips_and_seats_that_no_mesh_fills(omp40: Probe) -> None:
         probe_solids(replace(omp40, seats=steep))
 
 
-def test_what_carries_the_seats_is_of_the_tripods_material(omp40: Probe, tmp_path: Path) -> None:
-    step = replace(
-        merged_step(omp40, tmp_path),
-        materials={"Tripod": material("steel"), "Head": omp40.tip.material},
-    )
-    probe = replace(omp40, step=step)
-    solids = probe_solids(probe)
+def test_what_carries_the_seats_is_of_the_tripods_material(
+    step_probe: Probe, step_mesh: FiniteElementMesh
+) -> None:
+    assert step_probe.step is not None
+    materials = {"Tripod": material("steel"), "Head": step_probe.tip.material}
+    probe = replace(step_probe, step=replace(step_probe.step, materials=materials))
     with pytest.raises(DescriptionError, match="'tripod: Tripod' carries seats"):
-        finite_element_model(probe, solids, mesh_solids(solids, COARSE))
+        finite_element_model(probe, probe_solids(probe), step_mesh)

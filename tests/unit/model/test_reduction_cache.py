@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.condensation import ReducedModel, condense
+from pretravel.model.fem.condensation import ReducedModel
 from pretravel.model.fem.interface_loads import INTERFACE
 from pretravel.model.fem.mesh import MeshSettings
 from pretravel.model.fem.reduction_cache import reduced_model, reduction_key
@@ -22,7 +22,7 @@ from pretravel.model.fem.seat_ball import ball_correction
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
-from tests.support.coarse_models import coarse_reduced, coarse_sixth
+from tests.support.coarse_models import coarse_reduced, coarse_reduced_sixth
 
 COARSE = MeshSettings(refinement=0.3)
 
@@ -75,7 +75,7 @@ def test_found_again_to_the_last_bit(
 def test_a_sixth_is_kept_and_its_images_are_made_when_asked_for(
     omp40: Probe, folder: Path, forget: None, made: ReducedModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sixth = condense(coarse_sixth())
+    sixth = coarse_reduced_sixth()
     monkeypatch.setattr(reduction_cache, "condense", lambda *_: sixth)
     reduced_model(omp40, COARSE)
     reduction_cache._remembered.cache_clear()

@@ -10,12 +10,12 @@ from pretravel.report.chart import PlaneChart, SpaceChart
 from pretravel.report.chart_marks import Bars, SpaceArrow, SpaceMesh, SpacePoints
 from pretravel.report.finite_elements_picture import trigger_field_view
 from pretravel.trigger.elastic_field import TriggerField, field_at_trigger
-from tests.support.coarse_models import coarse_reduced
+from tests.support.coarse_models import coarse_reduced_sixth
 
 
 @pytest.fixture(scope="module")
 def field() -> TriggerField:
-    return field_at_trigger(load_probe("omp40-2"), [1.0, 0.0, 0.0], coarse_reduced())
+    return field_at_trigger(load_probe("omp40-2"), [1.0, 0.0, 0.0], coarse_reduced_sixth())
 
 
 def test_the_marked_maximum_is_that_of_the_field(field: TriggerField) -> None:

@@ -6,7 +6,7 @@ The CAD kernel is OpenCASCADE as netgen provides it; lengths are in mm.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -361,10 +361,8 @@ def _reentrant_edges(
 
     Of sixteen points on a small circle around the middle of each edge, those inside are counted.
     """
-    from netgen.occ import Pnt, Vertex
-
     found = []
-    bodies = [part.solid for part in parts]
+    is_inside = _inside_any([part.solid for part in parts])
     turns = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False) + 0.1
     for edge in set(shape.edges):
         if edge.mass < 2.0 * math.pi * patch * 1.2:  # the seats' own patches
@@ -378,13 +376,31 @@ def _reentrant_edges(
         circle = centre + radius * (
             np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1]
         )
-        inside = 0
-        for x, y, z in circle:
-            vertex = Vertex(Pnt(float(x), float(y), float(z)))
-            inside += any(body.Distance(vertex) < 1e-9 for body in bodies)
+        inside = sum(is_inside(place) for place in circle)
         if 0.55 * len(turns) < inside < 0.95 * len(turns):
             found.append((edge, edge.mass / math.pi))
     return found
+
+
+def _inside_any(bodies: Sequence[Any]) -> Callable[[FloatArray], bool]:
+    """Whether a point lies in one of the bodies; only those whose boxes contain it are asked."""
+    from netgen.occ import Pnt, Vertex
+
+    boxes = [
+        (np.array([*low]), np.array([*high]))
+        for low, high in (body.bounding_box for body in bodies)
+    ]
+
+    def is_inside(place: FloatArray) -> bool:
+        near = [
+            body
+            for body, (low, high) in zip(bodies, boxes, strict=True)
+            if np.all((low <= place) & (place <= high))
+        ]
+        vertex = Vertex(Pnt(*(float(value) for value in place)))
+        return any(body.Distance(vertex) < 1e-9 for body in near)
+
+    return is_inside
 
 
 def _thickness(parts: Sequence[ProbeSolid]) -> dict[str, float]:
