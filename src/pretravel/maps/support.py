@@ -7,6 +7,7 @@ the sphere. It has no seam in azimuth and no pole: +z is the origin of the plane
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -48,6 +49,21 @@ def _project(directions: FloatArray) -> FloatArray:
         np.array([1.0, 0.0]),
     )
     return np.asarray(radius[:, None] * along)
+
+
+def _neighbours_in_turn(points: FloatArray) -> IntArray:
+    """An order in which each point is near the one before: along rows, there and back.
+
+    The search for a triangle walks from the last one. In the order of a spiral it crosses the mesh
+    for each point.
+    """
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64)
+    low, high = points.min(axis=0), points.max(axis=0)
+    rows = max(math.sqrt(len(points)), 1.0)
+    row = np.floor((points[:, 1] - low[1]) * rows / max(high[1] - low[1], 1e-300))
+    along = np.where(row % 2.0 == 0.0, points[:, 0], -points[:, 0])
+    return np.lexsort((along, row)).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +210,9 @@ class DirectionSupport:
         distance = np.zeros(len(d))
         outside = np.ones(len(d), dtype=bool)
         if mesh.triangulation is not None and mesh.triangle_held.any():
-            found = mesh.triangulation.find_simplex(point)
+            found = np.empty(len(d), dtype=np.int64)
+            order = _neighbours_in_turn(point)
+            found[order] = mesh.triangulation.find_simplex(point[order])
             inside = (found >= 0) & mesh.triangle_held[np.maximum(found, 0)]
             simplex = found[inside]
             transform = mesh.triangulation.transform[simplex]
