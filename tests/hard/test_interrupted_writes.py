@@ -14,7 +14,9 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals and mou
 BY_NAME = {command.name: command for command in COMMANDS}
 
 
-@pytest.mark.parametrize("name", ["pattern", "program mdi", "convert"])
+@pytest.mark.parametrize(
+    "name", ["pattern", pytest.param("program mdi", marks=pytest.mark.slow), "convert"]
+)
 def test_the_old_file_or_the_new_one_and_no_litter(name: str) -> None:
     outcome = try_command(BY_NAME[name], moments=16)
     assert outcome.broken == []

@@ -12,14 +12,28 @@ from tests.support.mutated_files import CORPUS, fault_of, mutated
 
 TEXTS, BINARY = 60, 20
 """Mutated files for each reader."""
+QUICK = 0.4
+"""Part of them that the quick tests try."""
+
+
+def _tried(name: str, first: float, last: float) -> None:
+    """Mutated files from one part of their number to another."""
+    reader = READERS[name]
+    count = BINARY if reader.binary else TEXTS
+    for number in range(int(first * count), int(last * count)):
+        fault = fault_of(reader, mutated(reader, f"check {number}"))
+        assert fault is None, f"python -m tests.hard.run {name} --seed check --show {number}"
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_a_mutated_file_is_read_or_refused(name: str) -> None:
-    reader = READERS[name]
-    for number in range(BINARY if reader.binary else TEXTS):
-        fault = fault_of(reader, mutated(reader, f"check {number}"))
-        assert fault is None, f"python -m tests.hard.run {name} --seed check --show {number}"
+    _tried(name, 0.0, QUICK)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", READERS)
+def test_more_mutated_files_are_read_or_refused(name: str) -> None:
+    _tried(name, QUICK, 1.0)
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -14,7 +14,16 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are f
 BY_NAME = {command.name: command for command in (*COMMANDS, *MORE)}
 
 
-@pytest.mark.parametrize("name", ["pattern", "separation-plan", "plan", "check", "predict"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pattern",
+        "check",
+        pytest.param("separation-plan", marks=pytest.mark.slow),
+        pytest.param("plan", marks=pytest.mark.slow),
+        pytest.param("predict", marks=pytest.mark.slow),
+    ],
+)
 def test_values_that_mean_nothing_are_refused(name: str) -> None:
     result = try_options(BY_NAME[name], trials=8, seed=7)
     assert result.faults == []

@@ -25,11 +25,18 @@ def texts(path: Path) -> list[str]:
     return [file.read_text() for file in files]
 
 
+@pytest.fixture(scope="module")
+def map_content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("map") / "map.nc"
+    write_map(path, example_map())
+    return path.read_bytes()
+
+
 class TestExportCommand:
     @pytest.fixture
-    def map_file(self, tmp_path: Path) -> Path:
+    def map_file(self, tmp_path: Path, map_content: bytes) -> Path:
         path = tmp_path / "map.nc"
-        write_map(path, example_map())
+        path.write_bytes(map_content)
         return path
 
     def test_help_and_page_name_every_control(self) -> None:

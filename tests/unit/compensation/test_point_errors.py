@@ -35,7 +35,15 @@ NEAR = 0.02
 SPHERE = read_touches(EXAMPLES / "sphere_touches.csv")
 
 
-@pytest.fixture(scope="module", params=["mean", "wozniak", "harmonic", "physical"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        "harmonic",
+        "physical",
+        pytest.param("mean", marks=pytest.mark.slow),
+        pytest.param("wozniak", marks=pytest.mark.slow),
+    ],
+)
 def made(request: pytest.FixtureRequest) -> PretravelMap:
     return qualify(
         SPHERE, 24.9987, tip_diameter=6.0, u_diameter=1e-4, kind=request.param,

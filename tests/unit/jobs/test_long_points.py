@@ -58,7 +58,7 @@ def _table(path: Path) -> LongPoints:
     return found
 
 
-@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("mixed", [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize(
     "wish",
@@ -107,6 +107,7 @@ def test_a_damaged_line_has_the_usual_message(tmp_path: Path) -> None:
     assert str(of_blocks.value) == str(of_whole.value)
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_points(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -315,6 +315,7 @@ def test_commands_read_long_tables(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_table(tmp_path: Path, made: PretravelMap) -> None:
     """Four times as many touches: what is kept are 50 points for pictures, and numbers."""
     peaks = []

@@ -39,7 +39,7 @@ def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> Non
         nodes = unit(np.column_stack([np.cos(turn), np.sin(turn), np.ones(120)]))
     support = DirectionSupport(nodes)
     assert len(support._mesh.edges) > 64  # fewer are all compared
-    outside = np.concatenate([fibonacci_cap(200, 1.4), unit(beside)])
+    outside = np.concatenate([fibonacci_cap(60, 1.4), unit(beside)])
     outside = outside[~support.supports(outside, 1e-6)]
     assert len(outside) > 10
     nodes_of, weights, distance = support._nearest_on_edges(outside)

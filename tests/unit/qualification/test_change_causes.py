@@ -86,9 +86,10 @@ def alarms(case: str, kind: str, maps: int, sets: int) -> int:
 CASES = ["normal", "step of 1 µm", "heavy tails", "noise at the rods"]
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["heavy tails", "noise at the rods"])
 def test_false_alarms_of_uncomfortable_noise(case: str) -> None:
-    """8 %, in 40 sets with four maps: more than 9 come once in 500 trials."""
+    """Of the noises that are farthest from normal; 8 %, in 40 sets with four maps: more than 9 come
+    once in 500 trials."""
     assert alarms(case, "harmonic", 4, 10) <= int(stats.binom.ppf(0.998, 40, 0.08))
 
 

@@ -66,12 +66,12 @@ def test_delay_is_told_apart(kind: str) -> None:
 def test_u_of_the_delay_is_honest() -> None:
     """The delay is separated before a kind is fitted: the simplest kind has the same."""
     z = []
-    for seed in range(30):
+    for seed in range(20):
         result = qualify(_touches(np.random.default_rng(seed)), 25.0, tip_diameter=6.0,
                          kind="mean", search_outliers=False)  # fmt: skip
         assert result.delay is not None
         z.append((result.delay.delay - DELAY) / result.delay.u_delay)
-    # A deviation of 30 scatters by 13 %.
+    # A deviation of 20 scatters by 16 %, their mean by 0.22.
     assert 0.6 < np.std(z) < 1.4
     assert abs(np.mean(z)) < 0.75
 
@@ -208,8 +208,17 @@ def test_map_and_delay_err_together() -> None:
     assert np.sqrt(sources["signal delay"].variances[equator].max()) < 0.02e-3
 
 
-@pytest.mark.parametrize("ending", [".nc", ".csv"])
-@pytest.mark.parametrize("kind", ["physical", "wozniak", "harmonic"])
+@pytest.mark.parametrize(
+    ("kind", "ending"),
+    [
+        ("physical", ".nc"),
+        ("harmonic", ".csv"),
+        pytest.param("harmonic", ".nc", marks=pytest.mark.slow),
+        pytest.param("physical", ".csv", marks=pytest.mark.slow),
+        pytest.param("wozniak", ".nc", marks=pytest.mark.slow),
+        pytest.param("wozniak", ".csv", marks=pytest.mark.slow),
+    ],
+)
 def test_files_keep_it(tmp_path: Path, ending: str, kind: str) -> None:
     touches = _touches(np.random.default_rng(1))
     made = qualify(touches, 25.0, tip_diameter=6.0, kind=kind, search_outliers=False).pretravel_map

@@ -55,7 +55,7 @@ def test_a_new_map_is_no_jump() -> None:
     assert found(level, starts=frozenset({13})) == []
 
 
-@pytest.mark.parametrize("walk", [0.0, 1.0])
+@pytest.mark.parametrize("walk", [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
 def test_false_alarms(walk: float) -> None:
     """1 % is stated; of 60 series more than 3 with one have a probability of 0.3 %."""
     alarms = [bool(found(values(seed, 20, walk))) for seed in range(60)]

@@ -38,7 +38,7 @@ class TestKind:
         assert course.kind == "scatter"
         assert due_date(course, 10.0).due == math.inf
 
-    @pytest.mark.parametrize("walk", [0.0, 1.0])
+    @pytest.mark.parametrize("walk", [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
     def test_trends_of_unchanged_and_walking_probes(self, walk: float) -> None:
         """Stated at 1 %; of 60 series more than 4 have a probability of 0.03 %."""
         found = [course_of(simulated(s, 12, walk=walk)).kind == "drift" for s in range(60)]
@@ -67,13 +67,13 @@ class TestDueDate:
         assert due_date(course, 3.0).due == 9.0  # beyond the limit now
 
     def test_the_true_date_is_not_before_the_early_one(self) -> None:
-        """In 95 % of 60 series or more: fewer than 53 have a probability of 1 %."""
+        """In 95 % of 30 series or more: fewer than 25 have a probability of 0.1 %."""
         true = 30.0
         early = []
-        for seed in range(60):
+        for seed in range(30):
             series = simulated(seed, 10, slope=0.5)
             early.append(due_date(course_of(series), 0.5 * true).early)
-        assert sum(date <= true for date in early) >= 53
+        assert sum(date <= true for date in early) >= 25
         # And it says something: half of them are later than the last day by a fifth of the way.
         assert np.median(early) > 9.0 + 0.2 * (true - 9.0)
 
