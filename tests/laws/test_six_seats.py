@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from pretravel.directions import fibonacci_cap
+from pretravel.errors import PretravelError
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.trigger.response import ProbeResponse, probe_response
 from pretravel.trigger.seats import seat_statics
 from pretravel.trigger.six_seat_basis import SixSeatBasis
 from pretravel.trigger.six_seat_slopes import six_seat_pretravel
-from pretravel.trigger.six_seats import PARAMETERS, six_seat_response
+from pretravel.trigger.six_seats import PARAMETERS, six_seat_response, six_seats
 
 CAP = fibonacci_cap(200, np.radians(88.0))
 PROBE = load_probe("omp40-2-100mm")
@@ -119,3 +120,19 @@ def test_basis_sums_as_its_functions_do() -> None:
     basis = SixSeatBasis(_numbers(PROBE, described), 3.0)
     coefficients = np.random.default_rng(2).standard_normal(basis.size)
     assert basis.value(CAP, coefficients) == pytest.approx(basis.design(CAP) @ coefficients)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 2.0])
+def test_a_spring_beyond_half_of_the_radius_lifts_the_opposite_rod(azimuth: float) -> None:
+    """The rod at azimuth a carries (1 + 2 s · e(a)) / 3 of a spring at s, in radii of the rods."""
+    described = probe_response(PROBE)
+    for distance, held in ((0.499, True), (0.501, False)):
+        x, y = -distance * np.cos(azimuth), -distance * np.sin(azimuth)
+        values = _numbers(PROBE, described, rod_azimuth=azimuth, spring_x=x, spring_y=y)
+        if held:
+            carried = six_seats(values).at_rest.reshape(3, 2).sum(axis=1)
+            sine = np.sin(PROBE.seats.support_angle)
+            assert carried[0] * sine == pytest.approx((1.0 - 2.0 * distance) / 3.0, abs=1e-12)
+        else:
+            with pytest.raises(PretravelError, match="do not hold the tripod"):
+                six_seats(values)
