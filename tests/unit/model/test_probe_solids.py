@@ -15,8 +15,9 @@ from pretravel.model.fem import free_body
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import finite_element_model
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.model.fem.geometry import probe_solids, write_step
+from pretravel.model.fem.geometry import _reentrant_edges, probe_solids, write_step
 from pretravel.model.fem.mesh import MeshSettings, mesh_solids
+from pretravel.model.fem.regions import ProbeSolid
 from pretravel.probe.catalogue import description_text, load_probe, parse_probe
 from pretravel.probe.description import Probe, StepGeometry
 from pretravel.probe.materials import material
@@ -261,3 +262,13 @@ def test_what_carries_the_seats_is_of_the_tripods_material(
     probe = replace(step_probe, step=replace(step_probe.step, materials=materials))
     with pytest.raises(DescriptionError, match="'tripod: Tripod' carries seats"):
         finite_element_model(probe, probe_solids(probe), step_mesh)
+
+
+def test_the_inner_edge_of_an_angle_is_reentrant() -> None:
+    """A foot and a wall of 2 mm width, in one shape: of all edges only the inner one."""
+    foot, wall = Box(Pnt(0, 0, 0), Pnt(4, 2, 1)), Box(Pnt(0, 0, 1), Pnt(1, 2, 3))
+    parts = [ProbeSolid(name, solid, material("steel"), False)
+             for name, solid in (("foot", foot), ("wall", wall))]  # fmt: skip
+    ((edge, diameter),) = _reentrant_edges(Glue([foot, wall]), parts, 0.05)
+    assert (edge.center.x, edge.center.y, edge.center.z) == pytest.approx((1.0, 1.0, 1.0))
+    assert diameter == pytest.approx(2.0 / np.pi)
