@@ -82,7 +82,9 @@ class TestCodeBesideAPart:
         )
         assert done.stdout == "measuring room\n", done.stderr
 
-    @pytest.mark.parametrize("module", [["-m", "pretravel"], ["-mpretravel"]])
+    @pytest.mark.parametrize(
+        "module", [["-mpretravel"], pytest.param(["-m", "pretravel"], marks=pytest.mark.slow)]
+    )
     def test_the_folder_of_the_libraries_can_be_the_current_one(self, module: list[str]) -> None:
         """What this process has imported from there is there for the other process too."""
         import numpy as np
