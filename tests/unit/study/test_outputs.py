@@ -9,12 +9,15 @@ import pytest
 
 from pretravel.compensation.comparison import compare_corrections
 from pretravel.jobs.predict import predict_probe
+from pretravel.model.fem.reduction_cache import reduced_model
 from pretravel.probe.catalogue import load_probe
 from pretravel.study.definition import Study, study_in
 from pretravel.study.outputs import outcome_of
 from pretravel.toml_file import parse_toml
+from pretravel.trigger.elastic_field import field_at_trigger
 from pretravel.trigger.predict import predict
 from pretravel.units import MICROMETRE
+from tests.support.coarse_models import models_by_name_are_coarse
 
 FACTOR = '[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0, 5.91]\n'
 
@@ -75,6 +78,23 @@ def test_a_delay_adds_feed_times_delay(tmp_path: Path) -> None:
     for which in ("least", "mean", "greatest"):
         name = f"travel_since_contact_{which}"
         assert moving[name] - still[name] == pytest.approx(15.0, abs=1e-6)
+
+
+def test_stress_is_the_highest_of_all_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Computed one by one from the field; all loads grow with the preload, and so do stresses."""
+    models_by_name_are_coarse(monkeypatch)
+    more = '[directions]\nazimuth_deg = "0:60:60"\npolar_deg = "90:90:10"\n'
+    fem = study("stress", more + '[prediction]\nmodel = "fem"\n')
+    found = outcome_of(fem, {}).numbers["stress_greatest"]
+    probe = load_probe("omp40-2")
+    each = [
+        field_at_trigger(probe, [np.cos(a), np.sin(a), 0.0], reduced_model(probe)).stress.max()
+        for a in (0.0, np.pi / 3.0)
+    ]
+    assert found == pytest.approx(max(each), rel=1e-9)
+    assert max(each) > 1.01 * min(each)
+    less = outcome_of(fem, {"spring.preload_N": 4.0}).numbers["stress_greatest"]
+    assert less / found == pytest.approx(4.0 / 5.91, rel=1e-9)
 
 
 def test_outputs_that_lack_something_say_what() -> None:
