@@ -111,6 +111,8 @@ def probe_frame_pretravel(pretravel_map: PretravelMap, directions: FloatArray) -
     return pretravel_map.pretravel(directions @ pretravel_map.rotation.T, extrapolate=True)
 
 
+_AZIMUTH_STEP = 0.41 * DEGREE
+"""Between the directions in which forms are compared with their map; no part of steps of tables."""
 _FEW = 29
 """One direction in so many is a first look; a prime number, so that all azimuths occur."""
 
@@ -128,7 +130,7 @@ class MapSamples:
         # Not the nodes of tables, where a table is exact; the borders are included.
         polar = np.arange(band.lowest + 0.15 * _FINE, band.highest, 0.37 * _FINE)
         polar = np.concatenate([[band.lowest], polar, [band.highest]])
-        azimuth = np.arange(0.17, 360.0, 0.41) * DEGREE
+        azimuth = np.arange(0.17 * DEGREE, 2.0 * np.pi, _AZIMUTH_STEP)
         self._directions = grid(polar, azimuth)
         self._values = probe_frame_pretravel(pretravel_map, self._directions)
 

@@ -110,16 +110,16 @@ def test_a_full_disk_is_said_and_what_was_done_is_kept(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
     done = subprocess.run(
-        command(tmp_path, 150), cwd=tmp_path, preexec_fn=limited, capture_output=True, text=True
+        command(tmp_path, 60), cwd=tmp_path, preexec_fn=limited, capture_output=True, text=True
     )
     assert done.returncode == 2
     assert "study.nc.journal cannot be written" in done.stderr
     assert "run the command again" in done.stderr
     assert "Traceback" not in done.stderr
-    with Journal(journal_path(tmp_path / "study.nc"), digest_of(study(150))) as opened:
-        assert 0 < len(opened.done()) < 300
-    subprocess.run(command(tmp_path, 150), cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
-    assert len(read_results(tmp_path / "study.nc")) == 300
+    with Journal(journal_path(tmp_path / "study.nc"), digest_of(study(60))) as opened:
+        assert 0 < len(opened.done()) < 120
+    subprocess.run(command(tmp_path, 60), cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+    assert len(read_results(tmp_path / "study.nc")) == 120
 
 
 def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:

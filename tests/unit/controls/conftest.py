@@ -1,0 +1,17 @@
+"""Programs of controls are run; how closely their tables follow a map is tested in one file."""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.controls import lookup
+from pretravel.units import DEGREE
+
+
+@pytest.fixture(autouse=True)
+def _forms_are_compared_in_fewer_directions(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tenth of them, but where the errors of tables are tested."""
+    if request.path.name != "test_lookup.py":
+        monkeypatch.setattr(lookup, "_AZIMUTH_STEP", 4.1 * DEGREE)
