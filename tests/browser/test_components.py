@@ -155,18 +155,24 @@ def test_uploads_are_limited_by_the_server(screen: Any) -> None:
     assert "large.txt" not in screen.inner_text("main")
 
 
-def test_files_are_chosen_and_tables_sorted_with_the_keyboard(screen: Any) -> None:
+def test_files_are_chosen_and_tables_sorted_with_the_keyboard(
+    screen: Any, workbench: RunningWorkbench
+) -> None:
+    """In a new tab: chromium opens no chooser for a key in one that was behind another."""
+    screen = screen.context.new_page()
+    opened(screen, f"{workbench.address}components")
     drop(screen, "b.txt", b"1\n2\n")
     drop(screen, "c.txt", b"1\n" * 10)
     screen.wait_for_selector("td >> text=c.txt")
     given = {"name": "d.txt", "mimeType": "text/plain", "buffer": b"1\n1\n1\n"}
-    screen.on("filechooser", lambda chooser: chooser.set_files(given))
     screen.locator(".skip").focus()
     for _ in range(30):
         screen.keyboard.press("Tab")
         if screen.evaluate("document.activeElement.className") == "file-drop-input":
             break
-    screen.keyboard.press("Enter")
+    with screen.expect_file_chooser() as waiting:
+        screen.keyboard.press("Enter")
+    waiting.value.set_files(given)
     screen.wait_for_selector("td >> text=d.txt")
     heading = screen.get_by_role("button", name="lines", exact=True)
     for order in ("ascending", "descending"):
@@ -259,6 +265,8 @@ def test_a_click_that_ends_the_typing_gives_the_result_of_what_was_typed(screen:
 
 
 def test_a_page_loads_nothing_from_elsewhere(page: Any, workbench: RunningWorkbench) -> None:
+    """In a tab of its own: the scripts of the page are not in its memory yet."""
+    page = page.context.new_page()
     asked: set[str] = set()
     page.on("request", lambda request: asked.add(request.url))
     page.on("websocket", lambda socket: asked.add(socket.url))

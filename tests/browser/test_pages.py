@@ -88,8 +88,9 @@ def test_all_pages_are_valid_html(pages: dict[str, Path], tmp_path: Path) -> Non
     for name, path in pages.items():  # two megabytes of letters need no validation
         text = re.sub(r"[A-Za-z0-9+/=]{1000,}", "AAAA", path.read_text(encoding="utf-8"))
         (tmp_path / f"{name}.html").write_text(text, encoding="utf-8")
+    quick = ("-XX:TieredStopAtLevel=1", "-XX:+UseSerialGC")  # of a program of some seconds
     done = subprocess.run(
-        ["java", "-Xss1024k", "-jar", str(jar), "--format", "json", str(tmp_path)],
+        ["java", "-Xss1024k", *quick, "-jar", str(jar), "--format", "json", str(tmp_path)],
         capture_output=True, check=False, timeout=300,
     )  # fmt: skip
     found = json.loads(done.stderr)["messages"]

@@ -45,13 +45,18 @@ QUESTIONS = {
 FIRST = 1
 """Results of the search among which this page is."""
 LOOKED_AT = (
-    "index.html",
-    "tutorials/first-qualification.html",
     "reference/commands-qualify.html",
-    "reference/csv-columns.html",
     "gallery/index.html",
+    *(
+        pytest.param(name, marks=pytest.mark.slow)
+        for name in (
+            "index.html",
+            "tutorials/first-qualification.html",
+            "reference/csv-columns.html",
+        )
+    ),
 )
-"""Pages of each sort, for the accessibility in a browser."""
+"""Pages of each sort, for the accessibility in a browser: code and tables, pictures, others."""
 
 
 @pytest.fixture(scope="module")
