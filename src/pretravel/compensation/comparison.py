@@ -135,11 +135,12 @@ def _largest(*errors: FloatArray) -> float:
 
 
 def _supported(pretravel_map: PretravelMap) -> FloatArray:
-    """Directions spread over all that the map supports, machine frame."""
+    """Directions spread over all that the map supports, machine frame.
+
+    They are some 2° apart, so that several lie within the margin of any node.
+    """
     sphere = fibonacci_cap(_COUNT, np.pi)
     held = sphere[pretravel_map.support.supports(sphere)]
-    if not len(held):  # a ring, whose margin contains none of the spread directions
-        held = pretravel_map.support.nodes
     return np.asarray(held @ pretravel_map.rotation.T)
 
 

@@ -8,9 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.comparison import UNCORRECTED, compare_corrections
-from pretravel.directions import ring_pattern
-from pretravel.errors import ExtrapolationError
+from pretravel.compensation.comparison import (
+    UNCORRECTED,
+    _supported,
+    _wozniak,
+    compare_corrections,
+)
+from pretravel.directions import from_angles, ring_pattern
+from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.formats.map_file import write_map
 from pretravel.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -68,11 +73,77 @@ class TestComparison:
         assert left["Woźniak", "all"].largest < 1e-12
         assert left["eight sectors", "equator"].largest > 1e-4
 
+    def test_wozniak_s_lobes_are_fitted_by_least_squares(self) -> None:
+        """No other azimuth and constant leave less, over all directions, of lobes of a harmonic."""
+        small = lobes(3, phase=50 * DEGREE)
+        small = replace(small, coefficients=small.coefficients * [0.2, 1.0, 1.0])
+        (left,) = (
+            r.rms
+            for r in compare_corrections(small).rows
+            if (r.method, r.where) == ("Woźniak", "all")
+        )
+        n = _supported(small)
+        truth = small.pretravel(n)
+        for lobe in np.arange(0.5, 120.0, 5.0) * DEGREE:
+            shape = WozniakBasis(float(lobe)).design(n)[:, :1]
+            other = truth - shape @ np.linalg.lstsq(shape, truth, rcond=None)[0]
+            # The search has steps of a degree; between them little is gained.
+            assert left <= np.sqrt(np.mean(other**2)) * (1.0 + 1e-4), lobe
+
     def test_along_the_axis_controls_have_their_length(self) -> None:
         up = np.array([[0.0, 0.0, 1.0]])
         result = compare_corrections(example_map(), up)
         part = {row.method: row.largest for row in result.rows if row.where == "part"}
         assert part["mean radius"] == pytest.approx(0.0, abs=1e-12)
+
+    def test_between_axis_and_plane_radii_are_interpolated_by_the_normal(self) -> None:
+        """Pretravel 10 mm and 1 mm of lobes on the equator, 10 mm along the axis; at 30° above the
+        plane, half of the way. A map without the axis has the radii of the plane above it too."""
+        way = np.array([44.0, 46.0, 134.0, 136.0, 224.0, 226.0, 314.0, 316.0])
+        for rings, polar, share in (([0, 30, 60, 90], 60.0, 0.5), ([90], 87.0, 1.0)):
+            n = from_angles(polar * DEGREE, way * DEGREE)
+            held_along = DirectionSupport(ring_pattern(np.array(rings) * DEGREE, 24))
+            made = replace(lobes(3, phase=20 * DEGREE), support=held_along)
+            truth = 10.0 + np.sin(polar * DEGREE) ** 3 * np.cos(3.0 * way * DEGREE - 20.0 * DEGREE)
+            held = 10.0 + np.cos(np.array([0.0, 270.0, 180.0, 90.0]) * DEGREE - 20.0 * DEGREE)
+            nearest = held[np.array([0, 1, 1, 2, 2, 3, 3, 0])]
+            both = 0.5 * (held[:2] + held[2:])[np.array([0, 1, 1, 0, 0, 1, 1, 0])]
+            part = {r.method: r for r in compare_corrections(made, n).rows if r.where == "part"}
+            for method, across in (
+                ("four directions", nearest), ("two axis radii", both), ("mean radius", 10.0),
+            ):  # fmt: skip
+                left = 10.0 + share * (across - 10.0) - truth
+                assert part[method].largest == pytest.approx(np.abs(left).max(), abs=1e-9), method
+                rms = np.sqrt(np.mean(left**2))
+                assert part[method].rms == pytest.approx(rms, abs=1e-9), method
+                assert part[method].count == 8
+
+    def test_all_directions_turn_with_the_probe(self) -> None:
+        """Of a probe tilted by 8°, which is more than the margin of the map."""
+        flat = replace(lobes(3), covariance=Covariance.independent([4.0, 0.0, 0.0]))
+        mean_of_one = HarmonicBasis(np.array([[0, 0]])).design(np.eye(3)[2:])[0, 0]
+        found = compare_corrections(flat)
+        assert found.u_map == pytest.approx(2.0 * mean_of_one)
+        assert compare_corrections(lobes(3)).u_map == 0.0
+        assert np.array_equal(found.azimuth_deg, np.arange(360.0))
+        azimuth = np.arange(360.0) * DEGREE
+        assert found.curves[UNCORRECTED] == pytest.approx(-10.0 - np.cos(3.0 * azimuth))
+        assert found.curves["mean radius"] == pytest.approx(-np.cos(3.0 * azimuth))
+        counts = {(r.method, r.where): r.count for r in found.rows}
+        assert counts["full map", "equator"] == 360
+        tilted = replace(flat, rotation=probe_rotation(from_angles(8.0 * DEGREE, 0.0)[0]))
+        normals = _supported(tilted)
+        assert counts["full map", "all"] == len(normals)
+        assert tilted.supports(normals).all()
+        assert not tilted.supports(normals @ np.diag([-1.0, 1.0, 1.0])).all()
+
+    def test_a_map_along_the_axis_alone_has_no_lobes(self) -> None:
+        axis = PretravelMap(
+            HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.none(1),
+            DirectionSupport([[0.0, 0.0, 1.0]]), tip_radius=3.0,
+        )  # fmt: skip
+        with pytest.raises(PretravelError, match="holds along the axis only"):
+            _wozniak(axis, np.array([[0.0, 0.0, 1.0]]))
 
     def test_a_map_that_does_not_hold_on_the_equator(self) -> None:
         cap = PretravelMap(
