@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.errors import InputError, PretravelError
+from pretravel.surface.cad import iges_reader
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
@@ -68,6 +69,16 @@ def test_gaps_up_to_the_tolerance_are_joined(tmp_path: Path) -> None:
                 read_part(file)
 
 
+def _with_kinds(path: Path, kinds: list[int]) -> Path:
+    """A file of lines whose entities have other types in the directory: two lines for each."""
+    rows = write_iges(path, [], lines=len(kinds)).read_text(encoding="ascii").splitlines()
+    directory = [i for i, row in enumerate(rows) if row[72:73] == "D"]
+    for i, place in enumerate(directory):
+        rows[place] = f"{kinds[i // 2]:>8}" + rows[place][8:]
+    path.write_text("\n".join(rows) + "\n", encoding="ascii")
+    return path
+
+
 class TestHeader:
     def test_a_wrong_length_of_a_string_is_refused(self, tmp_path: Path) -> None:
         """The kernel itself takes the millimetres of this file for inches, without a message."""
@@ -100,6 +111,40 @@ class TestRefusals:
         file = write_iges(tmp_path / "wires.igs", [], lines=3)
         with pytest.raises(InputError, match=r"wires\.igs: contains no surfaces, only curves; exp"):
             read_part(file)
+
+    @pytest.mark.parametrize(
+        ("kinds", "has"),
+        [
+            *(([kind], ", only curves") for kind in (100, 102, 104, 106, 110, 112, 126, 130)),
+            ([116], ", only points"),
+            ([110, 116], ", only curves and points"),
+            ([124], ""),  # a transformation matrix
+            ([], ""),
+        ],
+    )
+    def test_what_a_file_has_instead_of_surfaces(
+        self, kinds: list[int], has: str, tmp_path: Path
+    ) -> None:
+        """Types of entities of IGES 5.3, table 3: curves and points are geometry without faces."""
+        file = _with_kinds(tmp_path / "wires.igs", kinds)
+        with pytest.raises(InputError, match=rf"contains no surfaces{has}; export the part"):
+            read_part(file)
+
+    @pytest.mark.parametrize(
+        "kind", [108, 114, 118, 120, 122, 128, 140, 143, 144, 186, 190, 192, 194, 196, 198]
+    )
+    def test_every_kind_of_surface_is_left_to_the_kernel(
+        self, kind: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Types of entities of IGES 5.3, tables 3 and 4: surfaces, and a solid (186)."""
+
+        def kernel(copy: Path, folder: Path) -> None:
+            assert copy.suffix == ".iges"
+            raise NotImplementedError
+
+        monkeypatch.setattr(iges_reader, "run_kernel", kernel)
+        with pytest.raises(NotImplementedError):
+            read_part(_with_kinds(tmp_path / "part.igs", [110, kind]))
 
     def test_no_iges_and_half_of_one(self, tmp_path: Path) -> None:
         file = tmp_path / "text.igs"
