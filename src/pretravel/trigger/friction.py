@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
+from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.model.fem.condensation import ReducedModel
@@ -39,7 +39,8 @@ LARGEST_OVERTRAVEL = 1.0
 """Beyond a millimetre the tripod turns too far for its equations. [mm]"""
 MOST_STEPS = 1_000_000
 """Steps of all cycles and directions together that are kept: each is about a kilobyte."""
-_BISECTIONS = 24  # of a step, where a seat opens or closes
+_LOCATED = 2.0**-24
+"""Where a seat opens or closes: to this share of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -394,17 +395,24 @@ def _located(
     end: FloatArray,
     quantity: Callable[[SeatMechanism, SeatState], FloatArray],
 ) -> SeatState:
-    """The state at which a quantity changes its sign on the way to a deflection, by bisection."""
+    """The state at which a quantity changes its sign on the way to a deflection."""
+    from scipy.optimize.elementwise import find_root
+
     origin = mechanism.deflection(before)
-    low, high = np.zeros(len(origin)), np.ones(len(origin))
-    positive = quantity(mechanism, before) > 0.0
-    for _ in range(_BISECTIONS):
-        share = 0.5 * (low + high)
-        state = equilibrium(mechanism, before, origin + share * (end - origin))
-        first_half = (quantity(mechanism, state) > 0.0) != positive
-        high = np.where(first_half, share, high)
-        low = np.where(first_half, low, share)
-    return state
+
+    def state_at(share: FloatArray, rows: IntArray) -> SeatState:
+        target = origin[rows] + share * (end - origin)[rows]
+        return equilibrium(mechanism.rows(rows), before.rows(rows), target)
+
+    def quantity_at(share: FloatArray, rows: IntArray) -> FloatArray:
+        return quantity(mechanism.rows(rows), state_at(share, rows))
+
+    every = np.arange(len(origin))
+    found = find_root(
+        quantity_at, (np.zeros(len(origin)), np.ones(len(origin))), args=(every,),
+        tolerances={"xatol": _LOCATED, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0},
+    )  # fmt: skip
+    return state_at(np.where(found.success, found.x, 1.0), every)
 
 
 def _check_opened(history: _History, cycle: int, reach: FloatArray, base: FloatArray) -> None:
