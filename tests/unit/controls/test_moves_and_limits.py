@@ -156,7 +156,7 @@ def test_a_sphere_blocks_what_its_distances_say(touching: bool, shank: float) ->
     rng = np.random.default_rng(7)
     ball = SphereObstacle(np.array([1.0, 2.0, 3.0]), 12.5, shank)
     machine = replace(MACHINE, stem_diameter=3.0, clearance=0.9)
-    start = rng.uniform(-40.0, 40.0, (40, 3)) + [0.0, 0.0, -10.0]
+    start = rng.uniform(-40.0, 40.0, (40, 3)) - 10.0 * UP
     end = start + rng.uniform(-15.0, 15.0, (40, 3))
     found = (ball.blocks_touch if touching else ball.blocks)(machine, start, end)
     decided = 0
@@ -184,7 +184,7 @@ def test_surroundings_are_all_obstacles() -> None:
     assert both.block(start, end).tolist() == [True, True, False]
     # The tip arrives at each sphere from above; beside the other one its stem is free.
     contact = np.array([[0.0, 0.0, 8.0], [40.0, 0.0, 21.0]])
-    assert both.block_touch(contact + [0.0, 0.0, 2.0], contact).tolist() == [False, False]
+    assert both.block_touch(contact + 2.0 * UP, contact).tolist() == [False, False]
     nothing = Surroundings(MACHINE)
     assert not nothing.known
     assert nothing.lowest_travel == -math.inf
@@ -300,8 +300,8 @@ class TestWays:
         self, targets: Targets, obstacles: tuple[_Wall, ...], height: float
     ) -> None:
         plan_program(targets, replace(MACHINE, safe_height=height), title="t", obstacles=obstacles)
+        low = replace(MACHINE, safe_height=height - 1e-3)
         with pytest.raises(PretravelError, match=f"must be at {height:.3f} mm at least"):
-            low = replace(MACHINE, safe_height=height - 1e-3)
             plan_program(targets, low, title="t", obstacles=obstacles)
 
     @pytest.mark.parametrize("axis", range(3))
@@ -311,7 +311,7 @@ class TestWays:
         coordinates lie at (100, 200, 300)."""
         moves = touch_moves(Targets([[10.0, 20.0, 0.0]], UP), MACHINE)
         reached = np.array([[110.0, 110.0], [220.0, 220.0], [301.0, 350.0]])
-        limits = reached + [-5.0, 5.0]
+        limits = reached + np.array([-5.0, 5.0])
         limits[axis, side] = reached[axis, side]
         way = [np.array([[10.0, 20.0, 50.0]])]
         inside = replace(MACHINE, work=work_placement(100, 200, 300), limits=limits)
@@ -424,7 +424,7 @@ class TestProgram:
         for name in ("a", "1", "a-b_c.d", "A.LOG"):
             assert f"(LOGOPEN,{name})" in linuxcnc_program(made, name)
         for name in ("", ".a", "é", "a b", "a%", "٣"):
-            with pytest.raises(PretravelError, match="letters, digits and -_. only"):
+            with pytest.raises(PretravelError, match=r"letters, digits and -_\. only"):
                 linuxcnc_program(made, name)
 
     def test_only_between_two_places_at_the_safe_height_the_feed_is_that_of_travel(self) -> None:

@@ -20,7 +20,7 @@ from pretravel.surface.cad.trim import Trim
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.curves import Curve, Line
 from pretravel.surface.search import ContactProblem, ContactSearch
-from pretravel.surface.shapes import Plane
+from pretravel.surface.shapes import Plane, Sphere
 
 HALF = np.array([10.0, 4.0, 2.5])
 """Half sides of the box, which are all different."""
@@ -93,6 +93,73 @@ def test_the_nearest_face_is_that_of_the_smallest_distance(chosen: tuple[int, ..
         foot = own.derivatives(uv[face == i])[0]
         axis, side = divmod(int(i), 2)
         assert foot[:, axis] == pytest.approx((2 * side - 1) * HALF[axis])
+
+
+def test_near_an_edge_the_nearer_of_its_faces_is_found() -> None:
+    """Inside the box, 0.03 to 0.2 mm from both faces of an edge: a sample of the farther face can
+    be the nearest one. The feet lie within the faces, so that the distances are exact."""
+    rng, part = np.random.default_rng(6), _box()
+    points = rng.uniform(-0.8, 0.8, (1500, 3)) * HALF
+    beside = np.array([[0, 1], [1, 2], [2, 0]])[rng.integers(0, 3, 1500)]
+    for axis in beside.T:
+        inwards = rng.uniform(0.03, 0.2, 1500)
+        points[np.arange(1500), axis] = rng.choice([-1.0, 1.0], 1500) * (HALF[axis] - inwards)
+    face, uv = ContactSearch(part, 1500)._nearest_faces(points)
+    distances = np.stack([_distance(points, i) for i in range(6)], axis=1)
+    found = distances[np.arange(1500), face]
+    assert found == pytest.approx(distances.min(axis=1), abs=1e-9)
+    nearest_sample = part.cloud.face[part.cloud.tree.query(points)[1]]
+    assert np.sum(nearest_sample != face) > 10
+    for i in range(6):
+        foot = part.faces[i].derivatives(uv[face == i])[0]
+        apart = np.linalg.norm(foot - points[face == i], axis=1)
+        assert apart == pytest.approx(found[face == i], abs=1e-9)
+
+
+def _plate(number: int, low: float, high: float, z: float) -> Face:
+    plane = Plane([0.0, 0.0, z], [0.0, 0.0, 1.0])
+    corners = np.array([[low, -4, z], [high, -4, z], [high, 4, z], [low, 4, z], [low, -4, z]])
+    ring = plane.nearest(corners)
+    return Face(number, "", "plane", plane, Trim([ring], plane.domain.period), False, (ring,))
+
+
+@pytest.mark.parametrize(("depth", "met"), [(7.0, True), (14.0, True), (19.0, False)])
+def test_other_faces_count_up_to_twice_the_distance_of_the_expected_one(
+    depth: float, met: bool
+) -> None:
+    """Expected 5 mm beside an upper plate, 7 mm below the start: the reach is 1.1 * 7 + 0.1 mm,
+    and a lower plate counts up to 2 * 5 + 7.8 mm. Two balls beside it meet the upper one."""
+    part = Part("two", (_plate(1, -10.0, 10.0, 0.0), _plate(2, 12.0, 30.0, -depth)), (0, 1))
+    near = np.array([[0.0, 0.0, 0.0], [15.0, 0.0, 0.0], [-9.0, 1.0, 0.0]])
+    down = np.tile([0.0, 0.0, -1.0], (3, 1))
+    search = ContactSearch(part, 3)
+    lines = Lines(near - 7.0 * down, down)
+    search.face[:] = 0  # as found before
+    search.uv = part.faces[0].nearest(near)
+    search.solve(near, ContactProblem(lines, lambda rows: ball_center(1.0), against=down))
+    found = search.contacts()
+    assert found.solved.tolist() == [True, met, True]
+    if met:
+        assert found.face.tolist() == [0, 1, 0]
+        assert found.length == pytest.approx([6.0, 6.0 + depth, 6.0])
+        assert found.local.point[1] == pytest.approx([15.0, 0.0, -depth])
+
+
+def test_a_contact_that_faces_away_does_not_count_on_a_single_surface() -> None:
+    """A ball inside a sphere, which moves along +z: it meets the upper half from below."""
+    ball = Sphere([0.0, 0.0, 0.0], 10.0)
+    up = np.array([[0.0, 0.0, 1.0]])
+    start = np.array([[0.0, 0.0, 0.0]])
+    for against, solved in ((None, True), (up, False)):
+        search = ContactSearch(ball, 1)
+        problem = ContactProblem(Lines(start, up), lambda rows: ball_center(1.0), against)
+        search.solve(np.array([[0.1, 0.2, 10.0]]), problem)
+        found = search.contacts()
+        assert found.solved.tolist() == [solved]
+        assert found.face.tolist() == [0]
+        if solved:
+            assert found.length == pytest.approx([11.0])
+            assert found.local.point[0] == pytest.approx([0.0, 0.0, 10.0], abs=1e-9)
 
 
 def test_balls_meet_the_side_that_they_are_sent_to() -> None:
