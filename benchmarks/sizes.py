@@ -31,7 +31,7 @@ class Sizes:
     surface_touches: int = 100_000
     trials: int = 100_000
     long_touches: int = 10_000_000
-    designs: int = 4_000
+    designs: int = 20_000
     element_designs: int = 50
     looped: int = 2_000
     stepped: int = 40
