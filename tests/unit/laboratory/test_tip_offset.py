@@ -287,3 +287,30 @@ def test_touches_beside_the_equator_alone_are_refused() -> None:
     steep = touched((0, 180), normals=from_angles(0.5, np.radians(np.arange(0.0, 360.0, 10.0))))
     with pytest.raises(PretravelError, match=r"^0 directions across the axis were touched at each"):
         check_tip_offset(steep, CalibratedSphere(25.0), tip_diameter=6.0)
+
+
+@pytest.mark.parametrize("offset", [(0.0, 5.0), (3.0, -4.0)])
+def test_u_of_the_offset_is_that_along_it(offset: tuple[float, float]) -> None:
+    """Directions about the x axis alone, at 0° and at half a turn: the centres are more
+    certain along x than along y. The offset is half the difference of two circles: along a unit
+    vector t its variance is s² tᵀ C t / 2, with s² from the repeats and C of a fitted circle."""
+    normals = from_angles(0.5 * np.pi, np.radians([-60.0, -20.0, 10.0, 50.0, 130.0, 170.0]))
+    made = touched((0, 180), offset=np.array(offset) * UM, normals=normals, noise=2e-5, runs=4)
+    x, y, size, run_out, _ = check_tip_offset(made, CalibratedSphere(25.0)).figures
+    places = np.round((made.positions - [10.0, 20.0, 30.0])[:, :2], 12).reshape(4, 2, 6, 2)
+    outward = normals[:, :2]
+    along = np.sum((places - places.mean(axis=0)) * outward, axis=-1)
+    design = np.hstack([outward, np.ones((6, 1))])
+    cofactor = np.linalg.inv(design.T @ design)[:2, :2]
+    covariance = 0.5 * np.sum(along**2) / (3 * 2 * 6) / 4.0 * cofactor
+    assert covariance[1, 1] != pytest.approx(covariance[0, 0], rel=0.1)
+    towards = np.array([x.value, y.value]) / size.value
+    shown = ((x, np.eye(2)[0], 1.0), (y, np.eye(2)[1], 1.0), (size, towards, 1.0))
+    for figure, t, factor in (*shown, (run_out, towards, 2.0)):
+        part = figure.components[0]
+        expected = factor * math.sqrt(t @ covariance @ t)
+        # Directions are those of the touches about the fitted circle, which noise moves.
+        assert part.standard_uncertainty == pytest.approx(expected, rel=1e-3)
+        assert part.dof == 36.0
+    assert run_out.value == pytest.approx(2.0 * size.value, rel=1e-12)
+    assert size.value == pytest.approx(math.hypot(x.value, y.value), rel=1e-12)
