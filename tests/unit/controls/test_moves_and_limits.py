@@ -158,6 +158,10 @@ def test_a_sphere_blocks_what_its_distances_say(touching: bool, shank: float) ->
     machine = replace(MACHINE, stem_diameter=3.0, clearance=0.9)
     start = rng.uniform(-40.0, 40.0, (40, 3)) - 10.0 * UP
     end = start + rng.uniform(-15.0, 15.0, (40, 3))
+    # Some beside the stem alone, which is free from 12.5 + 1.5 mm and the clearance.
+    beside = rng.uniform(12.8, 16.5, 10)
+    start[:10] = from_angles(0.5 * np.pi, rng.uniform(0.0, 6.0, 10)) * beside[:, None] + [1, 2, -22]
+    end[:10] = start[:10] + rng.uniform(-2.0, 2.0, (10, 1)) * UP
     found = (ball.blocks_touch if touching else ball.blocks)(machine, start, end)
     decided = 0
     for row in range(40):
@@ -168,7 +172,7 @@ def test_a_sphere_blocks_what_its_distances_say(touching: bool, shank: float) ->
         if abs(gap) > 0.2:
             decided += 1
             assert found[row] == (gap < 0.0), gap
-    assert decided > 33
+    assert decided > 30
     assert 5 < found.sum() < 35
 
 

@@ -228,7 +228,7 @@ class TestRefusals:
         lost = plan_program(targets, replace(machine, work=None), title="t")
         assert "does not state the place" in lost.unchecked[0]
 
-    @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41])
+    @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41, "é²"])
     def test_labels_that_would_break_a_log(self, label: str) -> None:
         with pytest.raises(PretravelError, match="its label"):
             plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=(label,)), MACHINE, title="t")
@@ -237,6 +237,14 @@ class TestRefusals:
         twice = Targets([[0.0, 0, 0]] * 2, [[0.0, 0, 1]] * 2, labels=("a", "a"))
         with pytest.raises(PretravelError, match="two targets are called 'a'"):
             plan_program(twice, MACHINE, title="t")
+
+    def test_a_feed_from_which_the_machine_cannot_stop(self) -> None:
+        """At 50 mm/s² 1898 mm/min need more than 10 mm; the feeds of a program replace the own."""
+        slow = replace(MACHINE, acceleration=50.0, positioning_feed=900.0, travel_feed=0.0)
+        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+        plan_program(one, slow, title="t", feeds=[1897.0])
+        with pytest.raises(PretravelError, match="measuring feed 1898 mm/min: after a contact"):
+            plan_program(one, slow, title="t", feeds=[50.0, 1898.0])
 
 
 class TestTargetsAndParts:
