@@ -1,0 +1,231 @@
+"""Refusals of touches on a reference just beyond their limits, and none just within them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.errors import PretravelError
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.observe import observe
+from pretravel.touches import Touches
+
+SETUP = QualificationSetup(25.0, tip_diameter=6.0)
+N = fibonacci_cap(25, np.radians(90.0))
+
+
+def _touches(n: np.ndarray = N, pretravel: float = 0.01, radius: float = 15.5) -> Touches:
+    """On a sphere about (10, 20, 30)."""
+    return Touches(n * (radius - pretravel) + [10.0, 20.0, 30.0], n)
+
+
+def _ring(pretravel: float = 0.01, count: int = 12, radius: float = 9.5) -> Touches:
+    outward = from_angles(0.5 * np.pi, np.arange(count) * (2.0 * np.pi / count))
+    return Touches(outward * (radius + pretravel), -outward)
+
+
+def _told(touches: Touches, setup: QualificationSetup = SETUP) -> str:
+    """The refusal, or nothing."""
+    try:
+        observe(touches, setup)
+    except PretravelError as error:
+        return str(error)
+    return ""
+
+
+class TestStrays:
+    FAR = "from the others, on a reference of 25 mm: its position is wrong"
+
+    def _moved(self, rows: list[int], way: float) -> Touches:
+        touches = _touches()
+        positions = touches.positions.copy()
+        middle = np.median(positions, axis=0)
+        positions[rows] = middle
+        positions[rows, 1] -= way
+        return replace(touches, positions=positions)
+
+    @pytest.mark.parametrize(("way", "far"), [(49.9, False), (50.1, True)])
+    def test_a_stray_is_two_diameters_away(self, way: float, far: bool) -> None:
+        told = _told(self._moved([20], way))
+        assert (self.FAR in told) == far
+        assert "are like that" not in told or not far
+        if far:
+            # The median moves with the stray, by less than the distance of two neighbours.
+            said = re.match(r"touch 21 lies (\S+) mm", told)
+            assert said is not None
+            assert float(said[1]) == pytest.approx(way, abs=2.0)
+
+    @pytest.mark.parametrize(("count", "few"), [(2, True), (5, True), (6, False)])
+    def test_more_than_a_fifth_are_no_strays(self, count: int, few: bool) -> None:
+        rows = [3, 6, 9, 12, 15, 18][:count]
+        told = _told(self._moved(rows, 1000.0))
+        assert told
+        assert (self.FAR in told) == few
+        assert told.startswith("touch 4 lies") == few
+        assert (f"({count} touches are like that)" in told) == few
+
+
+class TestFalseTrips:
+    def _off(self, rows: list[int], way: float) -> Touches:
+        touches = _touches(fibonacci_cap(40, np.radians(90.0)))
+        positions = touches.positions.copy()
+        for k, row in enumerate(rows):
+            positions[row] += touches.normals[row] * way * (1.0 + 0.1 * k)
+        return replace(touches, positions=positions)
+
+    @pytest.mark.parametrize(("way", "side"), [(0.5, "outside"), (-0.5, "inside")])
+    @pytest.mark.parametrize(("count", "few"), [(1, True), (3, True), (4, True), (5, False)])
+    def test_a_tenth_at_most_are_false_trips(
+        self, way: float, side: str, count: int, few: bool
+    ) -> None:
+        """The worst is named: the last, which is farthest off; the sphere follows it a little."""
+        rows = [2, 11, 21, 30, 38][:count]
+        told = _told(self._off(rows, way))
+        assert ("a false trip" in told) == few
+        if few:
+            said = re.match(rf"touch {rows[-1] + 1} lies about (\S+) mm {side} the sphere", told)
+            assert said is not None
+            assert float(said[1]) == pytest.approx(abs(way) * (0.9 + 0.1 * count), rel=0.35)
+            assert (f"({count} touches are like that)" in told) == (count > 1)
+
+    @pytest.mark.parametrize("ring", [False, True])
+    def test_no_pretravel_is_as_long_as_150_micrometres(self, ring: bool) -> None:
+        """One of many: the fit follows it by three or four of as many parts."""
+        count = 400
+        n = fibonacci_cap(count, np.radians(100.0))
+        for way, refused in ((0.145, False), (0.158, True)):
+            touches = _ring(count=count) if ring else _touches(n)
+            outward = -touches.normals if ring else touches.normals
+            positions = touches.positions.copy()
+            positions[7] += way * outward[7]
+            told = _told(
+                replace(touches, positions=positions), replace(SETUP, ring=ring, diameter=25.0)
+            )
+            assert ("a false trip" in told) == refused
+
+
+@pytest.mark.parametrize(
+    ("count", "words"), [(4, "4 touches in 4 directions are too few"), (5, "")]
+)
+def test_a_sphere_needs_five_directions(count: int, words: str) -> None:
+    assert words in _told(_touches(fibonacci_cap(count, 1.3)))
+    assert bool(words) == bool(_told(_touches(fibonacci_cap(count, 1.3))))
+
+
+@pytest.mark.parametrize(("count", "refused"), [(3, True), (4, False)])
+def test_a_ring_needs_four_directions(count: int, refused: bool) -> None:
+    told = _told(_ring(count=count), replace(SETUP, ring=True))
+    assert ("a ring needs touches in at least 4 directions" in told) == refused
+    assert bool(told) == refused
+
+
+@pytest.mark.parametrize(("polar", "plane"), [(0.5, True), (3.0, False)])
+def test_a_plane_is_thinner_than_a_fiftieth(polar: float, plane: bool) -> None:
+    """Touches on two parallels on either side of the equator, 0.5° or 3° from it: across it they
+    spread by sin(0.5°) = 0.009 or 0.05, along it by √½."""
+    height = np.radians(polar) * np.where(np.arange(24) % 2, 1.0, -1.0)
+    n = from_angles(0.5 * np.pi - height, np.arange(24) * (np.pi / 12.0))
+    assert ("in one plane (perpendicular to Z)" in _told(_touches(n))) == plane
+    turned = n[:, [2, 0, 1]]
+    assert ("in one plane (perpendicular to X)" in _told(_touches(turned))) == plane
+
+
+class TestRadius:
+    @pytest.mark.parametrize(
+        ("pretravel", "refused"), [(-0.021, True), (-0.019, False), (0.149, False), (0.151, True)]
+    )
+    @pytest.mark.parametrize("ring", [False, True])
+    def test_mean_pretravel(self, pretravel: float, refused: bool, ring: bool) -> None:
+        touches = _ring(pretravel) if ring else _touches(pretravel=pretravel)
+        told = _told(touches, replace(SETUP, ring=ring))
+        assert (f"a mean pretravel of {1e3 * pretravel:.1f} µm" in told) == refused
+        assert bool(told) == refused
+
+    def test_the_travel_of_a_delay_is_allowed_beside_it(self) -> None:
+        """30 ms at 600 mm/min: 0.3 mm."""
+        for pretravel, refused in ((0.449, False), (0.451, True)):
+            touches = replace(_touches(pretravel=pretravel), feeds=np.full(25, 600.0))
+            assert bool(_told(touches)) == refused
+
+    @pytest.mark.parametrize(
+        ("tip_radius", "refused"), [(0.049, True), (0.051, False), (7.49, False), (7.51, True)]
+    )
+    @pytest.mark.parametrize("ring", [False, True])
+    def test_a_tip_that_is_not_given(self, tip_radius: float, refused: bool, ring: bool) -> None:
+        """A tip has 0.05 mm of radius, and at most 0.6 of the reference's."""
+        setup = QualificationSetup(25.0, ring=ring)
+        radius = 12.5 - tip_radius if ring else 12.5 + tip_radius
+        touches = _ring(0.0, radius=radius) if ring else _touches(pretravel=0.0, radius=radius)
+        told = _told(touches, setup)
+        assert bool(told) == refused
+        if refused:
+            assert f"would mean a tip of {2.0 * tip_radius:.4f} mm diameter" in told
+            return
+        assert observe(touches, setup).tip_radius == pytest.approx(tip_radius, abs=1e-6)
+
+    @pytest.mark.parametrize("factor", [25.4, 1.0 / 25.4])
+    @pytest.mark.parametrize("ring", [False, True])
+    @pytest.mark.parametrize("tip", [6.0, None])
+    def test_another_unit(self, factor: float, ring: bool, tip: float | None) -> None:
+        touches = _ring() if ring else _touches()
+        other = replace(touches, positions=touches.positions * factor)
+        told = _told(other, QualificationSetup(25.0, tip, ring=ring))
+        words = "taken as inches" if factor > 1.0 else "the coordinates look like inches"
+        assert words in told
+        if tip is not None:
+            assert f"25.4 times {'as much' if factor < 1.0 else 'less'}" in told
+
+    @pytest.mark.parametrize(
+        ("radius", "words"),
+        [
+            (12.41, "already compensated"), (12.39, "check the diameter"),
+            (12.59, "already compensated"), (12.61, "check the diameter"),
+            (18.41, "tip's radius given"), (18.39, "check the diameter"),
+            (18.59, "tip's radius given"), (18.61, "check the diameter"),
+            (27.91, "sphere's radius given"), (27.89, "check the diameter"),
+            (28.09, "sphere's radius given"), (28.11, "check the diameter"),
+        ],
+    )  # fmt: skip
+    def test_a_likely_mistake_is_named_to_a_tenth_of_a_millimetre(
+        self, radius: float, words: str
+    ) -> None:
+        """Of a sphere of 25 mm and a tip of 6 mm: 12.5, 12.5 + 2 · 3 and 25 + 3 mm."""
+        told = _told(_touches(pretravel=0.0, radius=radius))
+        assert words in told
+        if words == "check the diameter":
+            assert f"the sphere would measure {2.0 * (radius - 3.0):.4f} mm" in told
+
+
+@pytest.mark.parametrize(("angle", "refused"), [(9.9, False), (10.1, True)])
+def test_a_normal_is_within_ten_degrees(angle: float, refused: bool) -> None:
+    touches = _touches()
+    normals = touches.normals.copy()
+    for row in (7, 12):
+        beside = np.cross(N[row], [0.6, -0.3, 0.2])
+        beside /= np.linalg.norm(beside)
+        normals[row] = np.cos(np.radians(angle)) * N[row] + np.sin(np.radians(angle)) * beside
+    told = _told(Touches(touches.positions, normals))
+    assert bool(told) == refused
+    if refused:
+        assert told.startswith("touch 8: its position or its normal is wrong")
+        assert "is 10° away from" in told
+        assert "2 of 25 touches are more than 10° off" in told
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_normals_of_the_other_sign(ring: bool) -> None:
+    touches = _ring() if ring else _touches()
+    told = _told(Touches(touches.positions, -touches.normals), replace(SETUP, ring=ring))
+    assert "point the wrong way" in told
+    assert ("towards its axis" in told) == ring
+    assert ("or is this a ring gauge" in told) != ring
+
+
+def test_repeats_are_numbered_as_they_appear() -> None:
+    order = np.array([7, 3, 7, 20, 3, 0, 20, 1, 2, 4, 5, 6])
+    found = observe(_touches(N[order]), SETUP)
+    assert found.groups.tolist() == [0, 1, 0, 2, 1, 3, 2, 4, 5, 6, 7, 8]
