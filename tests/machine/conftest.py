@@ -30,29 +30,34 @@ def control() -> None:
         )
 
 
-def environment() -> dict[str, str]:
-    """The environment, with the command pretravel of this Python on the path."""
+def environment(**variables: str) -> dict[str, str]:
+    """The environment, with the command pretravel of this Python on the path, and variables."""
     folders = (os.environ.get("FIRST_ON_PATH"), str(Path(sys.executable).parent))
     path = os.pathsep.join([*filter(None, folders), os.environ["PATH"]])
-    return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR))
+    return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR)) | variables
 
 
-def run_program(program: Path, probe: Path | None = None, code: int = 0) -> str:
+def run_program(
+    program: Path, probe: Path | None = None, code: int = 0, feed_override: float = 1.0
+) -> str:
     """Run G-code on the simulated machine; returns the output of the control.
 
     It waits as long as `simulate` does, which gives up where no state changes any more.
     """
     command = [str(SIMULATOR / "simulate"), str(program), *([str(probe)] if probe else [])]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
+    given = environment(PRETRAVEL_FEED_OVERRIDE=f"{feed_override:g}")
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=given)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
 
 
-def run_together(*runs: tuple[Path, Path | None, int]) -> list[str]:
+def run_together(
+    *runs: tuple[Path, Path | None, int] | tuple[Path, Path | None, int, float],
+) -> list[str]:
     """`run_program` of several programs at the same time, each in a folder of its own.
 
     Most of a run is waiting. Where the computer has no namespaces, they wait for each other.
     """
-    assert len({program.parent for program, _, _ in runs}) == len(runs)
+    assert len({program.parent for program, *_ in runs}) == len(runs)
     with ThreadPoolExecutor(len(runs)) as pool:
         return list(pool.map(lambda run: run_program(*run), runs))

@@ -119,7 +119,6 @@ class TestStateAndTool:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PRETRAVEL_STARTUP", "G20 G91 G55 G64 P0.001 G17 G94")
-        monkeypatch.setenv("PRETRAVEL_FEED_OVERRIDE", "0.5")
         # A latch by cycle shows the feed: 0.04 mm a cycle at 2400 mm/min.
         machine = replace(QUICK, measuring_feed=2400.0)
         folders = {name: tmp_path / name for name in ("slow", "fast", "stopped")}
@@ -129,17 +128,19 @@ class TestStateAndTool:
             probe = faulty(folder / "f.hal", SPIKE if folder.name == "stopped" else 0, 0)
             if folder.name != "stopped":
                 probe.write_text(probe.read_text() + "setp pretravel-probe.0.hardware-latch 0\n")
-        slow, stopped = run_together(
+        slow, _, stopped = run_together(
             *(
-                (folders[name] / "sphere.ngc", folders[name] / "f.hal", code)
-                for name, code in (("slow", 0), ("stopped", 1))
+                (folders[name] / "sphere.ngc", folders[name] / "f.hal", code, override)
+                for name, code, override in (
+                    ("slow", 0, 0.5),
+                    ("fast", 0, 1.0),
+                    ("stopped", 1, 0.5),
+                )
             )
         )
         # The end of a program (M2) itself selects G90 and G54.
         assert re.search(r"modes at the end: .*G20.*G64.*G90", slow)
         assert re.search(r"modes at the end: .*G20.*G55.*G64.*G91 ", stopped)
-        monkeypatch.delenv("PRETRAVEL_FEED_OVERRIDE")
-        run_program(folders["fast"] / "sphere.ngc", folders["fast"] / "f.hal")
         places = [
             read_own_log(folders[name] / "sphere.log").touches.positions.tolist()
             for name in ("slow", "fast")
