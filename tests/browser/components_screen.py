@@ -86,7 +86,7 @@ LINES = Task(
     "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
 )
 LONG = Task("long", wait_long, "Waiting", automatic=False, own_process=True)
-QUICK = Task("quick", quick, needs=("texts",), own_process=True)
+QUICK = Task("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
 def show(state: ScreenState) -> None:
@@ -108,7 +108,7 @@ def show(state: ScreenState) -> None:
             follow(state, LINES, lambda document: picture.update_figure(product(document)))
             with panel("Long work"):
                 outcome(state, LONG, lambda result: None, button="Wait")
-            outcome(state, QUICK, lambda result: None)
+            outcome(state, QUICK, lambda result: None, button="Count files")
             count = 1050
             values = [math.nan if n == 0 else float(n - 525) for n in range(count)]
             columns = (Column.of("row", [f"{n}" for n in range(count)]), Column.of("value", values))

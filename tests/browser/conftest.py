@@ -52,23 +52,30 @@ def workbench(_server: RunningWorkbench) -> RunningWorkbench:
 
 @pytest.fixture(scope="module")
 def _tab(browser: Any) -> Iterator[tuple[Any, list[str]]]:
-    """One for the tests of a file, and the errors of its scripts.
+    """One for the tests of a file, and the errors of the scripts of all tabs beside it.
 
     The process of a tab compiles the scripts of the page once; that is half the time of a page.
+    """
+    context, errors = _new_context(browser)
+    yield context.new_page(), errors
+    context.close()
+
+
+def _new_context(browser: Any) -> tuple[Any, list[str]]:
+    """A context, and the errors of the scripts of its pages.
+
     With less motion: pages change at once, and no time goes into pictures between.
     """
     context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
     context.set_default_timeout(PATIENCE)
     errors: list[str] = []
-    tab = context.new_page()
-    tab.on("pageerror", lambda error: errors.append(str(error)))
-    yield tab, errors
-    context.close()
+    context.on("weberror", lambda fault: errors.append(str(fault.error)))
+    return context, errors
 
 
 @pytest.fixture
 def page(_tab: tuple[Any, list[str]]) -> Iterator[Any]:
-    """The tab, with no page of the workbench; an error of a script of the page fails the test."""
+    """The tab, with no page of the workbench; an error of a script of a page fails the test."""
     tab, errors = _tab
     yield tab
     for other in tab.context.pages[1:]:
@@ -78,3 +85,12 @@ def page(_tab: tuple[Any, list[str]]) -> Iterator[Any]:
     found = list(errors)
     errors.clear()
     assert found == []
+
+
+@pytest.fixture
+def fresh_tab(browser: Any) -> Iterator[Any]:
+    """A tab that no test has used; an error of a script of its page fails the test."""
+    context, errors = _new_context(browser)
+    yield context.new_page()
+    context.close()
+    assert errors == []

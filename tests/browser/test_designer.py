@@ -62,6 +62,11 @@ def test_all_pictures_follow_the_design(page: Any, workbench: RunningWorkbench) 
     when(lambda now: all(now[name] != start[name] for name in _PICTURES.values()))
     page.get_by_role("button", name="Back to the start").click()
     when(lambda now: now == start)
+    page.get_by_label(LENGTH).focus()
+    page.keyboard.press("Tab")  # to the slider, which the keyboard moves by its step
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("td:has-text('38.5 mm, Ø 4.5 mm')")
+    assert page.get_by_label(LENGTH).input_value() == "50.5"
 
 
 def test_a_longer_and_stiffer_stylus_is_compared_and_downloaded(
@@ -111,6 +116,7 @@ def test_an_impossible_design_is_said_at_its_field_and_the_last_picture_stays(
     page.wait_for_selector(".stale", state="detached")
 
 
+@pytest.mark.slow
 def test_two_tabs_and_a_reload_show_the_same_design(page: Any, workbench: RunningWorkbench) -> None:
     opened_designer(page, workbench)
     other = page.context.new_page()
@@ -143,6 +149,7 @@ def test_a_dropped_description_is_the_start_and_a_wrong_one_says_why(
     page.wait_for_function(f"document.querySelector('[aria-label=\"{LENGTH}\"]')?.value === '50'")
 
 
+@pytest.mark.slow
 def test_finite_elements_are_cancelled(page: Any, workbench: RunningWorkbench) -> None:
     opened_designer(page, workbench)
     page.get_by_label(LENGTH).fill("77")  # of no probe in the cache

@@ -24,6 +24,7 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     page.wait_for_selector(f"text={len(TRACES)} traces")
     settled(page)
     assert serious_problems(page) == []
+    leave_a_trace_out_and_take_it_back(page)
     place = page.get_by_label("r0 [µm]")
     before = float(place.input_value())
     line = page.locator(f"{CONTACT} .shapelayer path").first
@@ -48,16 +49,13 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     run_shown_lines(page, folder, TRACES)
 
 
-def test_a_trace_is_left_out_and_taken_back(page: Any, workbench: RunningWorkbench) -> None:
-    opened(page, f"{workbench.address}laboratory")
-    drop(page, "laboratory", "traces", *TRACES)
-    page.wait_for_selector(f"text={len(TRACES)} traces")
-    settled(page)  # a click while the page is built again would be lost
+def leave_a_trace_out_and_take_it_back(page: Any) -> None:
     page.get_by_role("button", name="Leave this trace out").click()
     page.get_by_role("button", name="Include this trace").wait_for()
-    settled(page)
+    settled(page)  # a click while the page is built again would be lost
     page.get_by_role("button", name="Include this trace").click()
     page.get_by_role("button", name="Leave this trace out").wait_for()
+    settled(page)
 
 
 def test_a_separation_is_that_of_the_command_line(

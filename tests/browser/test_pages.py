@@ -109,7 +109,11 @@ def _not_known_to_the_checker(fault: str) -> bool:
 
 
 @pytest.mark.parametrize(
-    ("name", "themes"), [("attacked", ["light"]), ("bound", ["light", "dark"])]
+    ("name", "themes"),
+    [
+        pytest.param("attacked", ["light"], marks=pytest.mark.slow),
+        ("bound", ["light", "dark"]),
+    ],
 )
 def test_pages_are_accessible(open_page: Callable[..., Any], name: str, themes: list[str]) -> None:
     """The bound page contains the plain report and a certificate; all have the same colours."""
@@ -213,7 +217,7 @@ def _has_a_drawing(picture: bytes) -> bool:
     return bool(np.any(pixels != pixels[0, 0]))
 
 
-@pytest.mark.parametrize("name", ["features", "bound"])
+@pytest.mark.parametrize("name", [pytest.param("features", marks=pytest.mark.slow), "bound"])
 def test_no_page_is_wider_than_its_window(open_page: Callable[..., Any], name: str) -> None:
     tab = open_page(name)
     for width in (360, 768, 1440):
@@ -221,7 +225,15 @@ def test_no_page_is_wider_than_its_window(open_page: Callable[..., Any], name: s
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("name", ["printed", "features", "certificate", "separation"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "printed",
+        "certificate",
+        pytest.param("features", marks=pytest.mark.slow),
+        pytest.param("separation", marks=pytest.mark.slow),
+    ],
+)
 def test_paper_loses_no_column(open_page: Callable[..., Any], name: str) -> None:
     """At the width of A4 between its margins every cell is on the paper."""
     width = round((A4_WIDTH_MM - 2.0 * MARGIN_MM) * PIXELS_PER_MM)

@@ -24,7 +24,7 @@ def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_points_and_features_are_those_of_the_command_line(
+def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_shown(
     page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
 ) -> None:
     opened(page, f"{workbench.address}part")
@@ -38,6 +38,10 @@ def test_points_and_features_are_those_of_the_command_line(
     theirs = tmp_path / "by_command.csv"
     run("compensate", touches, "--map", map_file, "--nominal", part, "-o", theirs)
     assert data_lines(mine) == data_lines(theirs)
+    shown = tmp_path / "shown"
+    shown.mkdir()
+    run_shown_lines(page, shown, (touches, part, map_file))
+    assert (shown / "points.csv").exists()
 
     page.get_by_label("u of the machine [µm]").fill("2")
     page.get_by_role("button", name="Measure", exact=True).click()
@@ -49,27 +53,10 @@ def test_points_and_features_are_those_of_the_command_line(
     page.get_by_label("u of the machine [µm]").fill("3")
     page.get_by_role("button", name="Measure", exact=True).click()  # the click ends the typing
     page.wait_for_selector("text=--u-machine 3")
+    a_point_shows_its_budget_in_every_tab(page, workbench)
 
 
-def test_the_lines_that_it_shows_run(
-    page: Any, workbench: RunningWorkbench, map_file: Path, tmp_path: Path
-) -> None:
-    opened(page, f"{workbench.address}part")
-    drop(page, "part", "touches", EXAMPLES / "part_touches.csv")
-    drop(page, "part", "map", map_file)
-    page.wait_for_selector("text=140 points")
-    inputs = (EXAMPLES / "part_touches.csv", EXAMPLES / "part.step", map_file)
-    run_shown_lines(page, tmp_path, inputs)
-    assert (tmp_path / "points.csv").exists()
-
-
-def test_a_point_shows_its_budget_in_every_tab(
-    page: Any, workbench: RunningWorkbench, map_file: Path
-) -> None:
-    opened(page, f"{workbench.address}part")
-    drop(page, "part", "touches", EXAMPLES / "part_touches.csv")
-    drop(page, "part", "map", map_file)
-    drop(page, "part", "part", EXAMPLES / "part.step")
+def a_point_shows_its_budget_in_every_tab(page: Any, workbench: RunningWorkbench) -> None:
     page.wait_for_selector("text=Budget of this point")
     page.get_by_label("Point", exact=True).click()
     page.get_by_role("option", name="3: 3", exact=True).click()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from pretravel.workbench.project import Project, StoredFile
 from pretravel.workbench.project_file import read_project, write_project
 from pretravel.workbench.screens import SCREENS
@@ -18,20 +16,19 @@ from tests.browser.workbench_server import (
 )
 
 
-@pytest.mark.parametrize("name", ["", "help"])
-def test_pages_are_accessible(page: Any, workbench: RunningWorkbench, name: str) -> None:
-    """Those of screens are judged in the tests of the screens, where they show results."""
-    opened(page, f"{workbench.address}{name}")
-    assert serious_problems(page) == []
-
-
-def test_the_theme_that_was_chosen_stays(page: Any, workbench: RunningWorkbench) -> None:
+def test_pages_are_accessible_and_the_theme_that_was_chosen_stays(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    """The pages of screens are judged in the tests of the screens, where they show results."""
     opened(page, workbench.address)
-    for theme, dark in (("dark", True), ("light", False)):
+    assert serious_problems(page) == []
+    for theme, dark, then in (("dark", True, "help"), ("light", False, "")):
         page.locator("#theme").select_option(theme)
-        for _ in range(2):
-            assert page.evaluate("document.body.classList.contains('body--dark')") is dark
-            opened(page, workbench.address)
+        assert page.evaluate("document.body.classList.contains('body--dark')") is dark
+        opened(page, f"{workbench.address}{then}")
+        assert page.evaluate("document.body.classList.contains('body--dark')") is dark
+        if then == "help":
+            assert serious_problems(page) == []
 
 
 def test_projects_are_named_downloaded_and_opened_again(
@@ -70,7 +67,7 @@ def test_projects_are_named_downloaded_and_opened_again(
 
 
 def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(
-    browser: Any, tmp_path: Path
+    page: Any, tmp_path: Path
 ) -> None:
     """A project that was sent can have settings of any type; its files stay."""
     project = Project("<script>alert(1)</script>")
@@ -82,7 +79,6 @@ def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(
     path = tmp_path / "sent.pretravel"
     write_project(path, project)
     with running_workbench(tmp_path, str(path)) as workbench:
-        page = browser.new_page()
         for screen in SCREENS:
             opened(page, f"{workbench.address}{screen.name}")
             assert page.locator("main h1").inner_text() == screen.title
@@ -91,4 +87,4 @@ def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(
         page.get_by_role("button", name="Begin this screen with empty settings").click()
         page.get_by_text("rig_000_1.csv").first.wait_for()
         assert serious_problems(page) == []
-        page.close()
+        page.goto("about:blank")  # before the server ends
