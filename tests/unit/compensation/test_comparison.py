@@ -73,10 +73,12 @@ class TestComparison:
         assert left["Woźniak", "all"].largest < 1e-12
         assert left["eight sectors", "equator"].largest > 1e-4
 
-    def test_wozniak_s_lobes_are_fitted_by_least_squares(self) -> None:
-        """No other azimuth and constant leave less, over all directions, of lobes of a harmonic."""
+    @pytest.mark.parametrize("level", [0.2, -0.05])
+    def test_wozniak_s_lobes_are_fitted_by_least_squares(self, level: float) -> None:
+        """No other azimuth and constant leave less, over all directions, of lobes of a harmonic;
+        also where the level lies below zero, so that the constant is negative."""
         small = lobes(3, phase=50 * DEGREE)
-        small = replace(small, coefficients=small.coefficients * [0.2, 1.0, 1.0])
+        small = replace(small, coefficients=small.coefficients * [level, 1.0, 1.0])
         (left,) = (
             r.rms
             for r in compare_corrections(small).rows
