@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.directions import polar_angle
+from pretravel.directions import polar_angle, unit
 from pretravel.errors import PretravelError
 from pretravel.quantities import (
     ANGLE,
@@ -81,12 +81,12 @@ class InspectionRegion:
     max_polar : float
         Largest angle between a normal and the axis. [rad]
     axis : (3,) float
-        Of the probe, up to the spindle, in the surface's frame.
+        Direction of the probe, up to the spindle, in the surface's frame; of any length.
 
     Raises
     ------
     PretravelError
-        A negative margin, or a range that does not increase.
+        A negative margin, an axis without a direction, or a range that does not increase.
 
     >>> region = InspectionRegion(max_polar=math.radians(60.0))
     >>> region.turned_away(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])).tolist()
@@ -101,7 +101,11 @@ class InspectionRegion:
 
     def __post_init__(self) -> None:
         check_numbers(self, margin=DISTANCE, max_polar=ANGLE)
-        checked_values(self.axis, "the axis", REAL)
+        if not np.any(checked_values(self.axis, "the axis", REAL)):
+            raise PretravelError(
+                "the axis (0, 0, 0) has no direction: state that of the probe, up to the spindle",
+                inputs=("axis",),
+            )
         for name, wanted in (("u", self.u), ("v", self.v)):
             if wanted is not None:
                 checked_values(wanted, f"the range of {name}", COORDINATE)
@@ -133,9 +137,10 @@ class InspectionRegion:
 
     def turned_away(self, normals: FloatArray) -> BoolArray:
         """Which normals are further from the axis than allowed."""
-        along = normals @ np.asarray(self.axis)
-        across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
-        seen = np.column_stack([across, 0.0 * along, along])
+        axis = unit(self.axis)
+        along = normals @ axis
+        across = np.linalg.norm(normals - along[:, None] * axis, axis=1)
+        seen = np.column_stack([across, np.zeros_like(along), along])
         return np.asarray(polar_angle(seen) > self.max_polar + 1e-9)
 
 

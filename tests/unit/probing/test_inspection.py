@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
 from pretravel.errors import PretravelError
-from pretravel.probing.inspection import InspectionRegion, plan_inspection
+from pretravel.probing.inspection import InspectionRegion, _grid, plan_inspection
 from pretravel.surface.cad.step_part import read_step_part
-from pretravel.surface.shapes import Plane, Sphere
+from pretravel.surface.local_geometry import Domain
+from pretravel.surface.shapes import Ellipsoid, Plane, Sphere
 from pretravel.surface.shapes_of_revolution import Cylinder, Torus
 from tests.support.examples import EXAMPLES
 
@@ -77,12 +81,36 @@ def test_what_looks_away_is_left_out() -> None:
     assert sideways.normal[:, 0].min() >= -1e-9
 
 
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, 3.0, 4.0), (-0.2, 0.1, -0.05)])
+def test_normals_are_turned_away_from_the_largest_angle_to_the_axis(
+    axis: tuple[float, float, float],
+) -> None:
+    """Whatever the length of the axis; normals at the largest angle are kept."""
+    up = np.asarray(axis) / np.linalg.norm(axis)
+    aside = np.cross(up, [1.0, 2.0, 3.0])
+    aside /= np.linalg.norm(aside)
+    degrees = np.arange(0.0, 181.0, 7.5)
+    angles = np.radians(degrees)
+    normals = np.cos(angles)[:, None] * up + np.sin(angles)[:, None] * aside
+    for largest in (0.0, 7.5, 90.0, 97.5, 180.0):
+        region = InspectionRegion(max_polar=math.radians(largest), axis=axis)
+        assert (
+            region.turned_away(normals)[degrees != largest].tolist()
+            == (degrees[degrees != largest] > largest).tolist()
+        )
+        if largest > 0.0:
+            assert not region.turned_away(normals)[degrees == largest].any()
+
+
 def test_a_full_turn_has_its_seam_once() -> None:
     rod = Cylinder([0, 0, 0], 5.0)
     region = InspectionRegion(margin=0.0, v=(0.0, 10.0), max_polar=math.pi)
     plan = plan_inspection(rod, grid=(6, 2), region=region)
     assert len(plan) == 12
     assert cKDTree(plan.point).query(plan.point, k=2)[0][:, 1].min() > 1.0
+    half = InspectionRegion(margin=0.0, u=(0.5, 2.5), v=(0.0, 10.0), max_polar=math.pi)
+    ends = plan_inspection(rod, grid=(3, 2), region=half).uv[:, 0]
+    assert ends == pytest.approx([0.5, 1.5, 2.5] * 2)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +134,14 @@ def test_errors_teach(arguments: dict[str, object], words: str) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [({"margin": -1.0}, "cannot be negative"), ({"u": (3.0, 1.0)}, "must increase")],
+    [
+        ({"margin": -1.0}, "cannot be negative"),
+        ({"u": (3.0, 1.0)}, "range of u .* must increase"),
+        ({"v": (1.0, 1.0)}, "range of v .* must increase"),
+        ({"v": (0.0, 2e6)}, "the range of v"),
+        ({"axis": (0.0, math.nan, 1.0)}, "the axis"),
+        ({"axis": (0.0, 0.0, 0.0)}, "has no direction"),
+    ],
 )
 def test_regions_that_cannot_be(arguments: dict[str, object], words: str) -> None:
     with pytest.raises(PretravelError, match=words):
@@ -134,3 +169,89 @@ def test_a_spacing_that_makes_too_many_points_is_refused() -> None:
     region = InspectionRegion(margin=0.0, u=(20.0, 23.0), v=(-14.0, -10.0))
     with pytest.raises(PretravelError, match=r"0\.002 mm on 3 x 4 mm makes more than 1000000"):
         plan_inspection(Plane([0, 0, 0], [0, 0, 1]), spacing=0.002, region=region)
+
+
+def test_points_of_a_row_lie_in_the_middle_of_equal_arcs() -> None:
+    """Rows of an ellipsoid, whose parameter is no arc: the arc before a point, by integration.
+
+    The plan measures arcs by 200 chords, which are short by 1e-4 of them where they bend most.
+    """
+    a, b, spacing = 10.0, 4.0, 2.5
+    region = InspectionRegion(margin=0.0, u=(0.2, 2.9), v=(1.0, 1.5))
+    plan = plan_inspection(Ellipsoid([0, 0, 0], [a, b, 3.0]), spacing=spacing, region=region)
+    rows = np.unique(plan.uv[:, 1])
+    assert np.diff(rows) == pytest.approx(0.5 / len(rows))
+    assert rows[0] == pytest.approx(1.0 + 0.25 / len(rows))
+    for height in rows:
+
+        def speed(u: float, width: float = math.sin(height)) -> float:
+            return width * math.hypot(a * math.sin(u), b * math.cos(u))
+
+        whole = quad(speed, 0.2, 2.9)[0]
+        count = math.ceil(whole / spacing)
+        arcs = [quad(speed, 0.2, u)[0] for u in plan.uv[plan.uv[:, 1] == height, 0]]
+        middles = (np.arange(count) + 0.5) * whole / count
+        assert arcs == pytest.approx(middles, abs=1e-3 * whole)
+
+
+def test_grids_have_their_numbers_along_their_parameters() -> None:
+    """u changes first; a single point lies in the middle; the largest number is of both."""
+    floor = Plane([0, 0, 0], [0, 0, 1])
+    region = InspectionRegion(u=(0.0, 6.0), v=(10.0, 14.0))
+    uv = plan_inspection(floor, grid=(3, 2), region=region).uv
+    assert uv.tolist() == [[0, 10], [3, 10], [6, 10], [0, 14], [3, 14], [6, 14]]
+    uv = plan_inspection(floor, grid=(1, 3), region=region).uv
+    assert uv.tolist() == [[3, 10], [3, 12], [3, 14]]
+    plan = plan_inspection(floor, grid=(2, 1), region=region)
+    assert plan.uv.tolist() == [[0, 12], [6, 12]]
+    assert plan.labels == ("point-1", "point-2")
+    assert plan.face.tolist() == [0, 0]
+    for counts in ((1001, 1000), (1000, 1001), (1_000_001, 1), (1, 1_000_001), (2, 0)):
+        with pytest.raises(PretravelError, match=r"it can have 1 to 1000000 points"):
+            plan_inspection(floor, grid=counts, region=region)
+    low, high = region.box(floor)
+    assert len(_grid(low, high, (1000, 1000), [False, False])) == 1_000_000
+
+
+def test_one_end_is_not_enough() -> None:
+    """A plane with a range of v has no end along u, and the other way round."""
+    floor = Plane([0, 0, 0], [0, 0, 1])
+    with pytest.raises(PretravelError, match="no end along u"):
+        plan_inspection(floor, grid=(2, 2), region=InspectionRegion(v=(0, 1)))
+    with pytest.raises(PretravelError, match="no end along v"):
+        plan_inspection(floor, grid=(2, 2), region=InspectionRegion(u=(0, 1)))
+    for low, high in ((0.0, math.inf), (-math.inf, 1.0)):
+        half = SimpleNamespace(domain=Domain((0.0, low), (1.0, high), (math.inf, math.inf)))
+        with pytest.raises(PretravelError, match="no end along v"):
+            InspectionRegion().box(half)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("margin", [0.25, 1.0, None])
+def test_margins_of_any_size_are_kept(margin: float | None) -> None:
+    """Every point of a grid that is as far from the edges is kept, and no other."""
+    part = read_step_part(PART)
+    region = InspectionRegion() if margin is None else InspectionRegion(margin=margin)
+    kept = 1.0 if margin is None else margin
+    face = part.faces[0]
+    edge = face.derivatives(face.edge_samples(0.02))[0]
+    plan = plan_inspection(part, grid=(61, 41), region=region)
+    away = cKDTree(edge).query(plan.point)[0]
+    assert kept * (1.0 - 1e-6) <= away.min() < kept + 1.0
+    everything = plan_inspection(part, grid=(61, 41), region=WHOLE)
+    distance = cKDTree(edge).query(everything.point)[0]
+    # An edge is sampled every fifth of the margin: distances are too long by at most 0.5 %.
+    assert np.sum(distance >= 1.005 * kept) <= len(plan) <= np.sum(distance >= 0.995 * kept)
+
+
+def test_a_face_without_points_leaves_those_of_others(tmp_path: Path) -> None:
+    """Of a block only the top looks up."""
+    from netgen.occ import Box
+
+    file = tmp_path / "block.step"
+    Box((0, 0, 0), (10, 20, 30)).WriteStep(str(file))
+    region = InspectionRegion(margin=0.0, max_polar=0.1)
+    plan = plan_inspection(read_step_part(file), grid=(3, 2), region=region)
+    assert plan.point[:, 2].tolist() == [30.0] * 6
+    assert plan.left_out == {"turned away": 30}
+    (number,) = set(plan.face.tolist())
+    assert plan.labels == tuple(f"face{number}-{n}" for n in range(1, 7))

@@ -39,7 +39,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
     Raises
     ------
     PretravelError
-        An unknown solver, or one that is not installed.
+        An unknown solver, or one that is not installed or does not load.
     CapacityError
         Not enough memory for the factor.
 
@@ -53,11 +53,11 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
     if solver != "auto":
         try:
             return SOLVERS[solver](matrix)
-        except ImportError as error:
+        except (ImportError, OSError) as error:  # not installed, or its libraries do not load
             package = {"cholmod": "scikit-sparse", "pardiso": "pypardiso"}.get(solver, "scipy")
             raise PretravelError(
                 f"solver '{solver}' needs the package {package}: pip install {package}, or take "
-                "another solver"
+                f"another solver ({error})"
             ) from error
         except MemoryError as error:
             raise _too_large(matrix, solver) from error
@@ -135,7 +135,8 @@ def _pardiso(matrix: sparse.csr_matrix) -> Solve:
         raise
 
     def solve(right: FloatArray) -> FloatArray:
-        return np.asarray(solver.solve(upper, np.asfortranarray(right))).reshape(right.shape)
+        by_columns = np.asfortranarray(right, dtype=np.float64)
+        return np.asarray(solver.solve(upper, by_columns)).reshape(right.shape)
 
     # Pardiso keeps its factor, a gigabyte, until it is freed explicitly.
     weakref.finalize(solve, solver.free_memory, everything=True)
