@@ -10,7 +10,7 @@ import pytest
 from scipy import sparse
 
 from pretravel.directions import from_angles
-from pretravel.errors import DescriptionError
+from pretravel.errors import ConvergenceError, DescriptionError
 from pretravel.model.fem import full_contact as full
 from pretravel.model.fem.condensation import condense
 from pretravel.model.fem.elasticity import rigid_motions
@@ -28,7 +28,7 @@ from pretravel.model.fem.seat_ball import CONTACT, ball_correction, ball_mesh
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
-from pretravel.probe.seat_frame import seat_frame
+from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.trigger.compliance.base import TIP_ON_PART
 from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.event import trigger_force
@@ -258,6 +258,35 @@ def test_elastic_bodies_add_to_the_motion_of_a_bed_of_springs() -> None:
         ]
     )
     assert state.tip == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("preload", "force", "seats"),
+    [
+        (-1.2, (0.0, 0.0, 0.0), ", ".join(SEAT_NAMES)),
+        (1.2, (0.0, 0.0, 2.0), ", ".join(SEAT_NAMES)),
+    ],
+)
+def test_a_tripod_that_lifts_off_is_refused(
+    preload: float, force: tuple[float, float, float], seats: str
+) -> None:
+    """Pulled up by the spring, or at the tip by more than the spring presses."""
+    bed = _bed(50.0, [0.0, 1e-3, 4e-3, 8e-3, 20e-3])
+    with pytest.raises(ConvergenceError, match=f"no pressure acts at seat {seats}: .* lower the"):
+        contact_state(bed, preload, force)
+
+
+def test_a_tripod_that_tilts_is_refused_above_the_trigger_force(omp40: Probe) -> None:
+    """A force sideways: statics say at which the first seat is free, and which one it is."""
+    bed = _bed(50.0, [0.0, 1e-9, 1.0, 1.0, 1.0])
+    statics = seat_statics(omp40)
+    direction = np.array([[0.8, 0.6, 0.0]])
+    force, first = trigger_force(statics.rest_reactions, statics.unit_reactions(direction))
+    below = contact_state(bed, omp40.preload, 0.999 * force[0] * direction[0])
+    assert below.bearing.min() > 0
+    assert below.reactions.argmin() == first[0]
+    with pytest.raises(ConvergenceError, match=f"at seat .*{SEAT_NAMES[first[0]]}"):
+        contact_state(bed, omp40.preload, 1.001 * force[0] * direction[0])
 
 
 def test_a_step_file_has_no_full_contact(omp40: Probe) -> None:

@@ -33,7 +33,7 @@ from pretravel.model.fem.quadrature import face_quadrature, triangle_shapes
 from pretravel.model.fem.regions import seat_face
 from pretravel.model.fem.seat_ball import CONTACT, ball_held, ball_mesh
 from pretravel.probe.description import Probe
-from pretravel.probe.seat_frame import SeatFrame, seat_frame
+from pretravel.probe.seat_frame import SEAT_NAMES, SeatFrame, seat_frame
 
 log = logging.getLogger(__name__)
 
@@ -283,7 +283,7 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
     Raises
     ------
     ConvergenceError
-        The active set did not converge.
+        The pressures that are left do not hold the tripod; the active set did not converge.
     """
     external = np.zeros(len(INTERFACE))
     external[SPRING_FORCE], external[TIP_FORCE] = preload, tip_force
@@ -295,6 +295,8 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
     for _ in range(_ROUNDS):
         inner = np.flatnonzero(active)
         size = len(inner)
+        if size < 6 or np.linalg.matrix_rank(contact.rigid_gaps[inner]) < 6:
+            raise _lifts_off(contact, active, preload, tip_force)
         system = np.zeros((size + 6, size + 6))
         system[:size, :size] = contact.compliance[np.ix_(inner, inner)]
         system[:size, size:] = contact.rigid_gaps[inner]
@@ -323,4 +325,17 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
         reactions=frozen(reactions),
         tip=frozen(tip),
         bearing=np.bincount(contact.seat_of[active], minlength=6),
+    )
+
+
+def _lifts_off(
+    contact: FullContact, active: npt.NDArray[np.bool_], preload: float, tip_force: npt.ArrayLike
+) -> ConvergenceError:
+    """The error of a tripod that lifts off some of its seats."""
+    bearing = np.bincount(contact.seat_of[active], minlength=6)
+    free = ", ".join(name for name, count in zip(SEAT_NAMES, bearing, strict=True) if count == 0)
+    force = ", ".join(f"{value:g}" for value in np.asarray(tip_force, dtype=np.float64))
+    return ConvergenceError(
+        f"under a preload of {preload:g} N and a force of ({force}) N on the tip no pressure acts "
+        f"at seat {free}: the tripod is held by all six; lower the force below that of the trigger"
     )
