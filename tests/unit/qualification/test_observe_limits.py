@@ -10,6 +10,7 @@ import pytest
 
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
 from pretravel.touches import Touches
@@ -229,3 +230,13 @@ def test_repeats_are_numbered_as_they_appear() -> None:
     order = np.array([7, 3, 7, 20, 3, 0, 20, 1, 2, 4, 5, 6])
     found = observe(_touches(N[order]), SETUP)
     assert found.groups.tolist() == [0, 1, 0, 2, 1, 3, 2, 4, 5, 6, 7, 8]
+
+
+def test_a_tilted_probe_sees_directions_in_its_own_frame() -> None:
+    turn = probe_rotation((0.6, 0.0, 0.8), rotation=0.4)
+    assert not np.allclose(turn, turn.T)
+    machine = N @ turn.T
+    found = observe(_touches(machine), SETUP, turn)
+    assert found.directions == pytest.approx(N, abs=1e-9)
+    assert found.center @ turn.T == pytest.approx([10.0, 20.0, 30.0], abs=1e-9)
+    assert found.values == pytest.approx(0.01, abs=1e-9)
