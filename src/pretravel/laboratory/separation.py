@@ -152,10 +152,11 @@ class Separation(ShownInNotebooks):
     ) -> tuple[float, float]:
         """Coverage interval of `pair_variance`. [mm²]
 
-        From the chi-square distribution with the degrees of freedom that correspond to its
-        uncertainty; its lower end is not above that of a normal distribution, since the variance
-        of a pair is partly a difference of sums of squares. With fewer than four degrees of
-        freedom the interval is symmetric and ends at zero.
+        Its upper end is that of the chi-square distribution with the degrees of freedom that
+        correspond to its uncertainty. Its lower end is that of a normal distribution, which is
+        lower, since the variance of a pair is partly a difference of sums of squares. With fewer
+        than four degrees of freedom both ends are those of a normal distribution. None is below
+        zero.
         """
         from scipy.stats import chi2, norm
 
@@ -167,9 +168,7 @@ class Separation(ShownInNotebooks):
         lowest = max(variance - normal, 0.0)
         if dof < _FEWEST_DOF:
             return lowest, variance + normal
-        half = 0.5 * probability
-        low, high = float(chi2.ppf(0.5 - half, dof)), float(chi2.ppf(0.5 + half, dof))
-        return min(variance * dof / high, lowest), variance * dof / low
+        return lowest, variance * dof / float(chi2.ppf(0.5 - 0.5 * probability, dof))
 
     def error_interval(self, probability: float = COVERAGE) -> FloatArray:
         """Coverage intervals of the machine's, then the probe's errors, (m + p, 2). [mm]"""
