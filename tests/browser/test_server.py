@@ -45,7 +45,7 @@ def test_it_ends_cleanly_and_shows_the_project_again(tmp_path: Path) -> None:
     sent = Project("From a colleague", "0123456789abcdef")
     sent.screen("engineer").settings["diameter"] = 25.0
     sent.screen("engineer").files["touches"] = (StoredFile("a.csv", b"x_mm"),)
-    with running_workbench(tmp_path, forked=False) as workbench:
+    with running_workbench(tmp_path) as workbench:
         port = urlsplit(workbench.address).port
         assert answer(f"{workbench.address}project/open?name=a.zip", OURS, b"PK no")[0] == 422
         to = f"{workbench.address}project/open?name=p.pretravel"

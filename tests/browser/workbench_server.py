@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,6 @@ from typing import Any
 
 from pretravel.workbench.project import Project
 from pretravel.workbench.project_file import project_bytes
-from tests.support.forked_program import ForkedProgram
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = (
@@ -38,13 +37,13 @@ class RunningWorkbench:
     ----------
     address : str
         With a slash at the end; with the token where it needs one.
-    process : Popen or ForkedProgram
+    process : Popen
     data : Path
         The user's data folder.
     """
 
     address: str
-    process: subprocess.Popen[str] | ForkedProgram
+    process: subprocess.Popen[str]
     data: Path
 
     def interrupt(self) -> int:
@@ -55,15 +54,9 @@ class RunningWorkbench:
 
 @contextmanager
 def running_workbench(
-    data: Path,
-    *arguments: str,
-    program: tuple[str, ...] = ("-m", "pretravel", "app"),
-    forked: bool = True,
+    data: Path, *arguments: str, program: tuple[str, ...] = ("-m", "pretravel", "app")
 ) -> Iterator[RunningWorkbench]:
-    """Start ``pretravel app``, or another program that has its options, and end it.
-
-    Forked, it begins as a copy of this process, which spares the time of the imports.
-    """
+    """Start ``pretravel app``, or another program that has its options, and end it."""
     environment = {
         **os.environ,
         "XDG_DATA_HOME": str(data),
@@ -71,32 +64,26 @@ def running_workbench(
         "PYTHONUNBUFFERED": "1",
     }
     environment.pop("PYTEST_CURRENT_TEST", None)  # NiceGUI behaves otherwise under pytest
-    command = (*program, "--no-browser", "--port", "0", *arguments)
-    start = ForkedProgram if forked else _process_of_its_own
-    process = start(command, data, environment)
+    command = [sys.executable, *program, "--no-browser", "--port", "0", *arguments]
+    process = subprocess.Popen(
+        command,
+        cwd=data,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     try:
         yield RunningWorkbench(_address(process), process, data)
     finally:
-        process.send_signal(signal.SIGINT)
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
         try:
             process.wait(timeout=20)
         except subprocess.TimeoutExpired:
             process.kill()
         assert process.stdout is not None
         process.stdout.close()
-
-
-def _process_of_its_own(
-    program: tuple[str, ...], folder: Path, environment: Mapping[str, str]
-) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, *program],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
 
 
 def open_project(address: str, project: Project) -> None:
@@ -108,7 +95,7 @@ def open_project(address: str, project: Project) -> None:
         assert json.load(answer) == {"error": ""}
 
 
-def _address(process: subprocess.Popen[str] | ForkedProgram) -> str:
+def _address(process: subprocess.Popen[str]) -> str:
     """The address that the command prints."""
     assert process.stdout is not None
     said = ""
