@@ -151,7 +151,8 @@ def _check_versions(client: Any, scheduler: str) -> None:
 def _as_they_come(
     client: Any, as_completed: Any, plan: Plan, blocks: Sequence[Sequence[int]]
 ) -> Iterator[Block]:
-    shared = client.scatter(plan, broadcast=True)
+    # Without a name of its content: the workers may still give back that of an earlier computation.
+    shared = client.scatter(plan, broadcast=True, hash=False)
     waiting = iter(blocks)
 
     def submit() -> Any:
