@@ -307,7 +307,9 @@ Touch the reference there too, or allow extrapolation.
         """Value and standard uncertainty in directions of the probe frame, in chunks."""
         value, variance = np.empty(len(directions)), np.zeros(len(directions))
         with_uncertainty = with_uncertainty and self.states_uncertainty
-        rows = min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)
+        # Interpolation alone needs three nodes of each direction, not a column for each node.
+        few = self.basis.interpolates and not with_uncertainty
+        rows = BLOCK if few else min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)
         for start in range(0, len(directions), rows):
             part = slice(start, start + rows)
             if not with_uncertainty:
