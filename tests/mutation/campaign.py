@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import resource
@@ -108,9 +109,11 @@ def try_fault(
 def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[str]:
     """Names of tests; for a value that a module sets when it is loaded, of those that use it."""
     found = line_map.executing(fault.module, *fault.lines)
+    package = project / "src/pretravel"
+    if runs_when_loaded(fault.function, (package / fault.module).read_text(encoding="utf-8")):
+        return found | line_map.of_module(fault.module)
     if found:
         return found
-    package = project / "src/pretravel"
     bound = re.match(r"(\w+)\s*(:[^=]*)?=[^=]", fault.before)
     if not fault.function and bound:
         use = re.compile(rf"\b{bound[1]}\b")
@@ -124,6 +127,21 @@ def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[st
         return line_map.of_module(_IN_OWN_PROCESS[fault.module])
     is_value = not fault.function or fault.function.rpartition(".")[2][:1].isupper()
     return found or (line_map.of_module(fault.module) if is_value else set())
+
+
+def runs_when_loaded(function: str, module: str) -> bool:
+    """Whether a module calls a function of its own while it is loaded.
+
+    Its lines belong to the test that loaded the module first; its result, to all that use it.
+    """
+    if not function.isidentifier():  # a method, or the module itself
+        return False
+    return any(
+        isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == function
+        for statement in ast.parse(module).body
+        if isinstance(statement, ast.Assign | ast.AnnAssign | ast.Expr)
+        for call in ast.walk(statement)
+    )
 
 
 def _in_order(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import pretravel
+from tests.mutation import campaign
 from tests.mutation.campaign import try_fault
 from tests.mutation.faults import Fault, faults_of
 from tests.mutation.known_faults import accepted, named
@@ -217,6 +218,27 @@ def test_the_map_follows_lines_that_move(project: Path, tried: tuple[Scratch, Li
             "tests/unit/test_sides.py::test_area",
             "tests/unit/test_sides.py::test_area_of_a_high_wall",
         }
+
+
+def test_a_function_that_makes_a_value_of_the_module_concerns_all_its_tests(
+    tried: tuple[Scratch, LineMap],
+) -> None:
+    """Its lines run while the module is loaded, in whichever test is the first."""
+    loaded = f"{MODULE}\n\nSIDES = [untested(2.0)]\n"
+    assert [campaign.runs_when_loaded(name, loaded) for name in ("untested", "area", "")] == [
+        1,
+        0,
+        0,
+    ]
+    scratch, line_map = tried
+    fault = _fault("return width * 5")
+    path = scratch.project / "src/pretravel/trigger/sides.py"
+    assert campaign.tests_that_execute(fault, scratch.project, line_map) == set()
+    path.write_text(loaded)
+    try:
+        assert len(campaign.tests_that_execute(fault, scratch.project, line_map)) == 4
+    finally:
+        path.write_text(MODULE)
 
 
 def test_the_lists_are_of_this_code() -> None:
