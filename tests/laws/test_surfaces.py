@@ -294,6 +294,15 @@ class TestCurves:
         assert (5.0 - np.linalg.norm(middle, axis=1)).max() <= 1e-5
         assert len(points) < 4000
 
+    def test_a_polyline_has_the_corners_of_its_part_of_the_curve(self) -> None:
+        """Of corners at 1, 2 and 3 the middle one lies between 1.2 and 2.8."""
+        corners = np.array([[0.0, 0.0], [1.0, 0.3], [2.0, -0.5], [3.0, 1.0], [4.0, 0.0]])
+        knots = np.array([0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 4.0])
+        points = polyline(SplineCurve(knots, corners, np.ones(5), 1), 1.2, 2.8, 1e-6)
+        assert np.all(np.diff(points[:, 0]) > 0.0)
+        assert points[[0, -1], 0] == pytest.approx([1.2, 2.8], abs=1e-12)
+        assert np.linalg.norm(points - corners[2], axis=1).min() < 1e-12
+
 
 def test_a_function_that_is_none_is_refused() -> None:
     with pytest.raises(PretravelError, match="complex"):

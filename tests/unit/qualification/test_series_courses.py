@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from datetime import datetime
 
 import numpy as np
 import pytest
 
 from pretravel.errors import PretravelError
+from pretravel.qualification.drift_over_time import DailyQuantity, drift_over_time
 from pretravel.qualification.series_courses import EARLY, course_of, due_date
 from pretravel.qualification.time_series import TimeSeries
 
@@ -100,3 +102,11 @@ class TestDueDate:
     def test_a_limit_that_means_nothing(self) -> None:
         with pytest.raises(PretravelError, match="limit of a drift is 0; it is positive"):
             due_date(course_of(simulated(1, 5)), 0.0)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1e-3, math.inf, math.nan])
+def test_a_due_date_needs_a_positive_limit(limit: float) -> None:
+    level = DailyQuantity("level", "µm", np.arange(3.0), np.ones(3), share=1e-3)
+    days = [datetime(2026, 3, 1 + day) for day in range(3)]
+    with pytest.raises(PretravelError, match="it is positive"):
+        drift_over_time(days, [level], limit)

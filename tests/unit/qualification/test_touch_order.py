@@ -203,3 +203,11 @@ def test_what_repeats_do_not_reduce_is_in_the_fixed_scatter() -> None:
     found = machine_effects(seen, positions, 2e-3)
     expected = np.hypot(3e-3, 2e-3 / np.sqrt(12.0))
     assert found.fixed_scatter == pytest.approx(expected, rel=0.33)
+
+
+@pytest.mark.parametrize("lateral", [-1e-9, 0.0, 1e-9])
+def test_touches_at_right_angles_are_no_reversal(lateral: float) -> None:
+    """Nor are they to the rounding of their normals; the lateral product stays as it is."""
+    columns = hysteresis_columns([[1.0, 0.0, 0.0]], [[lateral, 1.0, 0.0]])
+    assert columns.tolist() == [[lateral, 0.0, 0.0]]
+    assert hysteresis_columns([[1.0, 0.0, 0.0]], [[-1e-3, 1.0, 0.0]])[0, 2] == 1.0
