@@ -107,7 +107,8 @@ def dask_workers(
                     dashboard_address=None,
                 )
             )
-            client = stack.enter_context(library.Client(cluster))
+            # Results come from the workers, not through the scheduler as well.
+            client = stack.enter_context(library.Client(cluster, direct_to_workers=True))
         else:
             try:
                 client = stack.enter_context(library.Client(scheduler))
