@@ -179,7 +179,8 @@ class TableInBlocks:
         unclear = (
             len(separator) != 1 or not separator.strip(" ") or max(self.places.values()) >= width
         )
-        if unclear or content.translate(None, plain):
+        other_characters = content.translate(None, plain)
+        if unclear or other_characters:
             return None
         if content.count(separator.encode()) != rows * (width - 1):
             return None

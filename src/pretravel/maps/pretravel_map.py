@@ -17,7 +17,7 @@ from pretravel.arrays import BoolArray, FloatArray, frozen
 from pretravel.directions import checked_unit, describe
 from pretravel.errors import ExtrapolationError, PretravelError
 from pretravel.frames import Placement, checked_rotation
-from pretravel.maps.basis import BLOCK, MapBasis
+from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.other_forms import ShownInNotebooks, WithDataset
@@ -305,16 +305,13 @@ Touch the reference there too, or allow extrapolation.
         self, directions: FloatArray, *, with_uncertainty: bool
     ) -> tuple[FloatArray, FloatArray]:
         """Value and standard uncertainty in directions of the probe frame, in chunks."""
-        value, variance = np.empty(len(directions)), np.zeros(len(directions))
-        with_uncertainty = with_uncertainty and self.states_uncertainty
-        # Interpolation alone needs three nodes of each direction, not a column for each node.
-        few = self.basis.interpolates and not with_uncertainty
-        rows = BLOCK if few else min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)
+        if not (with_uncertainty and self.states_uncertainty):
+            value = values_in_blocks(self.basis, directions, self.coefficients)
+            return value, np.zeros(len(directions))
+        value, variance = np.empty(len(directions)), np.empty(len(directions))
+        rows = min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)
         for start in range(0, len(directions), rows):
             part = slice(start, start + rows)
-            if not with_uncertainty:
-                value[part] = self.basis.value(directions[part], self.coefficients)
-                continue
             design = self.basis.design(directions[part])
             value[part] = design @ self.coefficients
             variance[part] = np.maximum(self.covariance.variance_of(design), 0.0)

@@ -395,7 +395,7 @@ def _located(
     end: FloatArray,
     quantity: Callable[[SeatMechanism, SeatState], FloatArray],
 ) -> SeatState:
-    """The state at which a quantity changes its sign on the way to a deflection."""
+    """The state between `before` and the deflection `end` at which a quantity changes its sign."""
     from scipy.optimize.elementwise import find_root
 
     origin = mechanism.deflection(before)
