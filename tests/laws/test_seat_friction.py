@@ -12,7 +12,7 @@ from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
 from pretravel.jobs.predict import with_friction
 from pretravel.model.beam import stylus_compliance
-from pretravel.model.fem.interface_loads import SEATS, TANGENTIAL
+from pretravel.model.fem.interface_loads import TANGENTIAL
 from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
@@ -21,7 +21,6 @@ from pretravel.probe.seat_frame import seat_frame
 from pretravel.trigger.compliance.base import compliance_model
 from pretravel.trigger.compliance.fem import FiniteElements
 from pretravel.trigger.friction import FrictionCycle, check_conditions, friction_cycle
-from pretravel.trigger.friction_equilibrium import seat_mechanism
 from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.predict_with_friction import rubbed_trigger
 from pretravel.trigger.response import probe_response
@@ -80,18 +79,6 @@ def test_the_tip_is_pushed_as_far_as_stated_and_left_without_force() -> None:
         assert cycle.rest_displacement[:, number] == pytest.approx(cycle.displacement[:, last])
         # A bisection of one step, 1/25 of some newtons, in 24 halves.
         assert np.abs(cycle.force[:, last]).max() < 1e-6
-
-
-def test_friction_at_the_seats_of_a_mesh_is_softer_by_mindlin(omp40: Probe) -> None:
-    """What a mesh does not resolve of a contact: normally as found, (2 - nu) / (2 (1 - nu)) of it
-    tangentially."""
-    reduced = coarse_reduced_sixth()
-    mechanism = seat_mechanism(omp40, seat_statics(omp40), DIRECTIONS, 0.1, reduced)
-    added = np.diag(mechanism.flexibility - reduced.flexibility)
-    nu = omp40.tripod.material.poissons_ratio
-    softer = (2.0 - nu) / (2.0 * (1.0 - nu))
-    assert added[SEATS] == pytest.approx(np.full(6, reduced.seat_correction))
-    assert added[TANGENTIAL] == pytest.approx(np.full(12, softer * reduced.seat_correction))
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.15])

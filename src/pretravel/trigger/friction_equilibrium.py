@@ -254,7 +254,7 @@ class _Equations:
         """Scale of each unknown."""
         depth, _, lever = self.scales
         columns = np.ones(_SIZE)
-        columns[18:21], columns[21:24] = depth, depth / lever
+        columns[18:24] = np.repeat([depth, depth / lever], 3)
         return columns
 
     @cached_property
@@ -296,7 +296,7 @@ class _Equations:
 
     def state(self, x: FloatArray, moved: FloatArray | None = None) -> SeatState:
         """The state of given unknowns."""
-        state = SeatState(x[:, :6], x[:, 6:18], x[:, 18:24], x[:, 24], np.empty((0, 0)))
+        state = SeatState(x[:, :6], x[:, 6:18], x[:, 18:24], x[:, 24], self.before.moved)
         return replace(state, moved=self.mechanism.displacements(state) if moved is None else moved)
 
     def residual(self, x: FloatArray) -> _Residual:
