@@ -51,7 +51,8 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
     run("measure", theirs, "--feature", "plane", "--u-machine", 2, "-o", by_command)
     assert data_lines(features) == data_lines(by_command)
     page.get_by_label("u of the machine [µm]").fill("3")
-    page.get_by_role("button", name="Measure", exact=True).click()  # the click ends the typing
+    # The click ends the typing; the button stays under the pointer while a person presses it.
+    page.get_by_role("button", name="Measure", exact=True).click(delay=500)
     page.wait_for_selector("text=--u-machine 3")
     a_point_shows_its_budget_in_every_tab(page, workbench)
 

@@ -442,8 +442,9 @@ def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:
     values, axes = np.linalg.eigh(curvature)
     # No prior is wider than two: flat or hollow directions come from bounds and kinks.
     deviations = 1.0 / np.sqrt(np.maximum(values, 0.25))
+    # The symmetric root: signs of axes, and axes of equal curvature, differ between computers.
     draws = _spread_points()
-    points = mode + (draws * deviations) @ axes.T
+    points = mode + draws @ (axes * deviations) @ axes.T
     costs = np.array([problem.cost_and_slopes(point)[0] for point in points])
     correction = 0.5 * np.sum(draws**2, axis=1) - costs
     weights = np.exp(np.clip(correction - np.median(correction), -20.0, _MOST_CORRECTED))

@@ -39,9 +39,10 @@ def outcome(
     Work
     """
     work = WORKS.of(state, task)
-    status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
     if not task.automatic:
+        # Above the status, whose height changes: a click that ends the typing must not miss it.
         _start_button(work, button)
+    status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
     place = ui.element("div").classes("live")
     shown: list[Any] = []
     said: list[object] = []
