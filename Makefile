@@ -3,16 +3,20 @@
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
-# Test workers share the cores; threads of the linear algebra would fight over them.
-# One more than there are cores: tests on LinuxCNC wait for the machine most of the time. By file:
-# what the tests of a file share is made once.
-WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
+# Test workers share the cores; threads of the linear algebra would fight over them. By file: what
+# the tests of a file share is made once.
+CORES := $(shell nproc 2>/dev/null || echo 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 # Bytecode is kept: without it each worker and each command that a test starts compiles everything.
-TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
-	--no-loadscope-reorder --durations=10
+PYTEST := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --dist loadfile --no-loadscope-reorder \
+	--durations=10
+TESTS := $(PYTEST) -n $(CORES)
+# One worker more: these tests wait for a machine or for a page most of the time.
+WAITING := $(PYTEST) -n $(shell expr $(CORES) + 1)
+# On a real LinuxCNC, in a real browser, of the built site.
+SYSTEM := tests/machine tests/browser tests/docs/test_site.py
 
-.PHONY: help venv demo check check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
+.PHONY: help venv demo check check-system check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,13 +31,16 @@ demo: $(STAMP)  ## run the main job on the example data and say where to look
 	$(BIN)/pretravel demo --output demo-output --force
 
 # Types beside the tests: mypy uses one core. What it says comes after what the tests say.
-check: browser-if-possible lint contracts  ## everything that must pass before a commit
+check: lint contracts  ## everything that must pass before a commit, but check-system
 	@mkdir -p .mypy_cache; $(MAKE) --no-print-directory types >.mypy_cache/output 2>&1 & types=$$!; \
 	$(MAKE) --no-print-directory test; tests=$$?; \
 	wait $$types; types=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$types = 0 ]
 
-check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## check, with the slow tests, benchmarks, single faults in the code, and the built package
-	$(TESTS) -m "slow or not slow"
+check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests on LinuxCNC, in a browser, and of the built site
+	$(WAITING) -m "not slow" $(SYSTEM)
+
+check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, benchmarks, single faults in the code, and the built package
+	$(WAITING) -m "slow or not slow"
 	$(BIN)/python -m benchmarks.run --print
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 	$(MAKE) --no-print-directory release-check
@@ -54,7 +61,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(TESTS) -m "not slow"
+	$(TESTS) -m "not slow" $(SYSTEM:%=--ignore=%)
 
 docs: $(STAMP)  ## build the site of the documentation into docs/_build/site; a warning is an error
 	$(SINGLE) $(BIN)/sphinx-build --quiet --fresh-env --fail-on-warning --keep-going --nitpicky docs docs/_build/site

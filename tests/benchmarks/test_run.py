@@ -22,7 +22,7 @@ from pretravel.study.plan import Plan
 from pretravel.study.run import Workers, run_study
 from pretravel.study.workers import in_this_process
 
-QUICK = ("directions", "touches", "surface-touches", "trials", "qualification", "over-directions")
+QUICK = ("directions", "touches", "surface-touches", "trials", "qualification")
 SLOW = tuple(name for name in run.BENCHMARKS if name not in (*QUICK, "long-tables"))
 
 
@@ -68,6 +68,7 @@ def test_a_fast_wrong_compensation_fails(monkeypatch: pytest.MonkeyPatch) -> Non
         ratios.touches(SMALL)
 
 
+@pytest.mark.slow
 def test_long_tables_are_compared_row_by_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -166,6 +167,7 @@ def test_a_command_that_fails_is_told(tmp_path: Path) -> None:
         spent(python_file(tmp_path, "fails.py", "raise SystemExit('broken on purpose')"))
 
 
+@pytest.mark.slow
 def test_memory_of_a_job_is_not_that_of_the_process_that_started_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
