@@ -60,13 +60,15 @@ def _without_layout(picture: Picture) -> Figure:
     figure = _draw(picture)
     figure.set_layout_engine("none")
     figure.set_dpi(50.0)
+    for axes in figure.axes:
+        axes.set_axis_off()
     return figure
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _pictures_have_no_layout() -> None:
-    """Most time of a picture goes into the places of its axes and into its many pixels, which few
-    tests look at."""
+    """Most time of a picture goes into the places of its axes, into ticks with their numbers, and
+    into its many pixels, which few tests look at."""
     Picture.draw = _without_layout  # type: ignore[method-assign]
 
 
