@@ -1,0 +1,187 @@
+"""Step, drift and memory in touches: theorems of Bayes and sums over pairs by brute force."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pretravel.arrays import FloatArray, IntArray
+from pretravel.directions import fibonacci_cap
+from pretravel.maps.observation import Observation
+from pretravel.qualification.machine_in_touches import (
+    MachineEffects,
+    _log_density,
+    _memory,
+    _memory_warnings,
+    _scatter_by_memory,
+    machine_effects,
+)
+from pretravel.qualification.reference_drift import relative_times
+from pretravel.qualification.touch_order import estimated_hysteresis
+
+NORMALS = fibonacci_cap(25, 1.5)
+UM = 1e-3  # mm
+PASSES = np.concatenate([np.random.default_rng(s).permutation(25) for s in range(4)])
+SIZES, SHARES = (0.4 * UM, 1.0 * UM, 3.0 * UM), (0.25, 0.10, 0.02)
+
+
+def _observation(errors: FloatArray, groups: IntArray) -> Observation:
+    positions = NORMALS[groups] * (15.5 - 0.008 - errors)[:, None]
+    return Observation(positions, groups, np.zeros(3), 12.5, 3.0, False)
+
+
+def _with_memory(lateral: float, axial: float, noise: float, seed: int = 0) -> FloatArray:
+    n, m = NORMALS[PASSES], np.roll(NORMALS[PASSES], 1, axis=0)
+    error = lateral * np.sum((n * m)[:, :2], axis=1) + axial * n[:, 2] * m[:, 2]
+    error[0] = 0.0
+    return np.asarray(error + noise * np.random.default_rng(seed).standard_normal(100))
+
+
+def _effects(errors: FloatArray, groups: IntArray, form: float = 0.0) -> MachineEffects:
+    seen = _observation(errors, groups)
+    return machine_effects(seen, seen.positions, form)
+
+
+@pytest.mark.parametrize(
+    ("lateral", "axial", "noise"),
+    [(2.0, 0.5, 0.3), (0.3, 0.0, 0.6), (0.0, 0.0, 0.3), (0.15, 0.1, 0.5)],
+)
+def test_a_memory_is_the_mean_of_its_posterior(lateral: float, axial: float, noise: float) -> None:
+    """Integrated on a grid: no memory with 63 %, else normal ones of three sizes."""
+    seen = _observation(_with_memory(lateral * UM, axial * UM, noise * UM), PASSES)
+    order = np.arange(100.0)
+    found = estimated_hysteresis(seen.values, seen.directions, PASSES, order)
+    expected, moments, share = _memory(seen, np.zeros(100), order)
+    like = stats.multivariate_normal(found.value, found.covariance)
+    spread = np.sqrt(np.diag(found.covariance))
+    axes = [v + s * np.linspace(-7.0, 7.0, 281) for v, s in zip(found.value, spread, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    cell = float(np.prod([axis[1] - axis[0] for axis in axes]))
+    prior = sum(
+        w * stats.multivariate_normal(np.zeros(2), s**2 * np.eye(2)).pdf(grid)
+        for s, w in zip(SIZES, SHARES, strict=True)
+    )
+    weight = prior * like.pdf(grid) * cell
+    nothing = 0.63 * float(like.pdf(np.zeros(2)))
+    total = nothing + float(weight.sum())
+    assert share == pytest.approx(1.0 - nothing / total, rel=1e-3)
+    mean = np.tensordot(weight, grid, 2) / total
+    second = np.einsum("ij,ijk,ijl->kl", weight, grid, grid) / total
+    assert moments == pytest.approx(second, rel=2e-3, abs=1e-12)
+    # In doubt nothing is subtracted.
+    assert expected == pytest.approx(mean if share > 0.95 else np.zeros(2), rel=1e-3, abs=1e-9)
+
+
+def test_what_was_subtracted_is_no_memory() -> None:
+    errors = _with_memory(2.0 * UM, 1.0 * UM, 0.3 * UM)
+    seen = _observation(errors, PASSES)
+    first = _memory(seen, np.zeros(100), np.arange(100.0))[0]
+    clean = _memory(seen, _with_memory(2.0 * UM, 1.0 * UM, 0.0), np.arange(100.0))
+    assert np.linalg.norm(first - [2.0 * UM, 1.0 * UM]) < 0.4 * UM
+    assert clean[0].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(("repeats", "known"), [(5, False), (6, True)])
+def test_six_repeats_are_the_fewest_that_tell_of_a_memory(repeats: int, known: bool) -> None:
+    groups = np.append(np.arange(25), np.arange(repeats))
+    seen = _observation(np.zeros(25 + repeats), groups)
+    assert (_memory(seen, np.zeros(25 + repeats), np.arange(25.0 + repeats))[2] > 0.0) is known
+
+
+def test_without_another_order_a_memory_is_as_likely_as_before() -> None:
+    """Passes in one order: a usual memory of 0.4 µm, whose probability is that of all sizes."""
+    groups = np.tile(np.arange(25), 3)
+    errors = np.tile(1e-4 * np.random.default_rng(1).standard_normal(25), 3)
+    seen = _observation(errors, groups)
+    expected, moments, share = _memory(seen, np.zeros(75), np.arange(75.0))
+    assert expected.tolist() == [0.0, 0.0]
+    assert share == pytest.approx(0.37, rel=1e-12)
+    assert moments == pytest.approx(0.37 * (0.4 * UM) ** 2 * np.eye(2), rel=1e-12)
+    found = _effects(errors, groups)
+    assert any("after the same direction every time" in w for w in found.warnings)
+    square = _scatter_by_memory(seen.group_directions, moments)
+    assert found.fixed_scatter == pytest.approx(math.sqrt(square), rel=1e-6)
+
+
+def test_scatter_by_memory_is_a_mean_over_pairs() -> None:
+    """Each direction after each, with a memory that has given second moments."""
+    moments = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    total = 0.0
+    for n in NORMALS:
+        for m in NORMALS:
+            columns = np.array([n[0] * m[0] + n[1] * m[1], n[2] * m[2]])
+            total += float(columns @ moments @ columns)
+    assert _scatter_by_memory(NORMALS, moments) == pytest.approx(total / 625.0, rel=1e-9)
+
+
+def test_logarithm_of_a_normal_density() -> None:
+    covariance = np.array([[2.0, 0.7], [0.7, 1.0]])
+    value = np.array([0.4, -1.1])
+    expected = stats.multivariate_normal(np.zeros(2), covariance).logpdf(value)
+    assert _log_density(value, covariance) == pytest.approx(expected + math.log(2.0 * math.pi))
+
+
+def test_what_is_told_of_a_memory() -> None:
+    """Above 95 % its size; above 50 % its root mean square if there is one, and its probability."""
+    expected, moments = np.array([0.5, -2.0]) * UM, np.diag([1.0, 3.24]) * UM**2
+    assert "hysteresis of about 2.0 µm" in _memory_warnings(0.951, expected, moments)[0]
+    (doubt,) = _memory_warnings(0.81, expected, moments)
+    assert "about 2.0 µm has a probability of 81%" in doubt
+    assert "hysteresis of about" in _memory_warnings(0.949, expected, moments)[0]
+    assert "has a probability of" in _memory_warnings(0.949, expected, moments)[0]
+    assert len(_memory_warnings(0.501, expected, moments)) == 1
+    assert _memory_warnings(0.499, expected, moments) == []
+
+
+def test_a_sure_memory_is_subtracted_and_scatters() -> None:
+    """The change is the memory's columns, zero at the first touch, which has none before it."""
+    found = _effects(_with_memory(2.0 * UM, 1.0 * UM, 0.1 * UM), PASSES)
+    assert found.hysteresis == pytest.approx([2.0 * UM, 1.0 * UM], abs=0.15 * UM)
+    assert found.change == pytest.approx(_with_memory(*found.hysteresis, 0.0), abs=1e-9)
+    assert found.drift.tolist() == [0.0, 0.0, 0.0]
+    seen = _observation(np.zeros(100), PASSES)
+    moments = np.outer(found.hysteresis, found.hysteresis)
+    scatter = math.sqrt(_scatter_by_memory(seen.group_directions, moments))
+    assert found.fixed_scatter == pytest.approx(scatter, rel=0.05)
+    assert [w.partition(":")[0] for w in found.warnings] == ["hysteresis of about 2.0 µm"]
+
+
+def test_a_drift_is_subtracted_with_its_sign() -> None:
+    """A reference that moves towards the tip is touched earlier: its pretravel falls."""
+    move = np.array([3.0, -1.0, 2.0]) * UM
+    rng = np.random.default_rng(3)
+    errors = -(NORMALS[PASSES] @ move) * relative_times(np.arange(100)) + 0.05 * UM * (
+        rng.standard_normal(100)
+    )
+    found = _effects(errors, PASSES)
+    assert found.drift == pytest.approx(move, abs=0.1 * UM)
+    assert found.change == pytest.approx(errors, abs=0.4 * UM)
+    assert f"drifted by {np.linalg.norm(found.drift) / UM:.1f} µm" in found.warnings[0]
+
+
+def test_the_form_of_the_sphere_is_uniform_between_its_extremes() -> None:
+    groups = np.arange(25)
+    found = _effects(np.zeros(25), groups, form=1.2 * UM)
+    assert found.fixed_scatter == pytest.approx(1.2 * UM / math.sqrt(12.0), rel=1e-9)
+    assert found.change.tolist() == [0.0] * 25
+
+
+def test_a_step_is_averaged_out_by_noise() -> None:
+    """The mean of a rounding with normal noise σ has the amplitude exp(-2 π² σ²/q²) of its first
+    harmonic, and the variance goes with its square."""
+    rng = np.random.default_rng(3)
+    step, centre = 1.0 * UM, np.array([0.1, 0.2, 0.3])
+    for noise in (0.0, 0.15 * UM, 0.6 * UM):
+        seen = _observation(noise * rng.standard_normal(100), PASSES)
+        positions = step * np.round((seen.positions + centre) / step)
+        rounded = Observation(positions, PASSES, centre, 12.5, 3.0, False)
+        found = machine_effects(rounded, positions)
+        assert found.step == pytest.approx(step, rel=1e-6)
+        values = rounded.values
+        means = np.bincount(PASSES, values) / 4.0
+        scatter = math.sqrt(np.sum((values - means[PASSES]) ** 2) / 75.0)
+        amplitude = math.exp(-2.0 * (math.pi * scatter / step) ** 2)
+        assert found.step_scatter == pytest.approx(amplitude * step / math.sqrt(12.0), rel=1e-6)

@@ -1,0 +1,139 @@
+"""Effects from differences within directions: least squares with a constant for each direction."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from pretravel.qualification.within_directions import (
+    centred_within,
+    exchange_probability,
+    exchanged_within,
+    fit_within_directions,
+)
+from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
+
+GROUPS = np.array([4, 4, 4, 0, 0, 0, 0, 7, 7, 9])  # the last one is touched once
+RNG = np.random.default_rng(3)
+COLUMNS = RNG.standard_normal((10, 2)) * [1.0, 5.0]
+BESIDE = RNG.standard_normal((10, 1))
+VALUES = RNG.standard_normal(10) + 2.0 * COLUMNS[:, 0]
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_coefficients_are_those_of_least_squares_with_constants(beside: bool) -> None:
+    constants = (GROUPS[:, None] == np.unique(GROUPS)).astype(float)
+    design = np.hstack([COLUMNS, BESIDE, constants] if beside else [COLUMNS, constants])
+    coefficients, rest, rank, _ = np.linalg.lstsq(design, VALUES, rcond=None)
+    dof = 10 - rank
+    fit = fit_within_directions(VALUES, COLUMNS, GROUPS, BESIDE if beside else None)
+    assert fit.value == pytest.approx(coefficients[:2], rel=1e-9)
+    assert fit.dof == dof == (3 if beside else 4)
+    assert fit.noise == pytest.approx(np.sqrt(float(rest[0]) / dof), rel=1e-9)
+    covariance = float(rest[0]) / dof * np.linalg.inv(design.T @ design)
+    assert fit.covariance == pytest.approx(covariance[:2, :2], rel=1e-9)
+    assert fit.determined.tolist() == [True, True]
+
+
+def test_a_column_that_is_constant_within_directions_is_not_determined() -> None:
+    same = np.array([1.0, 5.0, -2.0, 0.5])[np.unique(GROUPS, return_inverse=True)[1]]
+    alone = fit_within_directions(VALUES, COLUMNS[:, :1], GROUPS)
+    fit = fit_within_directions(VALUES, np.column_stack([same, COLUMNS[:, 0]]), GROUPS)
+    assert fit.determined.tolist() == [False, True]
+    assert fit.value == pytest.approx([0.0, alone.value[0]], rel=1e-9)
+    assert fit.covariance == pytest.approx(np.diag([0.0, alone.covariance[0, 0]]), rel=1e-9)
+    assert (fit.dof, fit.p_value) == (alone.dof, alone.p_value)
+    nothing = fit_within_directions(VALUES, same[:, None], GROUPS)
+    assert nothing.determined.tolist() == [False]
+    assert np.isnan(nothing.p_value)
+    assert nothing.dof == 6
+    square = centred_within(VALUES, GROUPS)
+    assert nothing.noise == pytest.approx(np.sqrt(square @ square / 6.0), rel=1e-12)
+
+
+def test_columns_that_are_multiples_of_each_other_are_not_determined() -> None:
+    """The third is: it has no part in their combination."""
+    other = COLUMNS[:, 1] / 5.0
+    columns = np.column_stack([other, -2.0 * other, COLUMNS[:, 0]])
+    fit = fit_within_directions(VALUES, columns, GROUPS)
+    both = fit_within_directions(VALUES, COLUMNS, GROUPS)
+    assert fit.determined.tolist() == [False, False, True]
+    assert fit.value == pytest.approx([0.0, 0.0, both.value[0]], rel=1e-9)
+    assert fit.covariance[2, 2] == pytest.approx(both.covariance[0, 0], rel=1e-9)
+    assert np.count_nonzero(fit.covariance) == 1
+    assert fit.dof == both.dof
+    # An effect beside that says the same leaves nothing to determine.
+    hidden = fit_within_directions(VALUES, columns[:, :1], GROUPS, -3.0 * columns[:, :1])
+    assert hidden.determined.tolist() == [False]
+    assert np.isnan(hidden.p_value)
+
+
+def test_without_degrees_of_freedom_nothing_is_tested() -> None:
+    fit = fit_within_directions([1.0, 2.0], [[0.0], [1.0]], [0, 0])
+    assert fit.value == pytest.approx([1.0])
+    assert fit.dof == 0.0
+    assert np.isnan([fit.p_value, fit.noise, fit.covariance[0, 0]]).all()
+
+
+def test_the_probability_is_that_of_all_exchanges() -> None:
+    """3! · 4! · 2! = 288 arrangements; a share of 999 scatters by sqrt(p (1 - p) / 999)."""
+    weak = VALUES - 1.6 * COLUMNS[:, 0]
+    fit = fit_within_directions(weak, COLUMNS, GROUPS)
+    base = np.linalg.qr(centred_within(COLUMNS, GROUPS))[0]
+    reading, rows = centred_within(weak, GROUPS), [np.flatnonzero(g == GROUPS) for g in (4, 0, 7)]
+    explained = []
+    for orders in itertools.product(*[itertools.permutations(own) for own in rows]):
+        exchanged = reading.copy()
+        for own, order in zip(rows, orders, strict=True):
+            exchanged[own] = reading[list(order)]
+        explained.append(np.sum((base.T @ exchanged) ** 2))
+    p = float(np.mean(np.array(explained) >= explained[0] * (1.0 - 1e-9)))
+    assert 0.02 < p < 0.9
+    assert fit.p_value == pytest.approx(p, abs=4.0 * np.sqrt(p * (1.0 - p) / 999.0))
+
+
+def test_each_arrangement_within_directions_is_as_probable() -> None:
+    """A triple has six; of 999 sets each is in 166.5 ± 11.8. Other directions keep theirs."""
+    sets = exchanged_within([1.0, 10.0, 2.0, 3.0], [5, 0, 5, 5])
+    assert sets.shape == (999, 4)
+    assert np.all(sets[:, 1] == 10.0)
+    arrangements, number = np.unique(sets[:, [0, 2, 3]], axis=0, return_counts=True)
+    assert len(arrangements) == 6
+    assert np.abs(number - 166.5).max() < 4.0 * 11.8
+    # Two million numbers in all, at least 199 sets.
+    assert len(exchanged_within(np.zeros(4000), np.arange(4000) // 2)) == 500
+    assert len(exchanged_within(np.zeros(11_000), np.arange(11_000) // 2)) == 199
+
+
+def test_a_set_as_large_as_that_seen_counts() -> None:
+    assert exchange_probability(2.0, np.array([2.0, 2.0 - 1e-10, 1.9, 0.0])) == pytest.approx(0.6)
+    assert exchange_probability(9.0, np.zeros(999)) == pytest.approx(1e-3)
+
+
+def test_a_test_takes_about_ten_thousand_touches() -> None:
+    """Few directions with many touches: a part of each. Many directions: whole ones."""
+    assert touches_of_a_test(np.zeros(10_000, dtype=int)).all()
+    one_more = touches_of_a_test(np.zeros(10_001, dtype=int))
+    assert 9_990 <= one_more.sum() <= 10_001
+    few = np.arange(200_000) % 20
+    share = np.bincount(few[touches_of_a_test(few)], minlength=20)
+    assert np.abs(share - 500.0).max() < 4.5 * np.sqrt(500.0)
+    # Of 2500 directions with 80 touches, eight of each are 20 000: too many, so 11 000 / 8 of them.
+    many = np.arange(200_000) // 80
+    tested = touches_of_a_test(many)
+    assert 10_900 <= tested.sum() <= 11_000
+    number = np.bincount(many[tested], minlength=2500)
+    assert number[number > 0].mean() == pytest.approx(8.0, abs=0.35)
+    assert np.count_nonzero(number) == pytest.approx(11_000 / 8, rel=0.05)
+    whole = np.bincount((np.arange(50_000) // 4)[touches_of_a_test(np.arange(50_000) // 4)])
+    assert set(whole.tolist()) == {0, 4}
+
+
+def test_values_are_centred_within_their_directions() -> None:
+    values = np.column_stack([VALUES, COLUMNS])
+    found = centred_within(values, GROUPS)
+    for group in np.unique(GROUPS):
+        own = group == GROUPS
+        assert found[own] == pytest.approx(values[own] - values[own].mean(axis=0), abs=1e-12)
