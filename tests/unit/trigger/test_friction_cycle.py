@@ -17,6 +17,8 @@ from pretravel.trigger import friction as friction_module
 from pretravel.trigger.friction import (
     FrictionCycle,
     _frictionless_deflection,
+    _History,
+    _located,
     check_conditions,
     friction_cycle,
 )
@@ -158,6 +160,7 @@ def test_the_usual_overtravel(probe: Probe, scale: float) -> None:
     base = _frictionless_deflection(mechanism, seat_statics(soft), THRESHOLD)[0]
     assert (base > 0.005) == (scale > 1.0)
     found = friction_cycle(soft, d, 0.1, steps=5)
+    assert found.trigger_force.shape == (1, 1)  # one cycle where no number is stated
     assert found.deflection[0, 5] == pytest.approx(base + max(0.01, 2.0 * base), rel=1e-9)
 
 
@@ -199,6 +202,40 @@ def test_a_force_that_does_not_vanish_is_refused(
         return replace(state, force=np.where(held, np.maximum(state.force, 1e-3), state.force))
 
     monkeypatch.setattr(friction_module, "equilibrium", stuck)
+    monkeypatch.setattr(friction_module, "_located", lambda mechanism, before, *_: before)
     with pytest.raises(ConvergenceError, match="on the return in 1 of 3 directions"):
         friction_cycle(probe, DIRECTIONS, 0.1, steps=5)
-    assert len(asked) >= 15  # five up and ten down
+    assert len(asked) == 5 + 10
+    assert asked[:5] == [3] * 5
+    assert asked[-1] == 1  # those at rest have left
+
+
+def test_the_first_opening_and_the_last_closing_count(
+    probe: Probe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a seat that opens, closes and opens again on the same way."""
+    mechanism = seat_mechanism(probe, seat_statics(probe), DIRECTIONS[:1], 0.1, "rigid")
+    monkeypatch.setattr(friction_module, "_located", lambda mechanism, before, *_: before)
+    history = _History(mechanism, 1, THRESHOLD)
+    closed = mechanism.at_rest
+    moved = np.zeros((1, 22))
+    moved[0, 2] = mechanism.rest_depth[2]  # this seat is lifted from its ball
+    for loading in (True, False):
+        for number, lifted in enumerate([moved, 0.0 * moved, moved, 0.0 * moved]):
+            force = np.array([10.0 * loading + number])
+            state = replace(closed, moved=lifted, force=force)
+            history.step(state, loading=loading, cycle=0)
+    # The state before each step is the one that is kept here.
+    assert history.triggers.force.tolist() == [[0.0]]
+    assert history.reseats.force.tolist() == [[2.0]]
+
+
+def test_without_a_change_of_sign_the_end_of_the_step_is_kept(probe: Probe) -> None:
+    mechanism = seat_mechanism(probe, seat_statics(probe), DIRECTIONS, 0.1, "rigid")
+    end = np.array([1e-4, 2e-4, 3e-4])
+    kept = _located(mechanism, mechanism.at_rest, end, lambda m, _: np.ones(len(m.directions)))
+    assert mechanism.deflection(kept) == pytest.approx(end, rel=1e-9)
+    halfway = _located(
+        mechanism, mechanism.at_rest, end, lambda m, s: m.deflection(s) - 0.3 * end.min()
+    )
+    assert mechanism.deflection(halfway) == pytest.approx(np.full(3, 3e-5), rel=1e-5)
