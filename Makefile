@@ -5,14 +5,12 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 # Test workers share the cores; threads of the linear algebra would fight over them. By file: what
 # the tests of a file share is made once.
-CORES := $(shell nproc 2>/dev/null || echo 1)
+# One more than there are cores: some tests wait for programs, for a machine or for a page.
+WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 1) + 1)
 SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 # Bytecode is kept: without it each worker and each command that a test starts compiles everything.
-PYTEST := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --dist loadfile --no-loadscope-reorder \
-	--durations=10
-TESTS := $(PYTEST) -n $(CORES)
-# One worker more: these tests wait for a machine or for a page most of the time.
-WAITING := $(PYTEST) -n $(shell expr $(CORES) + 1)
+TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
+	--no-loadscope-reorder --durations=10
 # On a real LinuxCNC, in a real browser, of the built site.
 SYSTEM := tests/machine tests/browser tests/docs/test_site.py
 
@@ -37,10 +35,10 @@ check: lint contracts  ## everything that must pass before a commit, but check-s
 	wait $$types; types=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$types = 0 ]
 
 check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests on LinuxCNC, in a browser, and of the built site
-	$(WAITING) -m "not slow" $(SYSTEM)
+	$(TESTS) -m "not slow" $(SYSTEM)
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, benchmarks, single faults in the code, and the built package
-	$(WAITING) -m "slow or not slow"
+	$(TESTS) -m "slow or not slow"
 	$(BIN)/python -m benchmarks.run --print
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 	$(MAKE) --no-print-directory release-check
