@@ -232,24 +232,6 @@ class MapBasis(ABC):
         del directions
         return {}
 
-    def turn_variance(self, design: FloatArray, noise: FloatArray) -> float:
-        """Variance of the map's azimuth that the covariance of the coefficients leaves out.
-
-        Parameters
-        ----------
-        design : (g, p) float
-            Columns of what touches in g directions determine; the last is a turn of the map.
-        noise : (g,) float
-            Variances of the mean touch of each direction. [mm²]
-
-        Returns
-        -------
-        float
-            [rad²]
-        """
-        del design, noise
-        return 0.0
-
 
 def values_in_blocks(
     basis: MapBasis, directions: FloatArray, coefficients: FloatArray

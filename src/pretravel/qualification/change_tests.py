@@ -211,9 +211,6 @@ def touches_and_map(
     fixed = max(noise.fixed_variance, pretravel_map.fixed_scatter**2)
     of_means = noise.variances / noise.counts + fixed
     uncertain = _covariance_of_map(pretravel_map, machine, noise, of_map, step)
-    turn_variance = pretravel_map.basis.turn_variance(design, of_means)
-    if turn_variance:
-        uncertain = uncertain + turn_variance * np.outer(slope, slope)
     return TouchesAndMap(
         observation=observation,
         noise=noise,

@@ -126,8 +126,7 @@ class DriftedMap:
         Change of the coefficients for a drift of scale, level and turn by one unit: [mm],
         [1], [mm/rad].
     spread : (3,) float
-        Standard deviation of each; that of the turn contains the azimuth of the lobes, which the
-        covariance of a harmonic map leaves out.
+        Standard deviation of each.
     covariance : (k, k) float
         Of the coefficients now: that of the map, and the drift. [mm²]
     shift : (k, axes) float
@@ -198,7 +197,6 @@ def drifted_map(
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
     shift, shift_of, from_center = _gauge(pretravel_map, places[:, :axes], design, to_coefficients)
     spread = np.array([drift.scale, drift.level, drift.turn])
-    spread[2] = math.hypot(spread[2], _azimuth_of_lobes(pretravel_map, axes))
     by_ways = (ways.T * spread**2) @ ways
     form = _form_covariance(pretravel_map, drift.form, design, shift, shift_of)
     covariance = pretravel_map.covariance.matrix + by_ways + form
@@ -244,17 +242,6 @@ def slope_around_axis(pretravel_map: PretravelMap, directions: FloatArray) -> Fl
         for turn in (_TURN, -_TURN)
     )
     return np.asarray((ahead - behind) / (2.0 * _TURN))
-
-
-def _azimuth_of_lobes(pretravel_map: PretravelMap, axes: int) -> float:
-    """Uncertainty of the azimuth that the covariance of a harmonic map leaves out. [rad]"""
-    nodes = pretravel_map.support.nodes
-    value = pretravel_map.basis.value(nodes, pretravel_map.coefficients)
-    variation = value - value.mean()
-    slope = slope_around_axis(pretravel_map, nodes)
-    design = np.column_stack([nodes[:, :axes], np.ones(len(nodes)), variation, -slope])
-    noise = np.full(len(nodes), pretravel_map.repeatability**2)
-    return math.sqrt(max(pretravel_map.basis.turn_variance(design, noise), 0.0))
 
 
 def _gauge(

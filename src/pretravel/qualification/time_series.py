@@ -110,8 +110,10 @@ class Whitened:
 
     Attributes
     ----------
-    pivots, factors : (n - 1,) float
-        D and the lower diagonal of L, covariance = L D Lᵀ; the first factor is zero.
+    pivots : (n - 1,) float
+        D of the covariance L D Lᵀ.
+    factors : (n - 2,) float
+        Below the diagonal of L.
     """
 
     pivots: FloatArray
@@ -127,13 +129,13 @@ class Whitened:
         pivots, beside, fault = dpttrf(main, _at_least_one(-own[1:-1]))
         if fault:
             raise np.linalg.LinAlgError("the covariance of differences is not positive definite")
-        return Whitened(pivots, np.append(0.0, beside[: len(main) - 1]))
+        return Whitened(pivots, beside[: len(main) - 1])
 
     def solved(self, columns: FloatArray) -> FloatArray:
         """Inverse of the covariance times columns, (n - 1, p)."""
         from scipy.linalg.lapack import dpttrs
 
-        return np.asarray(dpttrs(self.pivots, _at_least_one(self.factors[1:]), columns)[0])
+        return np.asarray(dpttrs(self.pivots, _at_least_one(self.factors), columns)[0])
 
     @property
     def log_determinant(self) -> float:
@@ -145,8 +147,8 @@ class Whitened:
         main = np.empty(len(self.pivots))
         main[-1] = 1.0 / self.pivots[-1]
         for i in range(len(main) - 2, -1, -1):
-            main[i] = 1.0 / self.pivots[i] + self.factors[i + 1] ** 2 * main[i + 1]
-        return main, -self.factors[1:] * main[1:]
+            main[i] = 1.0 / self.pivots[i] + self.factors[i] ** 2 * main[i + 1]
+        return main, -self.factors * main[1:]
 
 
 def _at_least_one(beside: FloatArray) -> FloatArray:
@@ -277,7 +279,8 @@ class States:
     slope, u_slope : float
         Of the trend, zero without one. [unit/day]
     center : float
-        Time at which level and slope of the last state are not correlated. [days]
+        Time at which level and slope of the last state are not correlated; zero without a trend.
+        [days]
     own : float
         Variance of the last state if the slope were known.
     walk : float
@@ -337,9 +340,9 @@ def states_of(series: TimeSeries, noise: SeriesNoise, *, trend: bool) -> States:
         means[i], variances[i] = mean, variance
     slope = push / information if information > 0.0 else 0.0
     u_slope = 1.0 / math.sqrt(information) if information > 0.0 else 0.0
-    center, last = (float(means[-1, 1]) if trend else series.times[-1]), float(variances[-1])
+    center, last = float(means[-1, 1]), float(variances[-1])
     _smooth(means, variances, noise.walk * steps)
-    away = series.times - means[:, 1] if trend else 0.0 * series.times
+    away = series.times - means[:, 1]
     return States(
         times=series.times,
         level=frozen(means[:, 0] + slope * away),

@@ -175,8 +175,7 @@ def test_the_update_equals_a_regression_of_old_and_new_touches_together() -> Non
     n = found.contact_normals
     observed = 15.5 - np.linalg.norm(sphere_touches(y, FEW).positions - found.center, axis=1)
     rows = np.hstack([old.basis.design(n), -n]) / 0.3e-3
-    # Of a harmonic map the azimuth of the lobes is uncertain beside its covariance.
-    own = np.linalg.cholesky(drifted_map(old, NO_DRIFT).covariance)
+    own = np.linalg.cholesky(old.covariance.matrix)
     prior = np.hstack([np.linalg.inv(own), np.zeros((4, 3))])
     right = np.concatenate([observed / 0.3e-3, np.linalg.solve(own, old.coefficients)])
     system = np.vstack([rows, prior])

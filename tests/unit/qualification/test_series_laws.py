@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -87,6 +88,15 @@ def mixture(
         (float(share / shares.sum()), *rest)
         for share, (_, *rest) in zip(shares, found, strict=True)
     ]
+
+
+def counted(
+    parts: list[tuple[float, SeriesNoise, np.ndarray, np.ndarray]],
+) -> list[tuple[float, SeriesNoise, np.ndarray, np.ndarray]]:
+    """Without noises whose probability is below 1e-4."""
+    kept = [part for part in parts if part[0] > 1e-4]
+    total = sum(weight for weight, *_ in kept)
+    return [(weight / total, *rest) for weight, *rest in kept]
 
 
 NOISES = [(0.0, 0.0), (0.7, 0.0), (0.0, 0.4), (0.5, 0.3)]
@@ -230,18 +240,19 @@ def courses() -> dict[str, Course]:
 
 @pytest.mark.parametrize("kind", SERIES)
 def test_a_course_is_the_mean_over_the_noises(kind: str, courses: dict[str, Course]) -> None:
-    """What a thousandth of the probability says is left out: 1 % of u."""
     series, course = SERIES[kind], courses[kind]
     assert course.kind == kind
     time, level = series.times[:, None], np.empty((len(series), 0))
-    with_trend = mixture(series, time)
+    with_trend = counted(mixture(series, time))
     slope, u_slope = moments_of([(w, b[0], u[0] ** 2) for w, _, b, u in with_trend])
-    assert course.slope == pytest.approx(slope, abs=0.01 * u_slope)
-    assert course.u_slope == pytest.approx(u_slope, rel=0.01)
+    assert (course.slope, course.u_slope) == pytest.approx((slope, u_slope), rel=1e-6)
     below = sum(w * stats.norm.cdf(-b[0] / u[0]) for w, _, b, u in with_trend)
-    assert course.p_slope == pytest.approx(2.0 * min(below, 1.0 - below), rel=0.02)
+    above = sum(w * stats.norm.cdf(b[0] / u[0]) for w, _, b, u in with_trend)
+    assert course.p_slope == pytest.approx(2.0 * min(below, above), rel=1e-4)
     assert (course.p_slope < 0.01) == (kind == "drift")
-    walks = mixture(series, level) if kind == "random walk" else with_trend
+    walks = counted(mixture(series, level)) if kind == "random walk" else with_trend
+    assert course.allowed_weights == pytest.approx([w for w, *_ in with_trend], rel=1e-6)
+    assert course.weights == pytest.approx([w for w, *_ in walks], rel=1e-6)
     last = series.times[-1]
     for at, (mean, u) in (
         (series.times[2], (course.level[0][2], course.level[1][2])),
@@ -249,9 +260,34 @@ def test_a_course_is_the_mean_over_the_noises(kind: str, courses: dict[str, Cour
         (last + 9.0, tuple(float(part[0]) for part in course.later(last + 9.0))),
     ):
         parts = [(w, *predicted(series, n, at, kind != "random walk")) for w, n, *_ in walks]
-        expected = moments_of([part for part in parts if part[0] > 1e-5])
-        assert mean == pytest.approx(expected[0], abs=0.01 * expected[1])
-        assert u == pytest.approx(expected[1], rel=0.01)
+        assert (mean, u) == pytest.approx(moments_of(parts), rel=1e-6)
+
+
+def test_noises_are_none_or_even_in_their_logarithms() -> None:
+    for grid in (_SCATTERS, _WALKS):
+        assert grid[0] == 0.0
+        assert np.ptp(np.diff(np.log(grid[1:]))) < 1e-12
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_trend_is_stated_where_it_is_by_chance_in_less_than_a_hundredth(sign: float) -> None:
+    series = SERIES["scatter"]
+    time = series.times[:, None]
+
+    def rising(slope: float) -> TimeSeries:
+        return TimeSeries(series.times, series.values + slope * series.times, series.u)
+
+    def probability_of(slope: float) -> float:
+        parts = counted(mixture(rising(slope), time))
+        return float(sum(2.0 * w * stats.norm.cdf(-sign * b[0] / u[0]) for w, _, b, u in parts))
+
+    for p, drifts in ((0.0095, True), (0.0105, False)):
+        slope = optimize.brentq(
+            lambda x, p=p: probability_of(x) / p - 1.0, 0.0, sign * 9.0, rtol=1e-3
+        )
+        course = course_of(rising(slope))
+        assert course.p_slope == pytest.approx(p, rel=0.01)
+        assert (course.kind == "drift") == drifts
 
 
 @pytest.mark.parametrize("kind", SERIES)
@@ -359,10 +395,7 @@ def probability(series: TimeSeries, place: int, apart: bool) -> tuple[float, flo
     """Size, u, and twice the probability of the other sign, over the noises that count."""
     rows = np.arange(len(series))
     shape = (rows == place if apart else rows >= place).astype(float)
-    parts = [part for part in mixture(series, np.column_stack([shape, series.times]))
-             if part[0] > 1e-4]  # fmt: skip
-    total = sum(weight for weight, *_ in parts)
-    parts = [(weight / total, *rest) for weight, *rest in parts]
+    parts = counted(mixture(series, np.column_stack([shape, series.times])))
     size, u = moments_of([(w, b[0], e[0] ** 2) for w, _, b, e in parts])
     below = sum(w * stats.norm.cdf(-b[0] / e[0]) for w, _, b, e in parts)
     above = sum(w * stats.norm.cdf(b[0] / e[0]) for w, _, b, e in parts)
@@ -387,6 +420,23 @@ def test_a_break_has_the_probability_of_all_places_and_quantities(apart: bool, s
     assert found.p_value == pytest.approx(5.0 * 2.0 * 2.0 * 11.0 * p, rel=1e-4)
     (alone,) = breaks_of(times, {"level": known["level"]})
     assert found.p_value == pytest.approx(2.0 * alone.p_value, rel=1e-12)
+
+
+def test_breaks_have_a_probability_of_a_hundredth_at_most() -> None:
+    """2 · 5 · 11 times that of the break at its place, where size decides on which side it is."""
+    noise = np.random.default_rng(2).standard_normal(12)
+    times = np.arange(12.0)
+
+    def jumped(size: float) -> TimeSeries:
+        return TimeSeries(times, noise + size * (times >= 5), np.ones(12))
+
+    for p, days in ((0.009, [5]), (0.011, [])):
+        size = optimize.brentq(
+            lambda x, p=p: math.log(110.0 * probability(jumped(x), 5, False)[2] / p), 5.0, 30.0,
+            rtol=1e-3,
+        )  # fmt: skip
+        found = breaks_of(times, {"a": (jumped(size).values, np.ones(12))})
+        assert [one.day for one in found] == days
 
 
 def exact_jump(count: int, day: int, size: float = 10.0) -> np.ndarray:
@@ -501,11 +551,23 @@ def test_the_first_of_several_due_dates_counts() -> None:
     assert same.courses == ((),)
 
 
+def test_three_values_within_a_day_have_a_course() -> None:
+    times = np.array([0.0, 0.25, 0.5])
+    one = DailyQuantity("a", "1", 8.0 * times, np.full(3, 1e-6), 1e-3)
+    for count, courses in ((3, 1), (2, 0)):
+        found = drift_over_time(days(times[:count]), [replace(one, values=one.values[:count],
+                                u=one.u[:count])], 6e-3)  # fmt: skip
+        assert len(found.last) == courses
+    assert drift_over_time(days(times), [one], 6e-3).last[0].course.slope == pytest.approx(8.0)
+
+
 def test_days_of_an_unknown_uncertainty_show_their_scatter_themselves() -> None:
     """A thousandth of the median where u is not that of the day alone; nothing without a value."""
     values = np.array([1.0, np.nan, 3.0])
     quantity = DailyQuantity("form", "µm", values, np.array([0.2, 0.3, 0.9]), 1e-3)
     assert quantity.own_u.tolist() == [0.2, 0.3, 0.9]
+    assert not quantity.values.flags.writeable
+    assert not quantity.u.flags.writeable
     unknown = DailyQuantity("form", "µm", values, np.array([0.2, np.nan, 0.9]), 1e-3, known_u=False)
     assert unknown.own_u == pytest.approx([0.55e-3, np.nan, 0.55e-3], nan_ok=True)
     none = DailyQuantity("form", "µm", values, np.full(3, np.nan), 1e-3, known_u=False)
