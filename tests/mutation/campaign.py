@@ -106,6 +106,34 @@ def try_fault(
     return Verdict(fault, "", run, len(executing), seconds)
 
 
+def failing_without_fault(scratch: Scratch, line_map: LineMap, number: int = 40) -> str:
+    """The first of some quick tests, of all rooms, that fails though there is no fault.
+
+    Where there is one, every fault would look as if it were noticed.
+
+    Parameters
+    ----------
+    scratch : Scratch
+        With no fault in it.
+    line_map : LineMap
+    number : int
+        Of tests, at least.
+
+    Returns
+    -------
+    str
+        Empty where all pass.
+    """
+    quick = [t for t in line_map.tests.values() if t.seconds < _QUICK]
+    usual = {t.name: t.seconds for t in quick[:: max(len(quick) // number, 1)]}
+    base = scratch.temporary / "without"
+    base.mkdir(exist_ok=True)
+    sent, ended = scratch.in_fork(lambda send: _run_tests(send, usual, 1e3, base), 1e3)
+    passed = {s[1] for s in sent if s[0] == "passed"}
+    missing = [name for name in usual if name not in passed]
+    return next((s[1] for s in sent if s[0] == "failed"), ended) or (missing or [""])[0]
+
+
 def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[str]:
     """Names of tests; for a value that a module sets when it is loaded, of those that use it."""
     found = line_map.executing(fault.module, *fault.lines)

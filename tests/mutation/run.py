@@ -16,7 +16,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from tests.mutation.campaign import Verdict, try_fault
+from tests.mutation.campaign import Verdict, failing_without_fault, try_fault
 from tests.mutation.faults import Fault, faults_of
 from tests.mutation.known_faults import accepted, named, reason_of
 from tests.mutation.line_map import LineMap, make_line_map
@@ -108,6 +108,9 @@ def _campaign(
 ) -> int:
     reasons = accepted()
     line_map = LineMap(PROJECT, stated.kept)
+    if failing := failing_without_fault(Scratch(folder / "without"), line_map):
+        print(f"{failing} fails without a fault: nothing can be said about faults")
+        return 1
     killers_file = stated.kept / "killers.json"
     killers: dict[str, str] = {}
     if killers_file.is_file():

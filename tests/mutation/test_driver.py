@@ -8,7 +8,7 @@ import pytest
 
 import pretravel
 from tests.mutation import campaign
-from tests.mutation.campaign import try_fault
+from tests.mutation.campaign import failing_without_fault, try_fault
 from tests.mutation.faults import Fault, faults_of
 from tests.mutation.known_faults import accepted, named
 from tests.mutation.line_map import LineMap, make_line_map
@@ -196,6 +196,17 @@ def test_a_process_that_crashes_is_noticed(tried: tuple[Scratch, LineMap]) -> No
     place = MODULE.encode().index(b"    return LEAST")
     fault = Fault("trigger/sides.py", "least", "", "", "", (27, 27), (place, place), end)
     assert try_fault(fault, *tried, patience=20.0).killer == "crashed"
+
+
+def test_tests_that_fail_without_a_fault_are_told(tried: tuple[Scratch, LineMap]) -> None:
+    """Every fault would look as if it were noticed."""
+    scratch, line_map = tried
+    assert failing_without_fault(scratch, line_map) == ""
+    content = MODULE.replace("return width * height", "return width").encode()
+    with scratch.changed("src/pretravel/trigger/sides.py", content):
+        assert "test_area" in failing_without_fault(scratch, line_map)
+    with scratch.changed("src/pretravel/trigger/sides.py", b"import os\nos.abort()\n"):
+        assert failing_without_fault(scratch, line_map) == "crashed"
 
 
 def test_the_file_is_whole_again(tried: tuple[Scratch, LineMap]) -> None:
