@@ -105,8 +105,9 @@ def test_a_single_touch_is_compared_with_the_map() -> None:
     assert found.distance == pytest.approx(1.001 * limit, rel=1e-9)
     assert found.limit == pytest.approx(limit, rel=1e-9)
     assert "µm from the map; noise" in found.message
-    # A larger step excuses it.
-    assert _gross(values, groups, step=limit) is None
+    # One and a half steps excuse it.
+    assert _gross(values, groups, step=1.002 * limit / 1.5) is None
+    assert _gross(values, groups, step=limit / 1.5) is not None
 
 
 @pytest.mark.parametrize(("directions", "named"), [(6, False), (7, True)])

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import PretravelError
+from pretravel.errors import ConvergenceError, PretravelError
 from pretravel.frames import probe_rotation
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.observe import observe
+from pretravel.qualification import observe as observing
+from pretravel.qualification.observe import _numbered_cells, observe
 from pretravel.touches import Touches
 
 SETUP = QualificationSetup(25.0, tip_diameter=6.0)
@@ -240,3 +241,107 @@ def test_a_tilted_probe_sees_directions_in_its_own_frame() -> None:
     assert found.directions == pytest.approx(N, abs=1e-9)
     assert found.center @ turn.T == pytest.approx([10.0, 20.0, 30.0], abs=1e-9)
     assert found.values == pytest.approx(0.01, abs=1e-9)
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_touches_on_no_circle_may_be_on_a_sphere(
+    ring: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a fit that does not converge in a ring it is asked whether it is one."""
+
+    def diverges(_: object) -> None:
+        raise ConvergenceError("no circle found")
+
+    monkeypatch.setattr(observing, "fit_sphere", diverges)
+    told = _told(_ring() if ring else _touches(), replace(SETUP, ring=ring))
+    assert told.startswith("no circle found")
+    assert ("is this a ring, touched inside at one height?" in told) == ring
+
+
+def test_a_false_trip_is_named_as_it_is_excluded() -> None:
+    """By its label, if it is the only one of this name; else by its line; else by neither."""
+    count = 40
+    touches = _touches(fibonacci_cap(count, np.radians(90.0)))
+    positions = touches.positions.copy()
+    positions[7] += 0.5 * touches.normals[7]
+    touches = replace(touches, positions=positions)
+    alone = ("twin",) * 7 + ("single",) + ("twin",) * (count - 8)
+    lines = tuple(range(101, 101 + count))
+    assert "exclude it by its label, single" in _told(replace(touches, labels=alone, lines=lines))
+    twins = ("twin",) * count
+    assert "exclude it by its line, 108" in _told(replace(touches, labels=twins, lines=lines))
+    assert "exclude it by its line, 108" in _told(replace(touches, lines=lines))
+    assert _told(touches).endswith("exclude it")
+
+
+@pytest.mark.parametrize(
+    ("radius", "words"),
+    [
+        (12.41, "already compensated"), (12.39, "check the diameter"),
+        (12.59, "already compensated"), (12.61, "check the diameter"),
+        (6.41, "tip's radius given"), (6.39, "check the diameter"),
+        (6.59, "tip's radius given"), (6.61, "check the diameter"),
+        (21.91, "ring's radius given"), (21.89, "check the diameter"),
+        (22.09, "ring's radius given"), (22.11, "check the diameter"),
+    ],
+)  # fmt: skip
+def test_a_likely_mistake_in_a_ring(radius: float, words: str) -> None:
+    """Of a ring of 25 mm and a tip of 6 mm: 12.5, 12.5 - 2 · 3 and 25 - 3 mm."""
+    told = _told(_ring(0.0, radius=radius), replace(SETUP, ring=True))
+    assert words in told
+    if words == "check the diameter":
+        assert f"the ring would measure {2.0 * (radius + 3.0):.4f} mm" in told
+
+
+def test_two_narrow_fans_are_a_plane() -> None:
+    """Their spread across is a fortieth of that in the fans, but a hundredth of the largest."""
+    across = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0]) * 0.012
+    fan = np.array([-0.5, -0.5, 0.0, 0.0, 0.5, 0.5])
+    one = np.column_stack([np.ones(6), fan, across])
+    n = np.concatenate([one, one * [-1.0, 1.0, 1.0]])
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    size = np.linalg.svd(n - n.mean(axis=0))[1]
+    assert size[2] < 0.02 * size[0]
+    assert size[2] > 0.02 * size[1]
+    assert "in one plane (perpendicular to Z)" in _told(_touches(n))
+
+
+def test_cells_of_normals_are_those_of_three_whole_numbers() -> None:
+    """Two normals have one number if all three cells along the axes are equal."""
+    rng = np.random.default_rng(2)
+    n = rng.standard_normal((300, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    # Mirror images, permutations, and close neighbours.
+    n = np.concatenate([n, n * [-1, 1, 1], n * [1, -1, 1], n * [1, 1, -1], n[:, ::-1], n + 1e-5])
+    number = _numbered_cells(n, 0.05)
+    cells = np.floor((n + 1.0) / 0.05).astype(int)
+    expected = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+    assert len(np.unique(number)) == len(np.unique(expected)) == number.max() + 1
+    assert len(set(zip(number.tolist(), expected.tolist(), strict=True))) == number.max() + 1
+
+
+def test_crowded_repeats_are_one_direction() -> None:
+    """40 touches of each of six directions, to a quarter of a thousandth: as in pairs."""
+    rng = np.random.default_rng(1)
+    six = fibonacci_cap(6, 1.5)
+    order = rng.permutation(np.repeat(np.arange(6), 40))
+    n = six[order] + 1e-4 * rng.standard_normal((240, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    found = observe(_touches(n), SETUP)
+    first = [int(np.flatnonzero(order == g)[0]) for g in range(6)]
+    rank = np.argsort(np.argsort(first))
+    assert found.groups.tolist() == rank[order].tolist()
+
+
+def test_what_is_observed_has_the_references_sizes() -> None:
+    setup = replace(SETUP, u_diameter=4e-4)
+    found = observe(_touches(), setup)
+    assert (found.reference_radius, found.tip_radius) == (12.5, 3.0)
+    assert found.u_reference_radius == 0.5 * setup.u_reference_diameter > 1.9e-4
+    assert found.tip_known
+    assert not found.ring
+    assert not observe(_touches(), QualificationSetup(25.0)).tip_known
+    moved = _ring().positions + np.array([1.0, 2.0, 3.0])
+    ring = observe(replace(_ring(), positions=moved), replace(SETUP, ring=True))
+    assert ring.ring
+    assert ring.center == pytest.approx([1.0, 2.0, 3.0], abs=1e-9)

@@ -136,3 +136,21 @@ def test_usual_steps_of_scales_are_looked_for(unit_of_display: float, digit: flo
     assert min(_USUAL_STEPS) >= 0.999e-5
     assert max(_USUAL_STEPS) <= 5.005e-3
     assert list(_USUAL_STEPS) == sorted(_USUAL_STEPS, reverse=True)
+
+
+def test_no_machine_has_a_step_above_five_micrometres() -> None:
+    """A calculated pattern in round numbers."""
+    rng = np.random.default_rng(8)
+    directions = sphere_pattern_25()
+    positions = _touches(rng, directions, 1, 0.0003)[0]
+    assert quantisation_step(_rounded(positions, 0.005)) == pytest.approx(0.005, rel=1e-6)
+    assert quantisation_step(_rounded(positions, 0.006)) == 0.0
+    assert quantisation_step(_rounded(positions, 0.012)) == 0.0
+
+
+@pytest.mark.parametrize(("reach", "found"), [(7, True), (1007, False), (100_003, False)])
+def test_three_touches_show_a_step_of_their_near_distances(reach: int, found: bool) -> None:
+    """A step that is found in the data is one of as many as the distance has steps."""
+    positions = np.array([[0.0, 0.0, 0.0], [3e-3, 0.0, 0.0], [reach * 1e-3, 0.0, 0.0]])
+    step = quantisation_step(positions + CENTRE)
+    assert step == (pytest.approx(1e-3, rel=1e-6) if found else 0.0)

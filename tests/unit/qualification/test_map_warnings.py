@@ -1,0 +1,187 @@
+"""What is said of a map: each limit from both sides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import describe, fibonacci_cap, polar_angle
+from pretravel.frames import probe_rotation
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.map_warnings import (
+    height_warnings,
+    map_warnings,
+    over_support,
+    repeat_warnings,
+    setup_warnings,
+    some_directions,
+)
+from pretravel.uncertainty.covariance import Covariance
+from pretravel.units import DEGREE
+
+NODES = fibonacci_cap(40, 90.0 * DEGREE)
+UM = 1e-3  # mm
+
+
+def _map(
+    mean: float = 0.01, lobe: float = 0.0, u: float = 1e-4, u_lobe: float = 0.0, **changes: object
+) -> PretravelMap:
+    """mean + lobe · z, with the harmonics' own factors; independent coefficients."""
+    basis = HarmonicBasis(np.array([[0, 0], [1, 0]]))
+    made = PretravelMap(
+        basis, np.array([mean, lobe]), Covariance.independent([u**2, u_lobe**2]),
+        DirectionSupport(NODES), tip_radius=3.0, repeatability=1e-4,
+    )  # fmt: skip
+    return replace(made, **changes)  # type: ignore[arg-type]
+
+
+def _seen(
+    normals: FloatArray = NODES, *, ring: bool = False, tip_known: bool = True
+) -> Observation:
+    return Observation(
+        15.5 * normals, np.arange(len(normals)), np.zeros(3), 12.5, 3.0, ring, tip_known
+    )
+
+
+@pytest.mark.parametrize(("polar", "low"), [(59.9, True), (60.1, False)])
+def test_a_cap_ends_above_sixty_degrees(polar: float, low: bool) -> None:
+    cap = fibonacci_cap(40, polar * DEGREE)
+    largest = float(polar_angle(cap).max()) / DEGREE
+    cap = fibonacci_cap(40, polar * DEGREE * polar / largest)
+    said = map_warnings(_map(support=DirectionSupport(cap)), _seen(cap))
+    assert said == ([w for w in said if "reach only to polar 60°: a cap hardly" in w])
+    assert len(said) == low
+    assert map_warnings(_map(), _seen(cap, ring=True)) == []
+
+
+def test_a_good_map_needs_no_word() -> None:
+    assert map_warnings(_map(), _seen()) == []
+    (said,) = map_warnings(_map(), _seen(tip_known=False))
+    assert said.startswith("the tip's diameter was not given")
+
+
+@pytest.mark.parametrize("u", [1e-6, 4e-4])
+def test_pretravel_below_zero_by_two_micrometres_and_three_u(u: float) -> None:
+    at = float(_map(u=u).standard_uncertainty(NODES[:1])[0])
+    for off, low in ((-1e-6, True), (1e-6, False)):
+        mean = -2.0 * UM - 3.0 * at + off
+        value = _map(mean, u=u).pretravel(NODES[:1])[0]
+        scale = mean / float(value)
+        said = map_warnings(_map(mean * scale, u=u), _seen())
+        assert [f"pretravel falls to {mean / UM:.1f} µm at" in w for w in said] == [True] * low
+        # Without the tip's diameter the map is relative to its mean.
+        other = map_warnings(_map(mean * scale, u=u), _seen(tip_known=False))
+        assert len(other) == 1
+
+
+@pytest.mark.parametrize(("value", "high"), [(0.0999, False), (0.1001, True)])
+def test_pretravel_above_a_tenth_of_a_millimetre(value: float, high: bool) -> None:
+    said = map_warnings(_map(value / float(_map(1.0).pretravel(NODES[:1])[0])), _seen())
+    assert [f"pretravel rises to {value / UM:.1f} µm at" in w for w in said] == [True] * high
+
+
+def test_the_places_of_extremes_are_said() -> None:
+    """The largest next to the pole; the smallest at the lowest polar angle."""
+    slope = 1.0 / float(_map(0.0, 1.0).pretravel([[0.0, 0.0, 1.0]])[0])
+    level = 1.0 / float(_map(1.0).pretravel([[0.0, 0.0, 1.0]])[0])
+    said = map_warnings(_map(-0.01 * level, 0.13 * slope), _seen())
+    places = over_support(_map())[0]
+    highest, lowest = (places[pick(places[:, 2])] for pick in (np.argmax, np.argmin))
+    assert f"at {describe(lowest)}, but no probe" in said[0]
+    assert f"at {describe(highest)}; probes deflect" in said[1]
+
+
+@pytest.mark.parametrize(("ratio", "grows"), [(4.9, False), (5.1, True)])
+def test_u_grows_between_the_touches(ratio: float, grows: bool) -> None:
+    """u goes with z: the touches reach up to where it is a fifth of that at the pole."""
+    low = NODES[NODES[:, 2] < 0.5]
+    u = 20.0 * UM
+    known = _map(0.01, 0.0, 0.0, u)
+    largest = float(over_support(known)[2].max())
+    at = float(known.standard_uncertainty(low).max())
+    for single in (0.0, 1.0):
+        # The limit is five times the larger one of u at the touches and one touch.
+        if single:
+            scatter = largest / ratio
+            made = replace(known, repeatability=0.6 * scatter, fixed_scatter=0.8 * scatter)
+            touched = NODES[NODES[:, 2] < 0.1]
+        else:
+            touched = NODES[NODES[:, 2] < (0.19 if grows else 0.25)]
+            made = replace(known, repeatability=1e-9)
+            at = float(made.standard_uncertainty(touched).max())
+            assert (largest > 5.0 * at) == grows
+        said = map_warnings(made, _seen(touched))
+        found = [w for w in said if "between the touches" in w]
+        assert len(found) == grows
+        if grows:
+            assert f"grows to {largest / UM:.1f} µm, at polar" in found[0]
+
+
+def test_a_turned_map_is_looked_at_in_its_own_frame() -> None:
+    """Directions, values and u are those of the same map on an upright probe."""
+    upright = _map(0.01, 0.005, 1e-4, 2e-4)
+    turned = replace(upright, rotation=probe_rotation((0.6, 0.0, 0.8), rotation=0.7))
+    for one, other in zip(over_support(upright), over_support(turned), strict=True):
+        assert one == pytest.approx(other, abs=1e-12)
+    directions, value, u = over_support(upright)
+    assert value == pytest.approx(upright.pretravel(directions), abs=1e-15)
+    assert u == pytest.approx(upright.standard_uncertainty(directions), abs=1e-15)
+    assert directions[:40] == pytest.approx(NODES)
+    assert upright.support.supports(directions).all()
+    # All around at the lowest polar angle: one degree apart where the support goes as low.
+    lowest = polar_angle(NODES).max()
+    edge = directions[np.abs(polar_angle(directions) - lowest) < 1e-9]
+    gaps = np.degrees(np.diff(np.sort(np.arctan2(edge[:, 1], edge[:, 0]))))
+    assert np.median(gaps) == pytest.approx(360.0 / 359.0, rel=1e-6)
+
+
+def test_of_very_many_directions_five_thousand_are_looked_at() -> None:
+    many = fibonacci_cap(5001, 1.5)
+    assert some_directions(many[:5000]) is not many
+    assert len(some_directions(many[:5000])) == 5000
+    drawn = some_directions(many)
+    assert len(drawn) == 5000
+    rows = [int(np.flatnonzero((many == row).all(axis=1))[0]) for row in drawn[::500]]
+    assert rows == sorted(rows)
+    assert len(np.unique(drawn, axis=0)) == 5000
+
+
+@pytest.mark.parametrize(
+    ("dof", "repeated", "said"), [(2.9, False, 1), (3.0, False, 0), (1.0, True, 0)]
+)
+def test_a_usual_repeatability_is_no_measured_one(dof: float, repeated: bool, said: int) -> None:
+    found = repeat_warnings(Scatter(0.4 * UM, dof), repeated=repeated)
+    assert len(found) == said
+    assert all("0.40 µm is a usual value" in warning for warning in found)
+
+
+def test_an_assumed_uncertainty_of_the_reference_is_said() -> None:
+    assert setup_warnings(QualificationSetup(25.0, u_diameter=1e-4)) == []
+    (said,) = setup_warnings(QualificationSetup(25.0, ring=True))
+    assert "uncertainty of the ring's diameter was not given" in said
+
+
+@pytest.mark.parametrize(
+    ("u", "ring", "pole", "said"),
+    [
+        (1.01, False, False, 1),
+        (0.99, False, False, 0),
+        (9.0, True, False, 0),
+        (9.0, False, True, 0),
+    ],
+)
+def test_a_height_is_known_to_a_micrometre(u: float, ring: bool, pole: bool, said: int) -> None:
+    side = fibonacci_cap(200, 2.0)
+    side = side[(side[:, 2] < 0.5) & (side[:, 0] > 0.0)]
+    made = _map(support=DirectionSupport(NODES if pole else side))
+    assert made.support.supports(np.array([[0.0, 0.0, 1.0]]))[0] == pole
+    found = height_warnings(u * UM, made, ring=ring)
+    assert len(found) == said
+    assert all(f"u = {u:.1f} µm only" in warning for warning in found)
