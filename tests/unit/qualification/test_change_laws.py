@@ -188,6 +188,11 @@ def test_a_step_that_repeats_do_not_reduce_is_in_the_map_that_follows_it(fixed: 
     better = replace(alone, covariance=Covariance.full(by_touches))
     found = _covariance_of_map(better, N @ ROTATION.T, noise, given, 1.0 * UM)
     assert found == pytest.approx((sigma**2 + UM**2 / 12.0) / 3.0 * hat, rel=1e-5, abs=1e-5 * UM**2)
+    # One known worse does not follow more than all of it.
+    worse = replace(alone, covariance=Covariance.full(6.0 * by_touches))
+    found = _covariance_of_map(worse, N @ ROTATION.T, noise, given, 1.0 * UM)
+    whole = 2.0 * sigma**2 + UM**2 / 12.0
+    assert found == pytest.approx(whole * hat, rel=1e-5, abs=1e-5 * UM**2)
     found = _covariance_of_map(better, N @ ROTATION.T, noise, given, 0.0)
     assert found == pytest.approx(sigma**2 / 3.0 * hat, rel=1e-9, abs=1e-20)
 
