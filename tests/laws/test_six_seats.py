@@ -12,8 +12,12 @@ import pytest
 
 from pretravel.directions import fibonacci_cap
 from pretravel.errors import PretravelError
+from pretravel.maps.basis import StoredArray, StoredBasis
+from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.maps.support import DirectionSupport
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.description import Probe
+from pretravel.trigger.predict import predict
 from pretravel.trigger.response import ProbeResponse, probe_response
 from pretravel.trigger.seats import seat_statics
 from pretravel.trigger.six_seat_basis import SixSeatBasis
@@ -136,3 +140,109 @@ def test_a_spring_beyond_half_of_the_radius_lifts_the_opposite_rod(azimuth: floa
         else:
             with pytest.raises(PretravelError, match="do not hold the tripod"):
                 six_seats(values)
+
+
+def test_a_preload_changes_the_map_as_the_probe() -> None:
+    """Per logarithm of the preload: against predictions with a thousandth more and less."""
+    basis = SixSeatBasis(_numbers(PROBE, probe_response(PROBE)), PROBE.tip.radius)
+    ends = [
+        predict(replace(PROBE, preload=PROBE.preload * f), CAP).pretravel for f in (0.999, 1.001)
+    ]
+    change = (ends[1] - ends[0]) / np.log(1.001 / 0.999)
+    # Central differences: curvature times step² is a millionth.
+    assert basis.sensitivities(CAP)["preload"] == pytest.approx(change, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["omp40-2", "omp40-2-100mm"])
+def test_a_stylus_length_changes_the_map_about_as_the_probe(name: str) -> None:
+    """The powers are means of probes; these two have a socket of steel that is shorter by itself.
+    Along the axis only compression changes, which is linear in the length."""
+    probe = load_probe(name)
+    basis = SixSeatBasis(_numbers(probe, probe_response(probe)), probe.tip.radius)
+    directions = np.concatenate([[[0.0, 0.0, 1.0]], CAP])
+    longer, shorter = (
+        predict(
+            replace(probe, stylus=tuple(replace(s, length=s.length * f) for s in probe.stylus)),
+            directions,
+        ).pretravel
+        for f in (1.01, 0.99)
+    )
+    change = (longer - shorter) / np.log(1.01 / 0.99)
+    found = basis.sensitivities(directions)["stylus_length"]
+    assert found == pytest.approx(change, rel=0.15)
+    assert set(basis.sensitivities(directions)) == {"preload", "stylus_length"}
+
+
+class TestBasisWithACorrection:
+    """The functions of a map of kind physical, and their coefficients in files and on controls."""
+
+    values = np.array([p.prior for p in PARAMETERS]) + 0.01 * np.arange(18)
+    terms = np.array([[2, 0], [3, -3], [3, 2]])
+    basis = SixSeatBasis(values, 2.5, terms)
+
+    def test_its_functions_are_those_stated(self) -> None:
+        """Pretravel, a constant, the direction, the slopes, the harmonics; in this order."""
+        assert self.basis.size == 1 + 1 + 3 + 18 + 3
+        response = six_seat_response(self.values, 2.5)
+        pretravel, slopes = six_seat_pretravel(self.values, CAP)
+        harmonics = real_spherical_harmonics(CAP, self.terms)
+        functions = [pretravel[:, None], np.ones((200, 1)), CAP, slopes, harmonics]
+        expected = np.concatenate(functions, axis=1)
+        assert self.basis.design(CAP) == pytest.approx(expected, rel=1e-12)
+        assert pretravel == pytest.approx(response.pretravel(CAP), abs=1e-11)
+        assert self.basis.constant.tolist() == [0.0, 1.0] + 24 * [0.0]
+        coefficients = np.random.default_rng(3).standard_normal(26)
+        for zero in ([], range(5, 23), range(23, 26), range(5, 26)):
+            some = coefficients.copy()
+            some[zero] = 0.0
+            assert self.basis.value(CAP, some) == pytest.approx(expected @ some, abs=1e-10)
+        moved = response.deflection(CAP, response.force(CAP)[0])
+        moved = moved + response.tip_approach(response.force(CAP)[0])[:, None] * CAP
+        assert self.basis.displacement(CAP) == pytest.approx(moved, rel=1e-9, abs=1e-15)
+        for parameter, value in zip(PARAMETERS, self.values, strict=True):
+            physical = np.exp(value) if parameter.logarithmic else value
+            assert self.basis.named[parameter.name] == pytest.approx(physical, rel=1e-12)
+
+    def test_its_form_on_a_control(self) -> None:
+        """Slopes cannot be programmed; a correction of zeros is none."""
+        coefficients = np.zeros(26)
+        coefficients[:5] = 1.1, 0.2, 0.3, 0.4, 0.5
+        form = self.basis.form_on_control(coefficients)
+        assert form is not None
+        assert (form.scale, form.constant, form.shift.tolist()) == (1.1, 0.2, [0.3, 0.4, 0.5])
+        assert form.correction is None
+        assert form.probe is self.basis.response
+        coefficients[23:] = 1.0, 2.0, 3.0
+        form = self.basis.form_on_control(coefficients)
+        assert form is not None
+        assert form.correction is not None
+        assert np.array_equal(form.correction.terms, self.terms)
+        assert form.correction.coefficients.tolist() == [1.0, 2.0, 3.0]
+        for slope in (5, 22):
+            assert self.basis.form_on_control(np.eye(26)[slope] + coefficients) is None
+
+    def test_it_is_stored_whole(self) -> None:
+        support = DirectionSupport(CAP)
+        plain = SixSeatBasis(self.values, 2.5)
+        for basis in (self.basis, plain):
+            read = SixSeatBasis.restored(StoredBasis(support, 2.5, basis.arrays()))
+            assert read is not None
+            assert np.array_equal(read.values, self.values)
+            assert np.array_equal(read.terms, basis.terms)
+            assert read.tip_radius == 2.5
+            assert len(basis.checksummed()) == (2 if len(basis.terms) else 1)
+            for array in basis.arrays().values():
+                assert len(array.axes) == 1
+        assert np.array_equal(np.asarray(self.basis.checksummed()[1]), self.terms)
+        assert SixSeatBasis.restored(StoredBasis(support, 2.5)) is None
+        names = StoredArray(("parameter",), [p.name for p in PARAMETERS][::-1])
+        other = StoredBasis(support, 2.5, {**plain.arrays(), "parameter": names})
+        with pytest.raises(PretravelError, match="other parameters than this version"):
+            SixSeatBasis.restored(other)
+
+    def test_numbers_of_unusual_size_are_refused(self) -> None:
+        for sign in (1.0, -1.0):
+            usual = np.where(np.arange(18) == 2, sign * 49.9, self.values)
+            SixSeatBasis(usual, 2.5)
+            with pytest.raises(PretravelError, match="of usual size"):
+                SixSeatBasis(np.where(np.arange(18) == 2, sign * 50.0, self.values), 2.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import fields, replace
 
@@ -96,10 +97,16 @@ def test_the_numbers_of_a_response_mean_what_is_stated(criterion: str) -> None:
 
 
 def test_a_direction_that_never_triggers_has_no_pretravel() -> None:
-    response = replace(made_up(), reaction_change=np.ones((6, 3)))
-    assert response.force(DIRECTIONS[:1])[0].tolist() == [math.inf]
-    assert not np.isfinite(response.pretravel(DIRECTIONS[:1]))[0]
-    assert not np.any(np.isfinite(ResponseBasis(response).displacement(DIRECTIONS[:1])))
+    """Infinite forces, and infinite displacements of either sign: not a number, and no warning."""
+    random, d = made_up(), DIRECTIONS[:1]
+    against = replace(random, compliance=-np.eye(3), seat_motion=-np.ones((3, 6)))
+    for some in (random, against):
+        response = replace(some, reaction_change=np.ones((6, 3)))
+        assert response.force(d)[0].tolist() == [math.inf]
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert not np.isfinite(response.pretravel(d))[0]
+            assert not np.any(np.isfinite(ResponseBasis(response).displacement(d)))
 
 
 def test_a_curved_part_gives_way_by_hertz() -> None:
