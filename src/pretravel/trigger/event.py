@@ -105,8 +105,7 @@ def trigger_force(
     rest = np.atleast_2d(np.asarray(rest_reactions, dtype=np.float64))
     unloading = -watched_loads(unit, criterion)
     margin = watched_loads(rest, criterion) - threshold
-    with np.errstate(divide="ignore"):
-        forces = np.where(unloading > _NEVER, margin / np.maximum(unloading, _NEVER), np.inf)
+    forces = np.where(unloading > _NEVER, margin / np.maximum(unloading, _NEVER), np.inf)
     force, first = _first(forces)
     if criterion == "first_contact":
         return force, first
