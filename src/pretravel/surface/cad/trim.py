@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,21 +41,24 @@ class Trim:
 
     rings: list[FloatArray]
     periods: tuple[float, float]
+    lower: tuple[float, float] = field(init=False)
+    upper: tuple[float, float] = field(init=False)
+    area: float = field(init=False)
 
     def __post_init__(self) -> None:
         import shapely
 
-        # The area of rings that do not cross is built at once; others are added one by one.
-        region: BaseGeometry = shapely.build_area(shapely.MultiLineString(self.rings))
-        crossing = any(not shapely.LinearRing(ring).is_simple for ring in self.rings)
-        if region is None or region.is_empty or crossing:
-            region = shapely.Polygon()
+        lines = shapely.MultiLineString(self.rings)
+        region: BaseGeometry = shapely.Polygon()
+        if lines.is_simple:  # the area of rings that do not cross is built at once
+            region = shapely.build_area(lines)
+        else:
             for ring in self.rings:
                 piece = shapely.Polygon(ring)
                 if not piece.is_valid:
                     piece = shapely.make_valid(piece)
                 region = region.symmetric_difference(piece)
-        if region.is_empty or not region.area > 0.0:
+        if not region.area > 0.0:
             raise PretravelError("its boundary encloses no area in the surface's parameters")
         low_u, low_v, high_u, high_v = region.bounds
         size = max(high_u - low_u, high_v - low_v)
@@ -65,10 +68,6 @@ class Trim:
         object.__setattr__(self, "_region", region)
         object.__setattr__(self, "lower", (low_u, low_v))
         object.__setattr__(self, "upper", (high_u, high_v))
-
-    lower: tuple[float, float] = (0.0, 0.0)
-    upper: tuple[float, float] = (0.0, 0.0)
-    area: float = 0.0
 
     def covers(self, domain: Domain) -> bool:
         """Whether the region contains the whole domain of a surface."""
@@ -138,8 +137,7 @@ class Trim:
             low, high = self.lower[axis], self.upper[axis]
             extra = 0.05 * (high - low)
             if math.isfinite(natural.period[axis]):
-                full = high - low > natural.period[axis] * (1.0 - 1e-9)
-                lower.append(low if full else 0.5 * (low + high) - 0.5 * natural.period[axis])
+                lower.append(0.5 * (low + high) - 0.5 * natural.period[axis])
                 upper.append(lower[-1] + natural.period[axis])
                 period.append(natural.period[axis])
             else:
