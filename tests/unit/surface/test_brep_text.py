@@ -418,7 +418,9 @@ def test_a_whole_text() -> None:
     assert brep.shapes[1].placement.shape == (4, 4)
     assert brep.shapes[5].curve is not None
     assert brep.shapes[5].curve[2:] == (0.0, 3.0)
-    assert np.array_equal(brep.shapes[5].curve[1], brep.roots[0].placement @ brep.roots[0].placement)
+    assert np.array_equal(
+        brep.shapes[5].curve[1], brep.roots[0].placement @ brep.roots[0].placement
+    )
     assert brep.shapes[5].parameter_curves == [(1, 2, 0, 0.5, 2.5)]
     assert ShapeUse(1, False, np.eye(4)).bounds
 
