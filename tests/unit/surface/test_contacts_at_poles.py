@@ -83,8 +83,8 @@ ASIDE = np.array([[0.3, 0.2], [-4.0, 1.0], [0.0, -0.5], [40.0, 0.0], [-2.0, -7.0
 
 
 def test_contacts_are_searched_again_from_points_around() -> None:
-    """Of the lines 5, 1, 2, 3 and 4, number 3 misses the dome. Number 1 is solved already and stays;
-    each other one is left alone as soon as it is solved."""
+    """Of the lines 5, 1, 2, 3 and 4, number 3 misses the dome. Number 1 is solved already and
+    stays; each other one is left alone as soon as it is solved."""
     face = _dome()
     lines = _down(ASIDE)
     problem = _Counted(lines, lambda rows: ball_center(BALL))

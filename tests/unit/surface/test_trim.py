@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -100,7 +101,7 @@ def _odd(rings: list[np.ndarray], points: np.ndarray) -> np.ndarray:
     """Which points an odd number of rings surrounds: crossings of a ray along +u, counted."""
     crossings = np.zeros(len(points), dtype=int)
     for ring in rings:
-        for (u, v), (next_u, next_v) in zip(ring[:-1], ring[1:], strict=True):
+        for (u, v), (next_u, next_v) in pairwise(ring):
             passes = (v > points[:, 1]) != (next_v > points[:, 1])
             at = u + (points[:, 1] - v) / (next_v - v if next_v != v else 1.0) * (next_u - u)
             crossings += passes & (at > points[:, 0])
@@ -114,8 +115,8 @@ BOW = np.array([[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
     ("rings", "area"),
     [
         ([_box((0.0, 0.0), (0.5, 0.5))], 0.25),
-        ([_box((0.0, 0.0), (3.0, 2.0)), BOW + [5.0, 1.0]], 8.0),
-        ([_box((0.0, 0.0), (7.0, 7.0)), BOW + [2.0, 3.0]], 47.0),
+        ([_box((0.0, 0.0), (3.0, 2.0)), BOW + np.array([5.0, 1.0])], 8.0),
+        ([_box((0.0, 0.0), (7.0, 7.0)), BOW + np.array([2.0, 3.0])], 47.0),
         # Rings that cross each other: a hole across an edge, two overlapping squares.
         ([_box((0.0, 0.0), (7.0, 6.0)), _box((6.0, 2.0), (8.0, 3.0))], 42.0),
         ([_box((0.0, 0.0), (2.0, 2.0)), _box((1.0, 1.0), (3.0, 3.0))], 6.0),
