@@ -101,6 +101,20 @@ def test_derivatives_normal_and_curvature_are_those_of_the_points(name: str) -> 
     assert np.allclose(local.curvature, np.swapaxes(local.curvature, 1, 2), atol=1e-10)
 
 
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+def test_second_derivatives_of_a_function_in_any_unit_of_its_parameters(length: float) -> None:
+    """A sine of one period and a product over parameters from zero to a length."""
+    wave = FunctionSurface(
+        lambda u, v: (u / length, v / length, np.sin(6.0 * u / length) + u * v / length**2),
+        (0, length), (0, length),
+    )  # fmt: skip
+    u = np.linspace(0.1, 0.9, 9)
+    *_, duu, duv, dvv = wave.second_order(length * np.column_stack([u, u[::-1]]))
+    assert duu[:, 2] * length**2 == pytest.approx(-36.0 * np.sin(6.0 * u), abs=1e-7)
+    assert duv[:, 2] * length**2 == pytest.approx(np.ones(9), abs=1e-7)
+    assert dvv * length**2 == pytest.approx(np.zeros((9, 3)), abs=1e-7)
+
+
 @named
 def test_nearest_undoes_moving_off_along_the_normal(name: str) -> None:
     surface, uv = _somewhere(name)

@@ -40,6 +40,7 @@ from pretravel.trigger.predict import predict, predicted_map
 from pretravel.trigger.response import probe_response, response_map
 from pretravel.trigger.seats import seat_statics
 from tests.support.coarse_models import coarse_reduced_sixth
+from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
 
 
@@ -227,6 +228,17 @@ def test_turning_part_and_probe_together_changes_nothing() -> None:
     after = touch(tip.turned(place.rotation), Placed(surface, place.rotation, place.shift), there)
     assert np.abs(before.travel - after.travel).max() < 1e-11
     assert np.abs(place.points(before.point) - after.point).max() < 1e-10
+
+
+def test_a_tip_with_a_map_turns_with_the_probe() -> None:
+    """Of three lobes of 1 mm: displacements of the turned tip are turned displacements."""
+    three = MeasuredTip(lobes(3))
+    directions = from_angles(1.2, np.linspace(0.0, 6.0, 12))
+    rotation = parse_placement("0,0,0,20,-15,40").rotation
+    before = three.state(directions).deflection
+    after = three.turned(rotation).state(directions @ rotation.T).deflection
+    assert np.ptp(np.linalg.norm(before, axis=1)) > 1.0
+    assert np.abs(after - before @ rotation.T).max() < 1e-12
 
 
 def test_placing_the_part_is_turning_the_probe_the_other_way() -> None:

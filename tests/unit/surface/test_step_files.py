@@ -359,6 +359,24 @@ class TestBrepText:
         points = np.concatenate([f.derivatives(f.samples(np.inf))[0] for f in part.faces])
         assert np.linalg.norm(points - corner, axis=1).min() < 1e-9
 
+    def test_a_part_that_is_moved_by_a_little_is_moved(self, tmp_path: Path) -> None:
+        """By 0.3 mm and 0.2°: less than 1 in every number of the placement."""
+        from netgen.occ import Axis, Box, TopLoc_Location, Vec, Z, gp_Trsf
+
+        from pretravel.surface.cad.brep import parse_brep
+        from pretravel.surface.cad.kernel_process import CadContent
+        from pretravel.surface.cad.step_part import part_from_content
+
+        little = gp_Trsf.Translation(Vec(0.3, 0, 0)) * gp_Trsf.Rotation(Axis((0, 0, 0), Z), 0.2)
+        file = tmp_path / "little.brep"
+        moved = Box((0, 0, 0), (10, 20, 30)).Located(TopLoc_Location(little))
+        moved.WriteBrep(str(file), withTriangles=False)
+        part = part_from_content(CadContent(parse_brep(file.read_text(encoding="ascii")), ()), file)
+        points = np.concatenate([f.derivatives(f.samples(np.inf))[0] for f in part.faces])
+        turn = np.radians(0.2)
+        corner = [0.3 + 10.0 * np.cos(turn), 10.0 * np.sin(turn), 30.0]
+        assert np.linalg.norm(points - corner, axis=1).min() < 1e-9
+
     def test_a_part_placed_as_its_mirror_image_is_refused(self, tmp_path: Path) -> None:
         from netgen.occ import Box
 
