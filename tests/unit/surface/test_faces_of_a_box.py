@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -342,3 +343,29 @@ def test_the_outside_of_a_turned_face_turns_with_it(reverses: bool, excess: floa
 
 def _on_plane(u: float, v: float) -> FloatArray:
     return Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]).local(np.array([[u, v]])).point[0]
+
+
+def test_of_several_other_faces_that_with_the_nearest_contact_counts() -> None:
+    """Expected 5 mm beside an upper plate. Plates lie below at 7 and 9 mm, and one faces down at
+    3 mm; in either order in the part. A ball that no plate is below is beyond the edge of the
+    upper one only where that one faces it."""
+    upper = _plate(1, -10.0, 10.0, 0.0)
+    below = [_plate(2, 12.0, 30.0, -7.0), _plate(3, 12.0, 30.0, -9.0), _plate(4, 12.0, 30.0, -3.0)]
+    below[2] = replace(below[2], flips=True)
+    near = np.array([[15.0, 0.0, 0.0], [10.5, 0.0, 0.0]])
+    down = np.tile([0.0, 0.0, -1.0], (2, 1))
+    for order in ((0, 1, 2), (2, 1, 0)):
+        part = Part("plates", (upper, *(below[i] for i in order)), (0, 1, 2, 3))
+        for flips in (False, True):
+            faces = (replace(upper, flips=flips), *part.faces[1:])
+            search = ContactSearch(replace(part, faces=faces), 2)
+            search.face[:] = 0  # as found before
+            search.uv = upper.nearest(near)
+            lines = Lines(near - 7.0 * down, down)
+            search.solve(near, ContactProblem(lines, lambda rows: ball_center(1.0), against=down))
+            found = search.contacts()
+            assert found.solved.tolist() == [True, False]
+            assert found.face[0] == 1 + order.index(0)
+            assert found.length[0] == pytest.approx(13.0)
+            assert found.beyond_edge.tolist() == [False, not flips]
+            assert np.all(found.iterations >= 0)
