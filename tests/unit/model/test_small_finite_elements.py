@@ -321,6 +321,8 @@ def test_pressure_of_the_spring_and_force_on_the_tip_are_even(block: FiniteEleme
     assert tip @ block.points == pytest.approx(centre, abs=1e-12)
     square = [SIDE**2 / 12.0, SIDE**2 / 12.0, SIDE**2 / 48.0]
     assert tip @ (block.points - centre) ** 2 == pytest.approx(square, rel=1e-9)
+    below = block.points[:, 2] < 0.49 * SIDE
+    assert np.abs(tip[below]).max() == 0.0
     # Beside the middle of the volume the force still acts through the given place.
     beside = centre + np.array([0.02, -0.01, 0.015])
     moved = loads._tip_weights(block, beside, sixth=False)

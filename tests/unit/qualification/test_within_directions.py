@@ -79,7 +79,7 @@ def test_without_degrees_of_freedom_nothing_is_tested() -> None:
 
 def test_the_probability_is_that_of_all_exchanges() -> None:
     """3! · 4! · 2! = 288 arrangements; a share of 999 scatters by sqrt(p (1 - p) / 999)."""
-    weak = VALUES - 1.6 * COLUMNS[:, 0]
+    weak = 1e-3 * (VALUES - 1.6 * COLUMNS[:, 0])
     fit = fit_within_directions(weak, COLUMNS, GROUPS)
     base = np.linalg.qr(centred_within(COLUMNS, GROUPS))[0]
     reading, rows = centred_within(weak, GROUPS), [np.flatnonzero(g == GROUPS) for g in (4, 0, 7)]
