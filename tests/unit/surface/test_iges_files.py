@@ -96,8 +96,9 @@ class TestHeader:
             read_part(file)
 
     def test_other_delimiters_and_strings_over_lines(self) -> None:
-        """A string may contain delimiters and end in the next line; parameters may be empty."""
-        text = f"1H//1H,/{'90H' + 'a/,b' * 22 + 'ab'}//'32/38/6/308/15//1.0D0/ 2/2HMM,"
+        """A string may contain delimiters and end in the next line; parameters may be empty, and
+        there may be blanks before and after a string."""
+        text = f"1H//1H,/  {'90H' + 'a/,b' * 22 + 'ab'}  //'32/38/6/308/15//1.0D0/ 2/2HMM,"
         rows = [text[i : i + 72] for i in range(0, len(text), 72)]
         check_iges_header([f"{row:<72}G{i:>7}".encode() for i, row in enumerate(rows, start=1)])
         spoilt = text.replace("90H", "89H")
