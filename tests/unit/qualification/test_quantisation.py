@@ -154,3 +154,22 @@ def test_three_touches_show_a_step_of_their_near_distances(reach: int, found: bo
     positions = np.array([[0.0, 0.0, 0.0], [3e-3, 0.0, 0.0], [reach * 1e-3, 0.0, 0.0]])
     step = quantisation_step(positions + CENTRE)
     assert step == (pytest.approx(1e-3, rel=1e-6) if found else 0.0)
+
+
+@pytest.mark.parametrize("arc", [0.05, 0.12, 0.3])
+def test_so_many_values_show_a_step_as_chance_hardly_gives(arc: float) -> None:
+    """The chance that n phases lie in an arc a is n a^(n - 1) (Stevens 1939), below a half.
+
+    Half of the values beyond the first count. Each of the usual steps, and one found, is a trial.
+    """
+    # On one axis, in steps of 1 um, with phases spread over the arc: no other step holds them.
+    places = 1e-3 * np.cumsum(np.array([7, 13, 4, 11, 23, 5, 17, 3, 19, 8] * 4))
+    trials = len(_USUAL_STEPS) + 1
+    for count in range(3, 40):
+        phases = np.append([0.0, arc], arc * np.random.default_rng(5).random(38))[:count]
+        positions = np.zeros((count, 3))
+        positions[:, 0] = places[:count] + 1e-3 * phases
+        n = 1.0 + 0.5 * (count - 1)
+        expected = trials * n * arc ** (n - 1.0) < 1e-4
+        assert (quantisation_step(positions) > 0.0) == expected, count
+    assert expected
