@@ -68,6 +68,8 @@ def six_seat_pretravel(
     change = directions @ seats.per_force.T
     force, opening = trigger_force(seats.at_rest, change)
     reactions = seats.at_rest + force[:, None] * change
+    # Rounding must not leave the seat that opens a little above or below zero.
+    reactions[np.arange(len(force)), opening] = 0.0
     with np.errstate(invalid="ignore"):  # infinite forces: directions that never trigger
         return _pretravel_and_slopes(
             seats, _AtTrigger(directions, change, force, opening, reactions), compression

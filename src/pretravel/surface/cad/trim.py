@@ -48,7 +48,7 @@ class Trim:
     def __post_init__(self) -> None:
         import shapely
 
-        lines = shapely.MultiLineString(self.rings)
+        lines = shapely.MultiLineString([shapely.LinearRing(ring) for ring in self.rings])
         region: BaseGeometry = shapely.Polygon()
         if lines.is_simple:  # the area of rings that do not cross is built at once
             region = shapely.build_area(lines)
