@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from pretravel.identification.probe_from_map import (
     _directions_per_independent_error,
     _misfit,
+    _uncertainty,
     _with_nearest_rotation,
 )
 from pretravel.probe.catalogue import load_probe
@@ -43,6 +46,18 @@ def test_residuals_beyond_twice_their_u_widen_it(sign: float) -> None:
     assert factor == pytest.approx(2.01 * math.sqrt(12.0 * 306.0 / 900.0), rel=1e-9)
     rms = 2.01 * math.sqrt(2.5)
     assert f"differ by {rms:.2f} µm (rms), 2.0 times as much" in sentence
+
+
+def test_numbers_that_undo_each_other_are_named() -> None:
+    """With b - a the same as a tenth of c, but for 1e-4: the third takes too small a part."""
+    jacobian = np.array([[1.0, 1.0, 0.0], [0.0, 0.1, 1.0], [0.0, 1e-4, 0.0]])
+    numbers = cast("Any", [SimpleNamespace(relative=True)] * 3)
+    u, sentences = _uncertainty(jacobian, numbers, ("a", "b", "c"))
+    assert u == pytest.approx(np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))), rel=1e-6)
+    told = [sentence.partition("undone by ")[2].partition(";")[0] for sentence in sentences]
+    assert [set(names.split(", ")) for names in told] == [{"b"}, {"a"}, {"a", "b"}]
+    assert _uncertainty(np.eye(3) / 0.29, numbers, ("a", "b", "c"))[1] == []
+    assert len(_uncertainty(np.eye(3) / 0.31, numbers, ("a", "b", "c"))[1]) == 3
 
 
 def _turned(probe: Probe, degrees: float) -> Probe:

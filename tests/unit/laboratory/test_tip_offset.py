@@ -262,6 +262,16 @@ def test_the_picture_has_the_tip_at_each_orientation() -> None:
     assert "no statement of conformity" in standards_document(check).verdict
 
 
+@pytest.mark.parametrize(("degrees", "enough"), [(29.9, False), (30.1, True), (330.1, False)])
+def test_orientations_are_30_degrees_apart_at_least(degrees: float, enough: bool) -> None:
+    angles = np.radians([0.0, degrees])
+    if enough:
+        assert fit_tip_offset(angles, np.zeros((2, 2))).offset.tolist() == [0.0, 0.0]
+        return
+    with pytest.raises(PretravelError, match="within 30°"):
+        fit_tip_offset(angles, np.zeros((2, 2)))
+
+
 def test_half_a_turn_apart_it_is_half_the_difference() -> None:
     found = fit_tip_offset(np.array([0.5, 0.5 + math.pi]), np.array([[1.0, 2.0], [3.0, 2.0]]))
     assert turn(0.5) @ found.offset == pytest.approx([1.0, 0.0])

@@ -413,9 +413,16 @@ class TestPretravelMap:
         assert table["pretravel_um"] == pytest.approx(np.full(14, 15.0))
         assert table["effective_radius_mm"] == pytest.approx(np.full(14, 1.985))
         assert table["u_um"] == pytest.approx(np.full(14, 0.2))
+        at_rest = effective_radius_table(part)
+        assert np.asarray(at_rest["effective_radius_mm"]) == pytest.approx(np.full(14, 1.99))
 
 
 class TestSupport:
+    def test_directions_that_would_pull_the_stylus_out_are_refused(self) -> None:
+        assert len(DirectionSupport(from_angles(np.radians([169.8]), 0.3)).nodes) == 1
+        with pytest.raises(PretravelError, match="above 170°"):
+            DirectionSupport(from_angles(np.radians([20.0, 170.2]), np.array([0.0, 0.3])))
+
     @pytest.mark.parametrize(("radius", "held"), [(59.5, True), (60.5, False)])
     def test_wide_triangles_are_holes(self, radius: float, held: bool) -> None:
         """Three touches around the pole: the circle through them has their polar angle."""

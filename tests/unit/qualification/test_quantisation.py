@@ -173,3 +173,12 @@ def test_so_many_values_show_a_step_as_chance_hardly_gives(arc: float) -> None:
         expected = trials * n * arc ** (n - 1.0) < 1e-4
         assert (quantisation_step(positions) > 0.0) == expected, count
     assert expected
+
+
+@pytest.mark.parametrize(("reach", "found"), [(0.19, 1e-3), (0.3, 0.0)])
+def test_differences_that_are_a_third_of_a_step_off_show_none(reach: float, found: float) -> None:
+    """However many there are: 0.2 of a step is the most."""
+    rng = np.random.default_rng(2)
+    differences = 1e-3 * (rng.integers(1, 60, 400) + reach * rng.uniform(-1.0, 1.0, 400))
+    values = np.column_stack([np.zeros(400), differences]).ravel()
+    assert repeat_step(values, np.repeat(np.arange(400), 2)) == found
