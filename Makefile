@@ -11,8 +11,8 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 # Bytecode is kept: without it each worker and each command that a test starts compiles everything.
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
-# On a real LinuxCNC, in a real browser, of the built site.
-SYSTEM := tests/machine tests/browser tests/docs/test_site.py
+# On a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
+SYSTEM := tests/machine tests/browser tests/docs tests/hard tests/benchmarks
 
 .PHONY: help venv demo check check-system check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
 
@@ -28,13 +28,14 @@ $(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
 demo: $(STAMP)  ## run the main job on the example data and say where to look
 	$(BIN)/pretravel demo --output demo-output --force
 
-# Types beside the tests: mypy uses one core. What it says comes after what the tests say.
-check: lint contracts  ## everything that must pass before a commit, but check-system
-	@mkdir -p .mypy_cache; $(MAKE) --no-print-directory types >.mypy_cache/output 2>&1 & types=$$!; \
+# What reads the code alone runs beside the tests, on one core; what it says comes after them.
+check: $(STAMP)  ## everything that must pass before a commit, but check-system
+	@mkdir -p .mypy_cache; $(MAKE) --no-print-directory --keep-going lint contracts types \
+		>.mypy_cache/output 2>&1 & read=$$!; \
 	$(MAKE) --no-print-directory test; tests=$$?; \
-	wait $$types; types=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$types = 0 ]
+	wait $$read; read=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$read = 0 ]
 
-check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests on LinuxCNC, in a browser, and of the built site
+check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests on LinuxCNC, in a browser, of the site, and with damaged files
 	$(TESTS) -m "not slow" $(SYSTEM)
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, benchmarks, single faults in the code, and the built package
