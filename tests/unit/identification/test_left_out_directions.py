@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
+from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.identification.kind_choice import (
     KindScore,
@@ -17,12 +17,15 @@ from pretravel.identification.kind_choice import (
     compare_kinds,
     stacking_weights,
 )
+from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
+from pretravel.probe.catalogue import load_probe
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches
+from pretravel.trigger.predict import predict
 
 UM = 1e-3
 STEP, FIXED = 0.3 * UM, 0.4 * UM  # scatter by a step of the scales and by hysteresis
@@ -152,3 +155,24 @@ def test_a_weight_below_a_tenth_counts_for_nothing() -> None:
     assert stacking_weights(same, np.array([0.11, 0.29, 0.6])) == pytest.approx(
         [0.11, 0.29, 0.6], abs=1e-6
     )
+
+
+def test_an_unknown_tip_changes_neither_the_distances_nor_the_scatter_of_a_map() -> None:
+    """A simulated probe with noise of 0.1 µm, touched without its tip's diameter and with it: the
+    level of 4 µm between the first guess of the tip and the fit is in no distance, and the tip's
+    error is stated beside that of the map."""
+    n = np.repeat(fibonacci_cap(18, np.radians(95.0)), 2, axis=0)
+    pretravel = predict(load_probe("omp40-2"), n, "analytic").pretravel
+    noise = 0.1 * UM * np.random.default_rng(4).standard_normal(len(n))
+    touches = Touches(n * (15.5 - pretravel - noise)[:, None] + [3.0, 4.0, 5.0], n)
+    u = []
+    for tip in (None, 6.0):
+        setup = QualificationSetup(25.0, tip_diameter=tip, search_outliers=False)
+        ready = prepare(touches, setup)
+        fit = PhysicalKind().fit(ready.observation, ready.repeats)
+        assert (fit.tip_radius is None) == (tip is not None)
+        (score,) = compare_kinds(ready, {"physical": (PhysicalKind(), fit)})
+        # Means of two touches scatter by 0.07 µm, and the prediction of each adds to it.
+        assert 0.05 * UM < score.rms < 0.15 * UM
+        u.append(np.sqrt(fit.covariance.variance_of(fit.basis.design(sphere_pattern_25()))))
+    assert u[0] == pytest.approx(u[1], rel=0.5)
