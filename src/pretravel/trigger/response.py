@@ -351,7 +351,7 @@ def _check(
         response.deflection(trial, expected.force) - expected.deflection,
         response.tip_approach(expected.force) - expected.tip_approach,
     )
-    off = float(np.max([np.abs(part).max() for part in apart]))  # what is not a number stays so
+    off = float(np.max([np.abs(part).max() for part in apart]))  # max() can lose a nan
     if not off < _AGREEMENT:
         raise ConvergenceError(
             f"touches on surfaces need a model with a linear compliance and Hertz's law at seats "
