@@ -23,7 +23,7 @@ _USUAL_STEPS = tuple(
         {
             unit * 10.0**exponent * digit
             for unit in (1.0, INCH)
-            for exponent in range(-7, -1)
+            for exponent in range(-7, -2)
             for digit in (1.0, 1.25, 2.0, 2.5, 5.0)
             if SMALLEST_STEP * 0.999 <= unit * 10.0**exponent * digit <= LARGEST_STEP * 1.001
         },
@@ -78,7 +78,7 @@ def quantisation_step(positions: npt.ArrayLike) -> float:
     reach = max(float(np.ptp(values)) for values in axes)
     for step in _candidates(exact):
         # A step found from the data is one of reach / step that could have been found.
-        trials = max(reach / step, 1.0) if step == exact else 1.0
+        trials = reach / step if step == exact else 1.0
         log_chance = 0.0
         for values in axes:
             cells = _distinct(values, 0.5 * step)
@@ -86,7 +86,7 @@ def quantisation_step(positions: npt.ArrayLike) -> float:
             if arc > _WIDEST_ARC:
                 break
             free = 0.5 * (len(cells) - 1)
-            log_chance += min(math.log(free + 1.0) + free * math.log(max(arc, _EXACT)), 0.0)
+            log_chance += math.log(free + 1.0) + free * math.log(max(arc, _EXACT))
         else:
             if log_chance + math.log(trials * (len(_USUAL_STEPS) + 1)) < math.log(FALSE_STEP_LEVEL):
                 return float(step)
@@ -150,7 +150,7 @@ def _candidates(exact: float) -> list[float]:
     A usual step that exact multiples show only roughly must be at least four of their step: then
     their divisor is that of a rounding after the latch, such as the last digit of a file.
     """
-    usual = [step for step in _USUAL_STEPS if step > 4.0 * exact]
+    usual = [step for step in _USUAL_STEPS if step > 3.999 * exact]
     return [*usual, exact] if exact > 0.0 else usual
 
 
@@ -164,7 +164,7 @@ def _arc(phases: FloatArray) -> float:
     """Length of the smallest arc that holds all phases, in turns."""
     ordered = np.sort(phases)
     gaps = np.append(np.diff(ordered), 1.0 + ordered[0] - ordered[-1])
-    return float(max(1.0 - np.max(gaps), 0.0))
+    return 1.0 - float(np.max(gaps))
 
 
 def _common_divisor(differences: FloatArray) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from pretravel.arrays import FloatArray
 from pretravel.directions import from_angles, sphere_pattern_25, unit
 from pretravel.qualification.machine_effects import quantisation_step, repeat_step
-from pretravel.qualification.quantisation import _USUAL_STEPS
+from pretravel.qualification.quantisation import _USUAL_STEPS, _common_divisor
 
 CENTRE = np.array([412.33371, -87.41922, -301.20517])
 
@@ -182,3 +184,103 @@ def test_differences_that_are_a_third_of_a_step_off_show_none(reach: float, foun
     differences = 1e-3 * (rng.integers(1, 60, 400) + reach * rng.uniform(-1.0, 1.0, 400))
     values = np.column_stack([np.zeros(400), differences]).ravel()
     assert repeat_step(values, np.repeat(np.arange(400), 2)) == found
+
+
+TRIALS = 29
+"""Steps that are tried: 1, 1.25, 2, 2.5 and 5 times 0.01, 0.1 and 1 um; the same of 1e-6 and
+1e-5 inches, half of a millionth and the two of 1e-4 that are below 5 um; and one found."""
+
+
+def _spread(arc: float, count: int, seed: int) -> FloatArray:
+    """Values near multiples of 1 um: their phases take the whole arc, in turns. [mm]"""
+    places = np.cumsum(np.array([7, 13, 4, 11, 23, 5, 17, 3, 19, 8]))[:count]
+    phases = np.append([0.0, arc], arc * np.random.default_rng(seed).random(8))[:count]
+    return np.asarray(1e-3 * (places + phases))
+
+
+@pytest.mark.parametrize(("count", "other"), [(10, 5), (4, 10), (7, 7)])
+@pytest.mark.parametrize(("margin", "found"), [(0.997, True), (1.003, False)])
+def test_chances_of_axes_multiply(count: int, other: int, margin: float, found: bool) -> None:
+    """n a^(n - 1) for each axis, with n = 1 + (values - 1) / 2, times the steps tried: 1e-4.
+
+    The second axis has half of the arc. Two values closer than half a step are one.
+    """
+    free, beside = 0.5 * (count - 1), 0.5 * (other - 1)
+    both = (free + 1.0) * (beside + 1.0) * 0.5**beside * TRIALS
+    arc = margin * (1e-4 / both) ** (1.0 / (free + beside))
+    positions = np.zeros((12, 3))
+    positions[:, 0] = np.resize(_spread(arc, count, 1), 12)
+    positions[:, 2] = np.resize(_spread(0.5 * arc, other, 2), 12)
+    # Beside the first value, and within the arc.
+    positions[11, 0] = positions[0, 0] + 0.4e-3 * arc
+    expected = pytest.approx(1e-3, rel=1e-9) if found else 0.0
+    assert quantisation_step(positions + np.array([0.2, 0.3, 0.7])) == expected
+
+
+@pytest.mark.parametrize(("reach", "found"), [(17, True), (18, False)])
+def test_a_step_that_is_found_is_one_of_as_many_as_the_reach_has(reach: int, found: bool) -> None:
+    """Three exact values: 2 a with an arc of rounding, 1e-7; 2e-7 · 17.24 · 29 = 1e-4."""
+    positions = np.array([[0.0, 0.0, 0.0], [5e-3, 0.0, 0.0], [reach * 1e-3, 0.0, 0.0]])
+    step = quantisation_step(positions + CENTRE)
+    assert step == (pytest.approx(1e-3, rel=1e-6) if found else 0.0)
+
+
+@pytest.mark.parametrize(("reach", "found"), [(80, True), (92, False)])
+def test_the_reach_is_that_of_the_longest_axis(reach: int, found: bool) -> None:
+    """Two axes with three values whose phases lie in 1e-4 of a step: (2e-4)² · 29 · reach."""
+    assert (4e-8 * TRIALS * reach < 1e-4) == found
+    axes = [[0.0, 1.0001, reach], [0.0, 1.0, 3.0001], [0.0, 0.0, 0.0]]
+    step = quantisation_step(1e-5 * np.array(axes).T)
+    assert step == (pytest.approx(1e-5, rel=1e-6) if found else 0.0)
+
+
+def test_the_latch_has_four_of_the_last_digit_at_least() -> None:
+    """Phases 0 and 1/k of a step of 1 um, with a last digit of a k-th: three are no step behind."""
+    rng = np.random.default_rng(4)
+    for k, seen in ((3, 1e-3 / 3.0), (4, 1e-3), (5, 1e-3)):
+        for offset in rng.random(8):
+            whole = rng.integers(0, 20_000, (40, 3)) + rng.integers(0, 2, (40, 3)) / k
+            found = quantisation_step(1e-3 * whole + offset)
+            assert found == pytest.approx(seen, rel=1e-6), k
+
+
+@pytest.mark.parametrize("differ", [2, 4, 9])
+@pytest.mark.parametrize(("margin", "found"), [(0.997, True), (1.003, False)])
+def test_chances_of_differences_multiply(differ: int, margin: float, found: bool) -> None:
+    """(2 e)^k for k differences, times the steps tried, is 1e-4; small ones do not count."""
+    largest = margin * 0.5 * (1e-4 / TRIALS) ** (1.0 / differ)
+    off = largest * np.array([0.31, -1.0, 0.73, 0.17, -0.57, 0.93, -0.41, 0.23, 0.11])[:differ]
+    gaps = np.array([31, 17, 5, 23, 44, 12, 37, 19, 8])[:differ] + off
+    values = np.append(np.cumsum(np.append(0.0, gaps)), gaps.sum() + 0.5 * largest)
+    groups = np.zeros(len(values), dtype=int)
+    step = repeat_step(1e-3 * np.append(values, 777.77), np.append(groups, 1))
+    assert step == (pytest.approx(1e-3, rel=1e-9) if found else 0.0)
+
+
+@pytest.mark.parametrize(("largest", "found"), [(80, True), (92, False)])
+def test_a_step_of_repeats_is_one_of_as_many_as_the_largest_difference_has(
+    largest: int, found: bool
+) -> None:
+    """Two differences that are 1e-4 of a step off: (2e-4)² · 29 · largest."""
+    assert (4e-8 * TRIALS * largest < 1e-4) == found
+    values = 1e-5 * np.array([0.0, 1.0001, 5.0, 5.0 + largest])
+    step = repeat_step(values, [0, 0, 1, 1])
+    assert step == (pytest.approx(1e-5, rel=1e-6) if found else 0.0)
+
+
+def test_two_differences_are_the_fewest_with_a_step() -> None:
+    assert repeat_step([0.0, 3e-3, 8e-3], [0, 0, 0]) == pytest.approx(1e-3, rel=1e-9)
+    assert repeat_step([0.0, 3e-3, 8e-3], [0, 0, 1]) == 0.0
+    assert repeat_step([5.0, 5.0, 8e-3], [0, 0, 1]) == 0.0
+
+
+def test_a_common_divisor_is_as_exact_as_the_largest_difference() -> None:
+    """Of rounded differences of coordinates near 1 m: 1e-13 mm of some metres."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        step = 1e-5 * rng.uniform(1.0, 3.0)
+        whole = rng.integers(1, 2_000_000, 30) * rng.integers(1, 40)
+        whole = whole // math.gcd(*whole.tolist())
+        differences = (step * whole + 1021.7) - 1021.7
+        found = _common_divisor(differences * rng.choice([-1.0, 1.0], 30))
+        assert found == pytest.approx(step, rel=1e-13 / (step * whole.max()) * 4.0 + 1e-15)
