@@ -11,6 +11,8 @@ from pretravel.arrays import FloatArray, IntArray
 from pretravel.qualification.within_directions import centred_within, tested_touches
 
 _DRAWN, _DRAWN_NUMBERS = 999, 2_000_000
+_FEWEST = 4
+"""Repeated touches. Of three of one direction the fourth powers are half of the squared squares."""
 _MOST_DOF = 200.0
 """A Student distribution with this many degrees of freedom is a normal one."""
 
@@ -22,12 +24,14 @@ class Tails:
     Attributes
     ----------
     kurtosis : float
-        Excess kurtosis of a touch, zero for a normal distribution; nan without repeats.
+        Excess kurtosis of a touch, zero for a normal distribution; nan with fewer than
+        four repeated touches.
     student_dof : float
         Degrees of freedom of the Student distribution with this kurtosis: above 4, infinite for
         tails that are normal or light.
     p_value : float
-        Probability of so large a kurtosis of normal errors; nan without repeats.
+        Probability of so large a kurtosis of normal errors; nan with fewer than
+        four repeated touches.
     """
 
     kurtosis: float
@@ -67,9 +71,8 @@ def tail_kurtosis(values: npt.ArrayLike, groups: npt.ArrayLike) -> Tails:
     repeated = np.bincount(number)[number] >= 2
     number = np.unique(number[repeated], return_inverse=True)[1].astype(np.int64)
     reading = np.asarray(values, dtype=np.float64)[repeated]
-    dof = len(reading) - len(np.unique(number))
-    residual = centred_within(reading, number) if dof else np.zeros(0)
-    if dof < 2 or not np.any(residual):
+    residual = centred_within(reading, number) if len(reading) >= _FEWEST else np.zeros(0)
+    if not np.any(residual):
         return Tails(float("nan"), float("inf"), float("nan"))
     kurtosis = float(_kurtosis(residual[:, None], number)[0])
     p_value = _probability(reading, number)
@@ -82,7 +85,7 @@ def _probability(reading: FloatArray, number: IntArray) -> float:
     tested = tested_touches(number)
     part = np.unique(number[tested], return_inverse=True)[1].astype(np.int64)
     seen = float(_kurtosis(centred_within(reading[tested], part)[:, None], part)[0])
-    sets = max(99, min(_DRAWN, _DRAWN_NUMBERS // len(part)))
+    sets = min(_DRAWN, _DRAWN_NUMBERS // len(part))
     normal = np.random.default_rng(0).standard_normal((len(part), sets))
     drawn = _kurtosis(centred_within(normal, part), part)
     return (1.0 + float(np.count_nonzero(drawn >= seen))) / (sets + 1.0)

@@ -6,10 +6,11 @@ import itertools
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import optimize, stats
 
 from pretravel.arrays import FloatArray
 from pretravel.qualification.heavy_tails import tail_kurtosis
+from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
 
 SIZES = (2, 3, 4)
 GROUPS = np.repeat(np.arange(3), SIZES)
@@ -92,8 +93,49 @@ def test_one_of_a_thousand_is_the_least_probability() -> None:
     assert tail_kurtosis(many, np.repeat(np.arange(2500), 2)).p_value == pytest.approx(1.0 / 401.0)
 
 
-@pytest.mark.parametrize(("values", "known"), [([1.0, 2.0, 3.0, 5.0], True), ([1.0, 2.0], False)])
-def test_two_degrees_of_freedom_are_the_fewest(values: list[float], known: bool) -> None:
-    found = tail_kurtosis(values, np.arange(len(values)) // 2)
+@pytest.mark.parametrize(
+    ("values", "groups", "known"),
+    [
+        ([1.0, 2.0, 3.0, 5.0], [0, 0, 1, 1], True),
+        ([1.0, 2.0, 3.0, 7.0], [0, 0, 0, 0], True),
+        ([1.0, 2.0, 3.0], [0, 0, 1], False),
+        ([1.1, 2.7, 4.4], [0, 0, 0], False),
+        ([1.1, 2.7, 4.4, 9.0], [3, 3, 3, 1], False),
+    ],
+)
+def test_four_repeated_touches_are_the_fewest(
+    values: list[float], groups: list[int], known: bool
+) -> None:
+    """Differences x, y and -x - y of three touches from their mean have 2 Σ d⁴ = (Σ d²)², whatever
+    they are: they show nothing of tails."""
+    found = tail_kurtosis(values, groups)
+    assert known or found.student_dof == np.inf
     assert bool(np.isfinite(found.kurtosis)) is known
     assert bool(np.isfinite(found.p_value)) is known
+
+
+@pytest.mark.parametrize("dof", [203.0, 205.0])
+def test_tails_are_normal_from_204_degrees_of_freedom(dof: float) -> None:
+    """Student's kurtosis is 6/(ν - 4): that of a limit of 6/200 is 204."""
+    draw = np.random.default_rng(3).standard_normal(200)
+    groups = np.repeat(np.arange(50), 4)
+
+    def heavier(power: float) -> FloatArray:
+        return np.asarray(np.sign(draw) * np.abs(draw) ** power)
+
+    power = optimize.brentq(
+        lambda x: tail_kurtosis(heavier(x), groups).kurtosis - 6.0 / (dof - 4.0), 0.7, 1.5
+    )
+    found = tail_kurtosis(heavier(power), groups).student_dof
+    assert found == (pytest.approx(dof, rel=1e-6) if dof < 204.0 else np.inf)
+
+
+def test_of_more_than_ten_thousand_touches_a_part_is_tested() -> None:
+    """A gross error in half of them is beyond all sets: one of as many as their number allows."""
+    groups = np.arange(12_000) // 3
+    values = np.random.default_rng(1).standard_normal(12_000)
+    values[::6] *= 1e4
+    number = int(touches_of_a_test(groups).sum())
+    assert number < 12_000
+    found = tail_kurtosis(values, groups)
+    assert found.p_value == pytest.approx(1.0 / (2_000_000 // number + 1.0), rel=1e-12)
