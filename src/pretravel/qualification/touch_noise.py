@@ -19,8 +19,8 @@ _USUAL_TAILS = 0.2
 
 It is that of three touches with the tails of Student's t with seven degrees of freedom, which 25
 directions do not show."""
-_LARGEST_RATIO = 5.0
-"""Scatters up to this many steps are looked up; beyond them a step adds q²/12 to every touch."""
+_LARGEST_RATIO = 1.0
+"""Scatters up to this many steps are looked up; beyond them repeats share nothing of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +69,12 @@ class TouchNoise:
         own, others = self.scatter.deviation**2, other.deviation**2
         share = self.scatter.dof / (self.scatter.dof + other.dof)
         pooled = share * own + (1.0 - share) * others
+        alike = np.full(len(self.counts), pooled)
         return replace(
             self,
             scatter=Scatter(math.sqrt(pooled), self.scatter.dof + other.dof),
-            variances=self.variances * (pooled / own) if own else self.variances + pooled,
-            raw_variances=self.raw_variances * (pooled / own) if own else self.variances + pooled,
+            variances=self.variances * (pooled / own) if own else alike,
+            raw_variances=self.raw_variances * (pooled / own) if own else alike,
         )
 
 
@@ -126,7 +127,7 @@ def touch_noise(observation: Observation, assumed: Scatter, step: float) -> Touc
     pooled = float(squares.sum()) / total
     spread = _spread(squares, free, pooled)
     shares = free / total
-    chance = np.where(free > 0.0, 2.0 / np.maximum(free, 1.0), 0.0)
+    chance = 2.0 / np.maximum(free, 1.0)
     tails = spread + _USUAL_TAILS
     dof = 2.0 / float(np.sum(shares**2 * (chance + tails * (1.0 + chance))))
     # An inverse gamma distribution with this relative variance is that of so many observations.
@@ -199,21 +200,23 @@ def fixed_part(deviation: float, step: float) -> float:
     """
     if step <= 0.0:
         return 0.0
-    ratio, within = _rounded_scatter()
-    latent = float(np.interp((deviation / step) ** 2, within, ratio))
-    seen = min((deviation / step) ** 2, float(within[-1]))
-    return float(step**2 * max(latent**2 + 1.0 / 12.0 - seen, 0.0))
+    shared, within = _rounded_scatter()
+    return float(step**2 * np.interp((deviation / step) ** 2, within, shared))
 
 
 def _rounded_scatter() -> tuple[FloatArray, FloatArray]:
-    """Scatter in steps before rounding, and the variance among repeats after it.
+    """What touches share by rounding, and the variance among them after it, in squared steps.
 
     Two touches that lie d apart, d = k + r steps, differ after rounding by k or k + 1 steps, the
-    latter with probability r: by k² + (2 k + 1) r in the square.
+    latter with probability r: by k² + (2 k + 1) r in the square. That is d and twice the part of d
+    beyond each whole number, so that its mean is a sum of normal partial moments.
     """
-    ratio = np.linspace(0.0, _LARGEST_RATIO, 251)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(201)
-    apart = np.abs(nodes) * math.sqrt(2.0) * ratio[:, None]
-    whole = np.floor(apart)
-    squared = whole**2 + (2.0 * whole + 1.0) * (apart - whole)
-    return ratio, 0.5 * squared @ weights / weights.sum()
+    from scipy.special import ndtr
+
+    scatter = np.linspace(0.0, _LARGEST_RATIO, 251)
+    apart = math.sqrt(2.0) * np.maximum(scatter, 1e-100)
+    whole = np.arange(1.0, 10.0 * _LARGEST_RATIO)[:, None]
+    density = np.exp(-0.5 * (whole / apart) ** 2) / math.sqrt(2.0 * math.pi)
+    beyond = apart * density - whole * ndtr(-whole / apart)
+    within = apart / math.sqrt(2.0 * math.pi) + 2.0 * np.sum(beyond, axis=0)
+    return scatter**2 + 1.0 / 12.0 - within, within

@@ -151,3 +151,62 @@ def test_what_a_step_adds_goes_with_its_square() -> None:
     # Far above a step, q²/12 is in the scatter among repeats: nothing beside a thousandth of it.
     for ratio in (1.0, 2.0, 4.0, 5.0, 50.0):
         assert fixed_part(ratio, 1.0) == pytest.approx(0.0, abs=1e-3 * min(ratio, 5.0) ** 2)
+
+
+@pytest.mark.parametrize("scatter", [0.02, 0.08, 0.15, 0.27, 0.45, 0.7, 0.99, 1.3])
+def test_what_rounding_leaves_in_the_mean_is_a_series_of_harmonics(scatter: float) -> None:
+    """The k-th harmonic of a rounding error at a uniform place, averaged by normal noise: the mean
+    keeps exp(-(2 π k σ)²) / (2 π² k²) of its square, and repeats show the rest of σ² + 1/12."""
+    k = np.arange(1.0, 400.0)
+    turns = 2.0 * math.pi * k
+    shared = float(np.sum(2.0 * np.exp(-((turns * scatter) ** 2)) / turns**2))
+    within = scatter**2 + 1.0 / 12.0 - shared
+    assert fixed_part(3.0 * math.sqrt(within), 3.0) == pytest.approx(9.0 * shared, abs=9e-5)
+
+
+def _axis_touches(readings: list[list[float]]) -> TouchNoise:
+    """Exact readings in steps of 1/8 along the six half axes and others, without rounding."""
+    axes = np.vstack([np.eye(3), -np.eye(3)])
+    groups = np.repeat(np.arange(len(readings)), [len(own) for own in readings])
+    positions = axes[groups] * (16.0 + np.concatenate(readings))[:, None]
+    return touch_noise(Observation(positions, groups, np.zeros(3), 12.5, 3.0, False), ASSUMED, 0.0)
+
+
+def test_repeats_that_are_exactly_equal_are_alike() -> None:
+    noise = _axis_touches([[0.125 * k] * 3 for k in range(6)])
+    assert (noise.scatter.deviation, noise.trimmed, noise.fixed_variance) == (0.0, 0.0, 0.0)
+    assert noise.variances.tolist() == noise.raw_variances.tolist() == [0.0] * 6
+    assert noise.spreads.tolist() == [0.0] * 6
+    assert np.isfinite(noise.scatter.dof)
+
+
+def test_directions_that_scatter_alike_differ_by_nothing() -> None:
+    """Equal variances differ by less than chance: each direction has that of all."""
+    noise = _axis_touches([[0.125 * k, 0.125 * k + 0.25] for k in range(6)])
+    assert noise.spreads.tolist() == [0.0] * 6
+    assert noise.variances == pytest.approx(np.full(6, 0.03125), rel=1e-12)
+    assert noise.raw_variances == pytest.approx(np.full(6, 0.03125), rel=1e-12)
+    # Six directions: the one that is left out has the trimmed mean of a cut chi-square.
+    law = stats.chi2(1)
+    below = law.expect(ub=law.ppf(5.0 / 6.0), conditional=True)
+    assert noise.trimmed == pytest.approx(math.sqrt(0.03125 / below), rel=1e-6)
+
+
+def test_touches_without_repeats_take_the_scatter_of_others_alone() -> None:
+    single = _noise([[0.0]] * 5)
+    pooled = single.pooled_with(Scatter(3e-4, math.inf))
+    assert (pooled.scatter.deviation, pooled.scatter.dof) == (pytest.approx(3e-4), math.inf)
+    assert pooled.variances == pytest.approx(np.full(5, 9e-8), rel=1e-12)
+    assert pooled.raw_variances == pytest.approx(np.full(5, 9e-8), rel=1e-12)
+
+
+def test_pooled_scatter_is_that_of_all_degrees_of_freedom() -> None:
+    """3 of 4 µm² and 1 of 8 µm²: 5 µm²; variances that shrinkage changed keep their ratios."""
+    own = np.array([2.0, 4.0, 9.0])
+    noise = TouchNoise(Scatter(2.0, 3.0), 1.0, own, 0.5 * own, own, np.full(3, 2.0), 0.7)
+    pooled = noise.pooled_with(Scatter(math.sqrt(8.0), 1.0))
+    assert pooled.scatter == Scatter(pytest.approx(math.sqrt(5.0)), 4.0)
+    assert pooled.variances == pytest.approx(1.25 * own, rel=1e-12)
+    assert pooled.raw_variances == pytest.approx(0.625 * own, rel=1e-12)
+    assert pooled.of_means == pytest.approx(0.625 * own + 0.7, rel=1e-12)
+    assert pooled.relative == pytest.approx([1.0, 1.0, 1.8], rel=1e-12)
