@@ -130,7 +130,7 @@ def repeatability_by_direction(
     constant = float(np.sqrt(np.sum(square[used]) / total)) if total > 0.0 else float("nan")
     p_value = float("nan")
     functions = scatter_functions(np.asarray(directions, dtype=np.float64)[first][used])
-    variance = square[used] / np.maximum(dof, 1.0)
+    variance = square[used] / dof
     if np.count_nonzero(used) >= _FEWEST_REPEATED and constant > 0.0:
         p_value = _exchange_test(np.sqrt(variance), dof, functions)
     uneven = p_value < UNEVEN_LEVEL

@@ -80,7 +80,7 @@ def breaks_of(
     fitted, times the number of possible breaks and of quantities (Bonferroni).
     """
     found: list[Break] = []
-    edges = [0, *sorted(starts - {0}), len(times)]
+    edges = [0, *sorted(starts), len(times)]
     parts = [np.arange(first, last) for first, last in pairwise(edges)]
     while parts:
         rows = parts.pop()
@@ -107,7 +107,7 @@ def _clearest(
         for place, apart in _candidates(series):
             size, own, p_value = _tested(series, place, apart=apart)
             possible = len(quantities) * 2.0 * (len(known) - 1)
-            p_value = min(_OPTIMISM * p_value * possible, 1.0)
+            p_value *= _OPTIMISM * possible
             if p_value < FALSE_BREAKS and (best is None or p_value < best.p_value):
                 best = Break(int(known[place]), name, size, own, p_value, apart)
     return best

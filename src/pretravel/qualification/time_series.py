@@ -201,7 +201,7 @@ def column_fit(
     covariance = np.linalg.inv(information)
     found = covariance @ push
     logs += float(np.linalg.slogdet(information)[1])
-    rest = max(rest - float(push @ found), 0.0)
+    rest -= float(push @ found)
     return ColumnFit(found, np.sqrt(np.diagonal(covariance)), -0.5 * (logs + rest))
 
 

@@ -212,7 +212,7 @@ def fit_within_directions(
     size = np.sum((design - design.mean(axis=0)) ** 2, axis=0)
     information = np.sum(within**2, axis=0)
     determined = information > _LEAST_INFORMATION * np.maximum(size, 1e-3)
-    scale = np.where(determined, np.sqrt(np.where(determined, information, 1.0)), np.inf)
+    scale = np.where(determined, np.sqrt(information), np.inf)
     left, singular, right = np.linalg.svd(within / scale, full_matrices=False)
     kept = singular > _LEAST_SINGULAR
     # A combination that is not determined takes the coefficients of which it consists with it.

@@ -122,3 +122,19 @@ def test_nothing_can_be_uneven_in_one_direction_or_without_scatter() -> None:
     equal = repeatability_by_direction(0.0 * values, groups, fibonacci_cap(10)[groups])
     assert equal.coefficients.tolist() == [-math.inf, 0.0, 0.0, 0.0]
     assert math.isnan(equal.p_value)
+
+
+def test_scatter_is_uneven_below_one_in_a_hundred() -> None:
+    """Ten of a thousand arrangements are too many, nine are not; all are counted in thousandths."""
+    normals = fibonacci_cap(12, math.pi / 2)
+    dof = np.full(12, 2)
+    other = np.random.default_rng(2).random(12)
+    seen = set()
+    for size in np.linspace(0.5, 2.0, 60):
+        values, groups = _readings(1.0 + other + size * normals[:, 2] ** 2, dof)
+        found = repeatability_by_direction(values, groups, normals[groups])
+        thousandths = round(1000.0 * found.p_value)
+        assert found.p_value == pytest.approx(1e-3 * thousandths, rel=1e-12)
+        assert found.uneven == (thousandths < 10)
+        seen.add(thousandths)
+    assert {8, 9, 10, 11} <= seen

@@ -364,6 +364,17 @@ def test_dates_beyond_a_century_are_not_stated() -> None:
     assert HORIZON == 100.0 * 365.25
 
 
+@pytest.mark.parametrize("after", [0.0, 2e-4, 0.3, 0.7, 2.6])
+def test_a_limit_that_is_soon_reached_has_its_date(after: float) -> None:
+    """A line without noise, from a millisecond to days after the last value; none before it."""
+    times = np.arange(10.0)
+    course = course_of(TimeSeries(times, 0.25 * times, np.full(10, 1e-9)))
+    found = due_date(course, 0.25 * (9.0 + after))
+    assert found.due == pytest.approx(9.0 + after, abs=1e-5)
+    assert found.early == pytest.approx(9.0 + after, abs=1e-5)
+    assert due_date(course, 1.0).due == due_date(course, 1.0).early == 9.0
+
+
 # Breaks: each place by a fit of its own.
 
 

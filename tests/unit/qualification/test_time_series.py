@@ -131,9 +131,17 @@ class TestRefusals:
         ("times", "values", "u", "words"),
         [
             ([0.0, 1.0], [1.0], [1.0], "each value has one time"),
+            ([0.0, 1.0], [1.0], [1.0, 1.0], "each value has one time"),
+            ([0.0, 1.0], [1.0, 1.0], [1.0], "each value has one time"),
             ([0.0, 1.0], [1.0, np.inf], [1.0, 1.0], "not a finite number"),
+            ([0.0, np.inf], [1.0, 1.0], [1.0, 1.0], "not a finite number"),
+            ([0.0, np.nan, 1.0], [1.0, 1.0, 2.0], [1.0, 1.0, 1.0], "not a finite number"),
             ([0.0, 1.0], [1.0, 1.0], [1.0, 0.0], "is not positive"),
+            ([0.0, 1.0], [1.0, 1.0], [-1.0, 1.0], "is not positive"),
+            ([0.0, 1.0], [1.0, 1.0], [np.inf, 1.0], "is not positive"),
+            ([0.0, 1.0], [1.0, 1.0], [1.0, np.nan], "is not positive"),
             ([1.0, 0.0], [1.0, 1.0], [1.0, 1.0], "times of a series decrease"),
+            ([0.0, 2.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], "times of a series decrease"),
         ],
     )
     def test_series_that_mean_nothing(
@@ -145,3 +153,53 @@ class TestRefusals:
     def test_what_is_not_known_is_left_out(self) -> None:
         series = series_of([0.0, 1.0, 2.0], [1.0, np.nan, 3.0], [0.1, 0.1, np.nan])
         assert series.values.tolist() == [1.0]
+
+    def test_two_values_at_one_time_are_a_series(self) -> None:
+        assert len(TimeSeries([1.0, 1.0], [2.0, 3.0], [0.1, 0.2])) == 2
+
+    def test_a_series_does_not_change(self) -> None:
+        given = np.array([1.0, 2.0])
+        series = TimeSeries(given, given, given)
+        given[0] = 0.5
+        assert series.times.tolist() == series.values.tolist() == series.u.tolist() == [1.0, 2.0]
+        for part in (series.times, series.values, series.u):
+            assert not part.flags.writeable
+
+
+@pytest.mark.parametrize(("unit", "day"), [(1e-3, 1.0), (1e4, 1.0), (1.0, 300.0), (1e-3, 0.01)])
+@pytest.mark.parametrize("u", [0.3, 1e-7])
+def test_noises_are_the_same_in_every_unit(unit: float, day: float, u: float) -> None:
+    """A scatter goes with the unit, a walk with its square over the unit of time; errors that are
+    too small to matter do so in no unit."""
+    rng = np.random.default_rng(12)
+    times = np.cumsum(rng.uniform(0.5, 1.5, 30))
+    values = np.cumsum(rng.standard_normal(30)) + 3.0 * rng.standard_normal(30)
+    found = determined_noise(TimeSeries(times, values, np.full(30, u)), times[:, None])
+    assert found.walk > 0.1
+    assert found.scatter > 0.5
+    other = determined_noise(
+        TimeSeries(day * times, unit * values, np.full(30, unit * u)), day * times[:, None]
+    )
+    assert other.scatter == pytest.approx(unit * found.scatter, rel=2e-3)
+    assert other.walk == pytest.approx(unit**2 / day * found.walk, rel=5e-3)
+
+
+def test_the_best_noise_is_that_of_any_search() -> None:
+    """On a grid over four decades of scatter and walk no noise is more likely."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        values = np.cumsum(rng.standard_normal(12)) * (seed % 2) + rng.standard_normal(12)
+        series = TimeSeries(np.arange(12.0), values, np.full(12, 0.1 + 0.2 * (seed % 3)))
+        none = np.empty((12, 0))
+        for walk in (True, False):
+            found = determined_noise(series, none, walk=walk)
+            grid = np.append(0.0, np.geomspace(1e-3, 10.0, 25))
+            best = max(
+                column_fit(series, none, scatter=s, walk=q).log_likelihood
+                for s in grid
+                for q in (grid if walk else [0.0])
+            )
+            assert found.log_likelihood > best - 1e-6
+            again = column_fit(series, none, scatter=found.scatter, walk=found.walk)
+            assert found.log_likelihood == pytest.approx(again.log_likelihood, abs=1e-9)
+            assert found.walk == 0.0 or walk

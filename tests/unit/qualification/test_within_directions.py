@@ -129,6 +129,15 @@ def test_a_test_takes_about_ten_thousand_touches() -> None:
     assert np.count_nonzero(number) == pytest.approx(11_000 / 8, rel=0.05)
     whole = np.bincount((np.arange(50_000) // 4)[touches_of_a_test(np.arange(50_000) // 4)])
     assert set(whole.tolist()) == {0, 4}
+    assert whole.sum() == 11_000
+    # Also where the last direction, with one touch, is not drawn.
+    drawn = set()
+    for last in range(1, 9):
+        groups = np.append(np.zeros(20_000, dtype=int), np.arange(1, last + 1))
+        tested = touches_of_a_test(groups)
+        assert tested.sum() == pytest.approx(10_000, abs=4.5 * np.sqrt(5000.0))
+        drawn.add(bool(tested[-1]))
+    assert drawn == {False, True}
 
 
 def test_values_are_centred_within_their_directions() -> None:
@@ -137,3 +146,72 @@ def test_values_are_centred_within_their_directions() -> None:
     for group in np.unique(GROUPS):
         own = group == GROUPS
         assert found[own] == pytest.approx(values[own] - values[own].mean(axis=0), abs=1e-12)
+
+
+def test_a_constant_and_a_unit_of_a_column_change_nothing() -> None:
+    """Within directions a constant is zero, and a coefficient goes with one over the unit."""
+    fit = fit_within_directions(VALUES, COLUMNS, GROUPS, BESIDE)
+    other = fit_within_directions(VALUES, COLUMNS * [1.0, 1e4] + [2e4, 0.0], GROUPS, BESIDE)
+    assert other.determined.all()
+    assert other.value * [1.0, 1e4] == pytest.approx(fit.value, rel=1e-6)
+    assert other.p_value == fit.p_value
+
+
+@pytest.mark.parametrize(("share", "determined"), [(0.9e-6, False), (1.1e-6, True)])
+@pytest.mark.parametrize("size", [1.0, 100.0])
+def test_a_millionth_of_a_variation_is_determined(
+    share: float, determined: bool, size: float
+) -> None:
+    """Of the sum of squares about the mean, the part within directions; that of a column as small
+    as a thirtieth counts as a thousandth."""
+    same = size * np.array([1.0, -3.0, 2.0, 0.5])[np.unique(GROUPS, return_inverse=True)[1]]
+    inner = centred_within(COLUMNS[:, 0], GROUPS)
+    whole = float(np.sum((same - same.mean()) ** 2))
+    column = 7.0 + same + inner * np.sqrt(share * whole / float(inner @ inner))
+    assert fit_within_directions(VALUES, column[:, None], GROUPS).determined[0] == determined
+    tiny = inner * np.sqrt(share * 1e-3 / float(inner @ inner))
+    assert fit_within_directions(VALUES, tiny[:, None], GROUPS).determined[0] == determined
+
+
+def test_two_combinations_that_are_not_determined_leave_the_others() -> None:
+    """Two pairs of columns that say the same; the fifth is determined as if alone with one of
+    each."""
+    rng = np.random.default_rng(9)
+    one, two, own = rng.standard_normal((3, 10))
+    columns = np.column_stack([one, own, 3.0 * one, two, -two])
+    fit = fit_within_directions(VALUES, columns, GROUPS)
+    assert fit.determined.tolist() == [False, True, False, False, False]
+    few = fit_within_directions(VALUES, np.column_stack([one, two, own]), GROUPS)
+    assert fit.value[1] == pytest.approx(few.value[2], rel=1e-9)
+    assert fit.dof == few.dof == 3
+    assert fit.noise == pytest.approx(few.noise, rel=1e-9)
+
+
+def test_effects_beside_that_say_the_same_count_once() -> None:
+    same = np.array([1.0, 5.0, -2.0, 0.5])[np.unique(GROUPS, return_inverse=True)[1]]
+    beside = np.column_stack([BESIDE, -2.0 * BESIDE, same])
+    fit = fit_within_directions(VALUES, COLUMNS, GROUPS, beside)
+    alone = fit_within_directions(VALUES, COLUMNS, GROUPS, BESIDE)
+    assert fit.value == pytest.approx(alone.value, rel=1e-9)
+    assert fit.dof == alone.dof == 3
+    assert fit.noise == pytest.approx(alone.noise, rel=1e-9)
+
+
+def test_a_perfect_fit_has_no_noise() -> None:
+    for seed in range(20):
+        columns = np.random.default_rng(seed).standard_normal((10, 2))
+        values = columns @ [0.3, -0.7] + np.sqrt(GROUPS)
+        fit = fit_within_directions(values, columns, GROUPS)
+        assert fit.value == pytest.approx([0.3, -0.7], rel=1e-9)
+        assert fit.noise == pytest.approx(0.0, abs=1e-7)
+
+
+def test_an_effect_of_many_touches_is_tested_with_a_part_of_them() -> None:
+    """An effect beyond all sets is one of as many as the tested touches allow, 199 at least."""
+    groups = np.random.default_rng(4).permutation(np.arange(12_000) // 3)
+    time = np.linspace(-1.0, 1.0, 12_000)
+    number = int(touches_of_a_test(groups).sum())
+    assert number < 12_000
+    fit = fit_within_directions(5.0 * time + np.cos(groups), time[:, None], groups)
+    assert fit.value == pytest.approx([5.0], rel=1e-9)
+    assert fit.p_value == pytest.approx(1.0 / (max(2_000_000 // number, 199) + 1.0), rel=1e-9)
