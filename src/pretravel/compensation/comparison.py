@@ -106,7 +106,6 @@ def compare_corrections(
     """
     azimuth = np.arange(0.0, 360.0, 1.0)
     around = from_angles(0.5 * np.pi, azimuth * DEGREE)
-    equator(pretravel_map, azimuth)  # refuses a map that does not hold there
     places = {"equator": around, "all": _supported(pretravel_map)}
     if part_normals is not None:
         places["part"] = checked_unit(part_normals, "normals of the part")
@@ -156,7 +155,7 @@ def _corrections(
     axial = pretravel_map.pretravel(_AXIS)[0] if pretravel_map.supports(_AXIS)[0] else None
 
     def nearest(n: FloatArray, values: FloatArray) -> FloatArray:
-        quarter = np.floor(azimuth_angle(n) / (90.0 * DEGREE) + 0.5).astype(np.int64) % 4
+        quarter = np.floor(azimuth_angle(n) / (90.0 * DEGREE) + 0.5).astype(np.int64)
         return np.asarray(values[quarter % len(values)])
 
     def in_plane(across: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -218,7 +220,7 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             f"the touches were made at {touches.feeds[1]:g} mm/min, and a predicted map "
             "contains no signal delay: feed × delay is still in the deviations"
         )
-    obliqueness = float(np.arccos(np.clip(touches.least_closing, -1.0, 1.0)))
+    obliqueness = math.acos(min(touches.least_closing, 1.0))
     if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
         warnings.append(
             f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "

@@ -117,7 +117,7 @@ class PointErrors:
             shared["tip radius"] = frozen(radius)
         if self.pretravel_map.fixed_scatter > 0.0:
             shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
-        if self._delay_matters and self.delay_along_approach.any():
+        if self.delay_along_approach.any():
             shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
         if not self.pretravel_map.states_uncertainty:
             return shared

@@ -62,8 +62,10 @@ class TestComparison:
         assert part["full map"].largest == pytest.approx(0.0, abs=1e-12)
         assert part[UNCORRECTED].largest == pytest.approx(value.max(), rel=1e-9)
 
-    def test_wozniak_finds_itself(self) -> None:
-        basis = WozniakBasis(17 * DEGREE)
+    @pytest.mark.parametrize("lobe", [0.0, 17.0, 119.0])
+    def test_wozniak_finds_itself(self, lobe: float) -> None:
+        """Every azimuth that is a whole number of degrees, up to that at which lobes repeat."""
+        basis = WozniakBasis(lobe * DEGREE)
         own = PretravelMap(
             basis, np.array([0.004, 0.0, 0.0]), Covariance.none(3),
             DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=3.0,
@@ -122,10 +124,10 @@ class TestComparison:
 
     def test_all_directions_turn_with_the_probe(self) -> None:
         """Of a probe tilted by 8°, which is more than the margin of the map."""
-        flat = replace(lobes(3), covariance=Covariance.independent([4.0, 0.0, 0.0]))
+        flat = replace(lobes(3), covariance=Covariance.independent([9.0, 0.0, 0.0]))
         mean_of_one = HarmonicBasis(np.array([[0, 0]])).design(np.eye(3)[2:])[0, 0]
         found = compare_corrections(flat)
-        assert found.u_map == pytest.approx(2.0 * mean_of_one)
+        assert found.u_map == pytest.approx(3.0 * mean_of_one)
         assert compare_corrections(lobes(3)).u_map == 0.0
         assert np.array_equal(found.azimuth_deg, np.arange(360.0))
         azimuth = np.arange(360.0) * DEGREE
@@ -146,6 +148,12 @@ class TestComparison:
         )  # fmt: skip
         with pytest.raises(PretravelError, match="holds along the axis only"):
             _wozniak(axis, np.array([[0.0, 0.0, 1.0]]))
+
+    def test_wozniak_s_constant_of_one_direction_is_right_there(self) -> None:
+        """However little of the lobes is in the direction."""
+        n = from_angles(np.radians([3.0]), np.radians([40.0]))
+        one = _wozniak(lobes(3), n)(n)
+        assert one == pytest.approx(lobes(3).pretravel(n))
 
     def test_a_map_that_does_not_hold_on_the_equator(self) -> None:
         cap = PretravelMap(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +22,12 @@ from pretravel.frames import Placement
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.surface.shapes import Plane
+from pretravel.probing.simulation import simulate
+from pretravel.probing.targets import Targets
+from pretravel.surface.cad.step_part import read_step_part
+from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
+from pretravel.trigger.described_map import described_map
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.example_maps import mean_map
@@ -68,6 +73,11 @@ class TestPoints:
         parts = [_points(1, 2), _points(2, 3, **{name: None})]
         assert getattr(joined_points(parts[::-1] if first else parts), name) is None
 
+    def test_one_part_is_the_whole(self) -> None:
+        one = _points(1, 2)
+        for name in ARRAYS:
+            assert np.array_equal(getattr(joined_points([one]), name), getattr(one, name)), name
+
     def test_shared_errors_of_different_causes_are_not_joined(self) -> None:
         other = _points(2, 3, shared={"signal delay": np.ones(3)})
         assert joined_points([_points(1, 2), other]).shared is None
@@ -111,6 +121,8 @@ class TestPoints:
         assert apply(touches, mean_map(0.010), shared=False).shared is None
         assert apply(replace(touches, labels=("top",)), mean_map(0.010)).labels == ("top",)
         assert apply(replace(touches, numbered_from=7), mean_map(0.010)).labels == ("7",)
+        two = Touches([[0.0, 0.0, 3.0]] * 2, UP[[0, 0]], numbered_from=7)
+        assert apply(two, mean_map(0.010)).labels == ("7", "8")
 
     def test_delay_is_taken_off_the_point_but_not_off_what_the_control_reports(self) -> None:
         """60 mm/min for 4 ms are 4 µm of travel on."""
@@ -156,6 +168,20 @@ class TestNominal:
             assert f": {named}{'…' if lost > 5 else ''}. Is" in str(told.value)
             assert "beyond its edges" not in str(told.value)
 
+    def test_touches_beyond_the_edges_of_the_nominal_are_counted(self, tmp_path: Path) -> None:
+        """Two over the missing corner of an L, within its length and width; one far away."""
+        from netgen.occ import Box
+
+        solid = Box((0, 0, 0), (20, 20, 5)) - Box((8, 8, -1), (21, 21, 6))
+        solid.WriteStep(str(tmp_path / "corner.step"))
+        part = read_step_part(tmp_path / "corner.step")
+        (top,) = (f.number for f in part.faces if f.bounds[:, 2].min() > 4.9)
+        places = [[5.0, 5.0, 8.0], [9.0, 15.0, 8.0], [18.0, 9.2, 8.0], [50.0, 20.0, 8.0]]
+        touches = Touches(places, np.repeat(UP, 4, axis=0))
+        words = r"3 of 4 touches do not touch the nominal surface \(2 of them beyond its edges\)"
+        with pytest.raises(PretravelError, match=words):
+            apply(touches, mean_map(0.0), nominal=part.select(str(top)))
+
     def test_directions_outside_the_map_where_the_contact_is(self) -> None:
         floor = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
         side = replace(mean_map(0.01), support=DirectionSupport([[1.0, 0.0, 0.0]]))
@@ -165,6 +191,41 @@ class TestNominal:
         found = apply(touches, side, nominal=floor, extrapolate=True)
         assert found.deviation == pytest.approx([0.0], abs=1e-12)
         assert contact_slide(touches, found, side) == pytest.approx(np.zeros((1, 3)), abs=1e-12)
+
+    def test_a_deviation_moves_the_point_along_the_normal_of_a_curved_nominal(self) -> None:
+        """A ball of 2.02 mm, touched and then compensated with a nominal one of 2 mm. Its
+        compression is (1 + 3 / 2)^(1/3) times that on a plane, 0.3 µm more: found to a nanometre.
+        """
+        real, nominal = (Sphere([1.0, 2.0, 3.0], radius) for radius in (2.02, 2.0))
+        n = from_angles(np.radians([20.0, 60.0, 85.0]), np.radians([10.0, 140.0, 260.0]))
+        touches = simulate("omp40-2", real, Targets([1.0, 2.0, 3.0] + 2.02 * n, n))
+        found = apply(touches, described_map("omp40-2", "analytic"), nominal=nominal)
+        assert found.deviation == pytest.approx(np.full(3, 0.02), abs=1e-6)
+        assert found.positions == pytest.approx([1.0, 2.0, 3.0] + 2.02 * found.normals, abs=1e-6)
+        # Between first contact and trigger the ball slides down: the contact lies below.
+        assert np.all(found.normals[:, 2] < n[:, 2])
+
+    def test_directions_in_which_the_probe_never_triggers_are_refused(self) -> None:
+        """Two of three, from below: the force lifts the whole probe."""
+        below = from_angles(np.radians([10.0, 179.0, 178.0]), np.radians([0.0, 40.0, 80.0]))
+        touches = Touches(15.0 * below, below, labels=("up", "one", "two"))
+        with pytest.raises(ExtrapolationError, match=r"touch 2 \(one\).*not trigger \(2 such"):
+            apply(touches, described_map("omp40-2", "analytic"), extrapolate=True)
+
+
+class TestSlideOnThePart:
+    def test_each_contact_slides_along_its_own_surface(self) -> None:
+        """The way of the tip's centre: its displacement in the probe and a travel along the
+        approach, so that it stays on the surface; touch by touch, with unequal directions."""
+        made = described_map("omp40-2", "analytic")
+        n = from_angles(np.radians([20.0, 50.0, 80.0]), np.radians([10.0, 140.0, 260.0]))
+        a = unit(-n + [[0.3, 0.0, 0.1], [0.0, -0.4, 0.0], [0.1, 0.2, -0.3]])
+        touches = Touches(15.0 * n, n, a)
+        slide = contact_slide(touches, apply(touches, made), made)
+        assert np.sum(slide * n, axis=1) == pytest.approx(np.zeros(3), abs=1e-12)
+        back = slide - made.tip_displacement(n)
+        assert np.cross(back, a) == pytest.approx(np.zeros((3, 3)), abs=1e-12)
+        assert np.linalg.norm(slide, axis=1).min() > 1e-4
 
 
 class TestSummaries:
@@ -201,15 +262,15 @@ class TestSummaries:
             assert joined.before is None
 
     def test_touches_state_range_obliqueness_middle_and_how_many_are_outside(self) -> None:
-        n = from_angles(np.radians([0.0, 0.0, 120.0, 150.0]), np.zeros(4))
+        n = from_angles(np.radians([0.0, 0.0, 120.0, 150.0, 140.0]), np.zeros(5))
         a = -n.copy()
         a[1] = [0.6, 0.0, -0.8]
-        touches = Touches(3.0 * n, n, a, feeds=[60.0, 50.0, 80.0, 70.0])
+        touches = Touches(3.0 * n, n, a, feeds=[60.0, 50.0, 80.0, 70.0, 55.0])
         made = mean_map(0.0)
         points = apply(touches, made, extrapolate=True)
-        deviation = np.array([0.3, 0.1, 0.9, 0.2])
+        deviation = np.array([0.3, 0.1, 0.9, 0.2, 0.25])
         found = TouchSummary.of(touches, replace(points, deviation=deviation), made)
-        assert found == TouchSummary(4, pytest.approx(0.8), (50.0, 80.0), pytest.approx(0.25), 2)
+        assert found == TouchSummary(5, pytest.approx(0.8), (50.0, 80.0), pytest.approx(0.25), 3)
         bare = TouchSummary.of(replace(touches, feeds=None), points, made)
         assert bare.feeds is None
         assert bare.middle is None
@@ -232,7 +293,7 @@ def _errors() -> PointErrors:
     n = from_angles(np.radians([10.0, 30.0, 50.0]), np.radians([0.0, 100.0, 200.0]))
     made = replace(
         mean_map(0.01), covariance=Covariance.independent([4e-8]), repeatability=3e-4,
-        u_tip_radius=5e-4, repeatability_dof=17.0,
+        u_tip_radius=5e-4, repeatability_dof=17.0, fixed_scatter=2e-4,
     )  # fmt: skip
     a = -from_angles(np.radians([20.0, 60.0, 10.0]), np.radians([0.0, 100.0, 200.0]))
     closing = -np.sum(a * n, axis=1)
@@ -254,19 +315,22 @@ class TestErrors:
         errors = _errors()
         delay = errors.delay_along_approach * errors.closing
         by_hand = np.array(
-            [(3e-4 * errors.closing) ** 2, 4e-8 - errors.by_delay**2, np.full(3, 25e-8), delay**2]
-        )
+            [
+                9e-8 * errors.closing**2, 4e-8 * errors.closing**2, 4e-8 - errors.by_delay**2,
+                np.full(3, 25e-8), delay**2,
+            ]
+        )  # fmt: skip
         for row, which in ((None, "rms of 3 points"), (1, "point 2"), (0, "point 1")):
             budget = point_budget(errors, row)
             variances = by_hand.mean(axis=1) if row is None else by_hand[:, row]
             assert budget.result == f"a point along its normal, {which}"
-            names = ("repeatability", "map", "tip radius", "signal delay")
+            names = ("repeatability", "fixed scatter", "map", "tip radius", "signal delay")
             assert tuple(c.name for c in budget.components) == names
-            assert [c.evaluation for c in budget.components] == ["A", "B", "B", "B"]
+            assert [c.evaluation for c in budget.components] == ["A", "B", "B", "B", "B"]
             assert [c.standard_uncertainty for c in budget.components] == pytest.approx(
                 np.sqrt(variances)
             )
-            assert [c.dof for c in budget.components] == [17.0, *[math.inf] * 3]
+            assert [c.dof for c in budget.components] == [17.0, *[math.inf] * 4]
             assert budget.combined == pytest.approx(math.sqrt(variances.sum()))
 
     @pytest.mark.parametrize("dof", [0.0, 1.0, 24.0])

@@ -32,6 +32,9 @@ def test_nothing_is_said_of_a_usual_case() -> None:
     for made in (MEASURED, QUALIFIED, replace(QUALIFIED, feed=None, **DELAYED)):  # type: ignore[arg-type]
         assert compensation_warnings(QUIET, made) == []
     assert compensation_warnings(TouchSummary(10, 1.0), replace(MEASURED, feed=None)) == []
+    # By rounding, the cosine between two unit vectors may exceed one.
+    rounded = replace(QUIET, least_closing=float(np.nextafter(1.0, 2.0)))
+    assert compensation_warnings(rounded, MEASURED) == []
 
 
 def test_normals_outside_the_map() -> None:
