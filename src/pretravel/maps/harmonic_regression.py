@@ -184,6 +184,7 @@ class _Problem:
         self.within = float(np.sum((values - y[groups]) ** 2))
         self.within_dof = float(len(values) - len(count))
         self.repeated = self.within_dof > 0.0
+        self.left, self.left_dof = 0.0, 0.0
         self.class_count, self.classes = classes_of(count)
         root = np.sqrt(count)[:, None]
         width = split + len(terms) + 1
@@ -197,15 +198,14 @@ class _Problem:
             )
             reduced = reduced_rows(blocks, len(self.class_count))
             rows, self.count = reduced.rows, self.class_count[reduced.classes]
-            # What no column explains is scatter, as among repeats.
-            small, left, dof = reduced.together
-            self.within += left
-            self.within_dof += dof
+            # What no column explains is scatter of directions.
+            small, self.left, self.left_dof = reduced.together
             # Of directions with unequal repeats the mean number: hundreds of them, one each mostly.
             self.small_count = np.full(len(small), count.mean())
         self.free, self.design, self.y = rows[:, :split], rows[:, split:-1], rows[:, -1]
         self.small_free, self.small_design = small[:, :split], small[:, split:-1]
         self.small_y = small[:, -1]
+        self.left_count = float(count.mean())
         degree, order = terms[:, 0], terms[:, 1]
         self.log_degree = np.log(degree / 3.0)
         self.zonal = order == 0
@@ -244,6 +244,7 @@ class _Problem:
         parameter of the covariance M is tr(P M')/2 - (Py)'M'(Py)/2.
         """
         noise, fixed = math.exp(2.0 * h[_NOISE]), self.fixed_variance(h)
+        of_left = noise + fixed * self.left_count
         design = self.turned(self.small_design, h[_AZIMUTH])
         prior = self.prior_variances(h)
         total = (design * prior) @ design.T
@@ -262,6 +263,7 @@ class _Problem:
             - 0.5 * float(np.linalg.slogdet(normal)[1])
             + self.within_dof * h[_NOISE]
             + 0.5 * self.within / noise
+            + 0.5 * (self.left_dof * math.log(of_left) + self.left / of_left)
         )
         slopes = self._prior_slopes(h)
         on_design, seen = projected @ design, design.T @ weighted
@@ -269,9 +271,10 @@ class _Problem:
         slopes[:3] += self.members @ by_variance
         slopes[3:5] -= self.members[:2] @ (by_variance * self.log_degree)
         on_diagonal = _diagonal(projected) - weighted**2
-        slopes[_NOISE] += noise * on_diagonal.sum() + self.within_dof - self.within / noise
-        if self.repeated:
-            slopes[_FIXED] += fixed * float(self.small_count @ on_diagonal)
+        by_left = (self.left_dof - self.left / of_left) / of_left
+        slopes[_NOISE] += noise * (on_diagonal.sum() + by_left)
+        slopes[_NOISE] += self.within_dof - self.within / noise
+        slopes[_FIXED] += fixed * (self.small_count @ on_diagonal + self.left_count * by_left)
         turning = self.turn_slopes(design)
         by_turning = np.einsum("ij,ij->j", turning, on_design) - seen * (weighted @ turning)
         slopes[_AZIMUTH] += float(prior @ by_turning)
@@ -382,9 +385,8 @@ def _most_probable(problem: _Problem, near: Amplitudes | None) -> FloatArray:
         - problem.small_free @ np.linalg.lstsq(problem.small_free, problem.small_y, rcond=None)[0]
     )
     spread = max(float(np.sqrt(np.mean(residual**2))), 10.0 * _SMALLEST_NOISE)
-    noise = (
-        math.sqrt(problem.within / problem.within_dof) if problem.within_dof > 0 else 0.3 * spread
-    )
+    dof = problem.within_dof + problem.left_dof
+    noise = math.sqrt((problem.within + problem.left) / dof) if dof > 0.0 else 0.3 * spread
     low = math.log(_SMALLEST_NOISE)
     noise_start = min(max(math.log(max(noise, _SMALLEST_NOISE)), low), math.log(spread) + 1.0)
     amplitude = math.log(spread)
@@ -446,15 +448,18 @@ def _averaged_over(problem: _Problem, mode: FloatArray) -> Amplitudes:
     draws = _spread_points()
     points = mode + draws @ (axes * deviations) @ axes.T
     costs = np.array([problem.cost_and_slopes(point)[0] for point in points])
-    correction = 0.5 * np.sum(draws**2, axis=1) - costs
-    weights = np.exp(np.clip(correction - np.median(correction), -20.0, _MOST_CORRECTED))
+    # All draws have the same length, and so the same density in the normal distribution.
+    weights = np.exp(np.minimum(np.median(costs) - costs, _MOST_CORRECTED))
     kept = weights > _NEGLIGIBLE * weights.max()
     return Amplitudes(mode, points[kept], np.asarray(weights[kept] / weights[kept].sum()))
 
 
 @lru_cache(maxsize=1)
 def _spread_points() -> FloatArray:
-    """Standard normal points in pairs, (p, 8), with mean zero and unit covariance."""
+    """Standard normal points in pairs, (p, 8), with mean zero and unit covariance.
+
+    As many pairs as dimensions: all of them then have the same length.
+    """
     from scipy.stats import norm, qmc
 
     half = norm.ppf(qmc.Sobol(_AMPLITUDES, scramble=True, rng=1).random(_PAIRS))

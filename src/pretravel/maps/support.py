@@ -132,19 +132,17 @@ class DirectionSupport:
             return self._with_edges(None, np.zeros(0, dtype=bool), edges.astype(np.int64))
         triangles = np.sort(triangulation.simplices, axis=1).astype(np.int64)
         a, b, c = (self.nodes[triangles[:, i]] for i in range(3))
-        # The plane through three nodes cuts the sphere in their circle; its normal,
-        # on the side away from -z, points to the centre of the circle.
+        # The plane through three nodes cuts the sphere in their circle; its normal
+        # points to the centre of the circle, or away from it.
         normal = np.cross(b - a, c - a)
-        normal *= np.where(np.sum(normal * a, axis=1) < 0.0, -1.0, 1.0)[:, None]
         length = np.linalg.norm(normal, axis=1)
-        radius = np.arccos(
-            np.clip(np.sum(normal * a, axis=1) / np.maximum(length, 1e-300), -1.0, 1.0)
-        )
+        height = np.abs(np.sum(normal * a, axis=1))
+        radius = np.arccos(np.minimum(height / np.maximum(length, 1e-300), 1.0))
         held = (radius <= LARGEST_HOLE) & (length > 1e-14)
         pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]])
         pair_held = np.tile(held, 3)
         edges, inverse = np.unique(pairs, axis=0, return_inverse=True)
-        held_count = np.bincount(inverse.ravel(), weights=pair_held, minlength=len(edges))
+        held_count = np.bincount(inverse.ravel(), weights=pair_held)
         bounds = held_count == 1
         # The triangle's third node tells which side of its boundary is inside.
         third = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
@@ -157,8 +155,7 @@ class DirectionSupport:
         if len(loose):
             middle = 0.5 * (plane[loose[:, 0]] + plane[loose[:, 1]])
             half = 0.5 * np.linalg.norm(plane[loose[:, 0]] - plane[loose[:, 1]], axis=1)
-            # The third nearest node: the ends of the edge are the first two.
-            nearest = np.asarray(cKDTree(plane).query(middle, k=[3])[0])[:, 0]
+            nearest = np.asarray(cKDTree(plane).query(middle)[0])
             angle = np.arccos(
                 np.clip(np.sum(self.nodes[loose[:, 0]] * self.nodes[loose[:, 1]], axis=1), -1, 1)
             )

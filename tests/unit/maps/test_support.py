@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.arrays import FloatArray
+from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
+from pretravel.maps import support as module
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation
 from pretravel.maps.pretravel_map import PretravelMap
@@ -51,6 +54,140 @@ def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> Non
         found = weights[row] @ support.nodes[nodes_of[row]]
         # Weights are linear in the arc, and the chord is not: 1e-4 on a long edge.
         assert found @ direction / np.linalg.norm(found) == pytest.approx(best, abs=1e-4)
+
+
+def _plane(n: FloatArray) -> FloatArray:
+    """Stereographic from -z: slope of the line from there, in the plane z = 0."""
+    return np.asarray(n[:, :2] / (1.0 + n[:, 2:]))
+
+
+def _far(nodes: FloatArray, edge: tuple[int, int], d: FloatArray) -> tuple[float, float]:
+    """Angle from a direction to an arc, and the share of the arc there, by a projection."""
+    a, b = nodes[list(edge)]
+    span = np.stack([a, b], axis=1)
+    share = np.linalg.lstsq(span, d, rcond=None)[0]
+    if not share.min() >= 0.0:
+        ends = [float(np.arccos(np.clip(end @ d, -1.0, 1.0))) for end in (a, b)]
+        return min(ends), float(ends[1] < ends[0])
+    foot = span @ share
+    left = float(np.arctan2(np.linalg.norm(d - foot), np.linalg.norm(foot)))
+    foot /= np.linalg.norm(foot)
+    way = np.arctan2(np.linalg.norm(np.cross(a, foot)), a @ foot)
+    return left, float(way / np.arccos(a @ b))
+
+
+def _supported(nodes: FloatArray) -> tuple[list[FloatArray], set[tuple[int, int]]]:
+    """Triangles with a circle of up to 60°, one by one; all edges that bound the support."""
+    plane = _plane(nodes)
+    mesh = Delaunay(plane)
+    held, edges, inner = [], [], []
+    for triangle in mesh.simplices:
+        # The centre of the circle has the same product with all three.
+        centre = unit(np.linalg.solve(nodes[triangle], np.ones(3))[None])[0]
+        own = [(int(a), int(b)) for a, b in np.sort(triangle)[[[0, 1], [1, 2], [0, 2]]]]
+        edges += own
+        if centre @ nodes[triangle[0]] >= 0.5:
+            held.append(triangle)
+            inner += own
+    kept = {each for each in inner if inner.count(each) == 1}
+    for a, b in set(edges) - set(inner):
+        middle, half = 0.5 * (plane[a] + plane[b]), 0.5 * np.linalg.norm(plane[a] - plane[b])
+        others = np.delete(np.linalg.norm(plane - middle, axis=1), [a, b])
+        if others.min() >= half and nodes[a] @ nodes[b] >= np.cos(np.radians(120.0)):
+            kept.add((a, b))
+    return held, kept
+
+
+def _is_in(corners: FloatArray, point: FloatArray) -> bool:
+    """Shares of three corners, in the plane or of the sphere, that are not negative."""
+    rows = corners.T if len(point) == 3 else np.vstack([corners.T, np.ones(3)])
+    right = point if len(point) == 3 else np.append(point, 1.0)
+    return bool(np.linalg.solve(rows, right).min() >= -1e-12)
+
+
+def _sparse(seed: int) -> FloatArray:
+    """A patch of close nodes beside the pole, and some that are far apart."""
+    rng = np.random.default_rng(seed)
+    polar = np.concatenate([rng.uniform(15.0, 60.0, 12), rng.uniform(60.0, 125.0, 5)])
+    azimuth = np.concatenate([rng.uniform(20.0, 130.0, 12), rng.uniform(0.0, 360.0, 5)])
+    return from_angles(np.radians(polar), np.radians(azimuth))
+
+
+@pytest.mark.parametrize("nodes", [_sparse(1), _sparse(4), _sparse(6), sphere_pattern_25()[3:19]])
+def test_the_support_is_that_of_all_triangles_one_by_one(nodes: FloatArray) -> None:
+    """In a triangle, flat or on the sphere, the distance is zero; else it is that to the nearest
+    of the edges without a second triangle. Directions from everywhere."""
+    support = DirectionSupport(nodes)
+    held, edges = _supported(nodes)
+    d = fibonacci_cap(150, 2.9)
+    found, weights, distance = support.interpolation(d)
+    plane, points = _plane(nodes), _plane(d)
+    inside = 0
+    for row, each in enumerate(d):
+        assert weights[row].sum() == pytest.approx(1.0)
+        flat = any(_is_in(plane[t], points[row]) for t in held)
+        if flat or any(_is_in(nodes[t], each) for t in held):
+            inside += 1
+            assert distance[row] == 0.0
+        far = {edge: _far(nodes, edge, each) for edge in edges}
+        if flat:
+            here = sum(w * plane[k] for k, w in zip(found[row], weights[row], strict=True))
+            assert here == pytest.approx(points[row], abs=1e-9)
+            continue
+        edge = min(far, key=lambda e: far[e][0])
+        if distance[row] != 0.0:
+            assert distance[row] == pytest.approx(far[edge][0], abs=1e-7)
+        own = np.zeros(len(nodes))
+        np.add.at(own, found[row], weights[row])
+        expected = np.zeros(len(nodes))
+        expected[list(edge)] = 1.0 - far[edge][1], far[edge][1]
+        assert own == pytest.approx(expected, abs=1e-6)
+    assert inside > 3
+    assert np.sum(distance > 0.0) > 10
+
+
+def test_results_do_not_depend_on_blocks_of_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 71)[:-1]
+    nodes = unit(np.column_stack([np.cos(turn), np.sin(turn), np.full(70, 0.4)]))
+    support, d = DirectionSupport(nodes[:66]), fibonacci_cap(60, 2.9)
+    whole = support.interpolation(d)
+    monkeypatch.setattr(module, "_CHUNK", 7)
+    monkeypatch.setattr(module, "_PAIRS", 200)
+    for one, other in zip(whole, support.interpolation(d), strict=True):
+        assert other == pytest.approx(one, abs=1e-12)
+
+
+def test_edges_of_wide_holes_support_up_to_twice_sixty_degrees() -> None:
+    """Three directions on the equator: arcs of 114° and 119° hold, one of 127° does not."""
+    nodes = from_angles(np.full(3, 0.5 * np.pi), np.radians([0.0, 114.0, 233.0]))
+    middles = from_angles(np.full(3, 0.5 * np.pi), np.radians([57.0, 173.5, 296.5]))
+    distance = DirectionSupport(nodes).interpolation(middles)[2]
+    assert np.degrees(distance) == pytest.approx([0.0, 0.0, 63.5], abs=1e-6)
+
+
+def test_the_limit_of_170_degrees_itself_belongs_to_the_map() -> None:
+    """Stated as the height -0.985; 0.985 in degrees of the polar angle is 170.06."""
+    at_limit = [[np.sqrt(1.0 - 0.985**2), 0.0, -0.985]]
+    assert DirectionSupport(at_limit).nodes[0, 2] == -0.985
+
+
+def test_nodes_their_opposites_and_poles_of_edges_have_a_distance() -> None:
+    """Products of unit vectors may be beyond one by rounding: no distance is lost by that."""
+    turn = np.linspace(0.0, 1.9 * np.pi, 40)
+    nodes = unit(np.column_stack([np.cos(turn), np.sin(turn), 0.3 * np.ones(40)]))
+    nodes = nodes[np.linalg.norm(nodes - nodes[0], axis=1) < 5.0]
+    for part in (nodes[:3], nodes[10:13], nodes[:20], nodes, nodes[7:8]):
+        support = DirectionSupport(part)
+        poles = unit(np.cross(part, np.roll(part, -1, axis=0))) if len(part) > 1 else part
+        found, weights, distance = support.interpolation(np.vstack([part, -part, poles, -poles]))
+        assert np.isfinite(distance).all()
+        assert np.isfinite(weights).all()
+        assert distance[: len(part)] == pytest.approx(np.zeros(len(part)), abs=1e-7)
+        own = np.sum((found == np.arange(len(found))[:, None]) * weights, axis=1)
+        assert own[: len(part)] == pytest.approx(np.ones(len(part)), abs=1e-6)
+    # From a node, the opposite of it is farther away than any other direction.
+    opposite = DirectionSupport(nodes[7:8]).interpolation(-nodes[7:8])[2]
+    assert opposite == pytest.approx([np.pi], abs=1e-7)
 
 
 def test_very_many_directions_are_drawn_in_their_order() -> None:
