@@ -75,7 +75,7 @@ def plain_number(value: float) -> str:
     """
     if not (math.isfinite(value) and abs(value) < 10 ** (_DIGITS - 1) - 1):
         raise PretravelError(f"{value} cannot be written for a control: it has too many digits")
-    decimals = _DIGITS - max(len(str(int(abs(value)))), 1)
+    decimals = _DIGITS - len(str(int(abs(value))))
     text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0")
     return text + "0" if text.endswith(".") else text
 

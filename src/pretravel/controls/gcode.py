@@ -58,8 +58,7 @@ def coordinate(value: float) -> str:
     >>> coordinate(-1.5), coordinate(-1e-12)
     ('-1.5', '0')
     """
-    text = f"{float(np.round(value, 9)) + 0.0:.9f}".rstrip("0").rstrip(".")
-    return text or "0"
+    return f"{float(np.round(value, 9)) + 0.0:.9f}".rstrip("0").rstrip(".")
 
 
 def arguments(vector: Iterable[float]) -> str:
@@ -78,9 +77,9 @@ def exact(value: float) -> str:
     ('0.25', '0.0000001')
     """
     text = f"{float(value) + 0.0:.20f}".rstrip("0").rstrip(".")
-    if value and math.isclose(float(text or 0), value, rel_tol=1e-12):
+    if math.isclose(float(text), value, rel_tol=1e-12):
         return text
-    return f"{float(value) + 0.0:.30f}".rstrip("0").rstrip(".") if value else "0"
+    return f"{float(value):.30f}".rstrip("0").rstrip(".")
 
 
 def comment(text: str) -> str:

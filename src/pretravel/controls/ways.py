@@ -128,7 +128,7 @@ def ways_between(
         Places to pass; none where the tip moves straight. [mm]
     """
     starts = touches.starts
-    straight = np.full(max(len(starts) - 1, 0), surroundings.known)
+    straight = np.full(len(starts) - 1, surroundings.known)
     if surroundings.known and len(straight):
         moves = np.linalg.norm(np.diff(starts, axis=0), axis=1) > 0.0
         straight &= ~surroundings.block(starts[:-1], starts[1:]) | ~moves

@@ -14,9 +14,15 @@ import pytest
 from pretravel.arrays import BoolArray, FloatArray
 from pretravel.controls.linuxcnc_program import _moves, check_line_lengths, linuxcnc_program
 from pretravel.controls.machine import WORK_OFFSETS, Machine, work_placement, work_turn
-from pretravel.controls.program import plan_program
+from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.surroundings import SphereObstacle, Surroundings
-from pretravel.controls.ways import check_limits, touch_moves, ways_between, ways_down
+from pretravel.controls.ways import (
+    _horizontal,
+    check_limits,
+    touch_moves,
+    ways_between,
+    ways_down,
+)
 from pretravel.directions import from_angles, unit
 from pretravel.errors import PretravelError
 from pretravel.probing.targets import Targets
@@ -112,6 +118,13 @@ class TestMachine:
             50.0,
             "G54",
         )
+        lengths = MACHINE.tool_length, MACHINE.stem_diameter, MACHINE.body_diameter
+        assert lengths == (0.0, 4.5, 40.0)
+        feeds = MACHINE.measuring_feed, MACHINE.positioning_feed, MACHINE.acceleration
+        assert feeds == (50.0, 1000.0, 500.0)
+        distances = MACHINE.start_distance, MACHINE.overtravel, MACHINE.clearance
+        assert (MACHINE.safe_height, *distances) == (50.0, 2.0, 2.0, 1.0)
+        assert work_turn(work_placement(1.0, 2.0, 3.0)) == 0.0
         assert MACHINE.travel_feed == MACHINE.positioning_feed
         assert replace(MACHINE, travel_feed=2000.0).travel_feed == 2000.0
         assert (MACHINE.tool, MACHINE.change_height, MACHINE.work, MACHINE.limits) == (None,) * 4
@@ -292,6 +305,8 @@ class TestWays:
             (Targets([[0.0, 0.0, 7.0]], UP), (), 12.0),
             # Beside a wall the ball and the clearance above the target: 7 + 3 + 1 mm.
             (Targets([[0.0, 0.0, 7.0]], [[1.0, 0.0, 0.0]]), (), 11.0),
+            # The same for the highest of two targets: 8 + 3 + 1 mm.
+            (Targets([[0.0, 0.0, 8.0], [9.0, 0.0, 7.0]], [[1.0, 0.0, 0.0]] * 2), (), 12.0),
             # An obstacle of 20 mm with the ball and the clearance.
             (
                 Targets([[0.0, 0.0, 7.0]], UP),
@@ -307,6 +322,11 @@ class TestWays:
         low = replace(MACHINE, safe_height=height - 1e-3)
         with pytest.raises(PretravelError, match=f"must be at {height:.3f} mm at least"):
             plan_program(targets, low, title="t", obstacles=obstacles)
+
+    def test_the_side_to_which_a_normal_points(self) -> None:
+        """Unit vectors in the plane; a normal along z points to no side."""
+        found = _horizontal(np.array([[0.6, 0.0, 0.8], [0.0, -0.1, -0.9], UP[0]]))
+        assert found.tolist() == [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 0.0]]
 
     @pytest.mark.parametrize("axis", range(3))
     @pytest.mark.parametrize("side", [0, 1])
@@ -359,6 +379,39 @@ class TestProgram:
         assert made.duration == pytest.approx(
             60.0 * (measuring + (8 * 2.0 + 45.0 + 45.0 + 10.0 + 44.0) / 1000.0)
         )
+
+    def test_the_duration_of_ways_with_corners(self) -> None:
+        """Three touches of 2 mm, there at 50, 100 and 200 mm/min, and back. Ways: from (0, 0, 50)
+        45 mm down and 7 to the side; straight, 5 mm; by three corners 8 + 10 + 6 + 12 mm."""
+        made = plan_program(Targets([[0.0, 0, 0]], UP), MACHINE, title="t", repeats=3)
+        ways = (
+            np.array([[0.0, 0.0, 50.0], [0.0, 0.0, 5.0]]), np.empty((0, 3)),
+            np.array([[7.0, 5.0, 13.0], [17.0, 5.0, 13.0], [17.0, 11.0, 13.0]]),
+        )  # fmt: skip
+        starts = np.array([[7.0, 0.0, 5.0], [7.0, 5.0, 5.0], [17.0, 11.0, 1.0]])
+        feeds = np.array([50.0, 100.0, 200.0])
+        made = replace(made, ways=ways, starts=starts, feeds=feeds)
+        assert isinstance(made, ProbingProgram)
+        measuring = 2.0 / 50.0 + 2.0 / 100.0 + 2.0 / 200.0
+        moving = (3 * 2.0 + 52.0 + 5.0 + 36.0) / 1000.0
+        assert made.duration == pytest.approx(60.0 * (measuring + moving))
+
+    def test_the_way_up_is_the_last_way_down_backwards(self) -> None:
+        """The last of three targets is left by its own corner; targets have numbers for names."""
+        points = [[10.0, 5.0, 0.0], [10.0, 9.0, 0.0], [10.0, 14.0, 0.0]]
+        targets = Targets(points, [[1.0, 0.0, 0.0]] * 3)
+        wall = _Wall(lambda start, end: _vertical(start, end) & (start[:, 0] < 16.0))
+        made = plan_program(targets, MACHINE, title="t", obstacles=[wall])
+        assert made.leave.tolist() == [[17.0, 14.0, 0.0], [17.0, 14.0, 50.0]]
+        assert made.labels == ("1", "2", "3")
+        assert made.feeds.tolist() == [50.0] * 3
+
+    def test_all_targets_cannot_be_left_out(self) -> None:
+        ball = SphereObstacle(np.zeros(3), 12.5)
+        below = from_angles(np.radians([150.0, 160.0]), np.radians([0.0, 90.0]))
+        with pytest.raises(PretravelError, match="cannot get there"):
+            plan_program(Targets(12.5 * below, below), MACHINE, title="t", obstacles=[ball],
+                         leave_out=True)  # fmt: skip
 
     def test_what_is_checked_is_said(self) -> None:
         ball = SphereObstacle(np.zeros(3), 12.5)
@@ -430,6 +483,22 @@ class TestProgram:
         for name in ("", ".a", "é", "a b", "a%", "٣"):
             with pytest.raises(PretravelError, match=r"letters, digits and -_\. only"):
                 linuxcnc_program(made, name)
+
+    def test_a_program_stops_at_every_fault_unless_misses_are_allowed(self) -> None:
+        """A miss is fault 1; the second in a row stops in any case. The turn of the work
+        coordinates is compared where the machine file states it: 0.3 rad are 17.19 degrees."""
+        made = plan_program(Targets([[0.0, 0, 0]], UP), MACHINE, title="t")
+        allowing = "[#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"
+        strict = linuxcnc_program(made, "a.log")
+        assert "[#<_pretravel_fault> NE 0]" in strict
+        assert allowing not in strict
+        assert strict != linuxcnc_program(made, "a.log", allow_misses=True)
+        assert allowing in linuxcnc_program(made, "a.log", allow_misses=True)
+        assert linuxcnc_program(made, "a.log", allow_misses=False) == strict
+        placed = replace(MACHINE, work=work_placement(1.0, 2.0, 3.0, 0.3))
+        turned = replace(made, machine=placed)
+        assert "17.18873" in linuxcnc_program(turned, "a.log")
+        assert "17.18873" not in strict
 
     def test_only_between_two_places_at_the_safe_height_the_feed_is_that_of_travel(self) -> None:
         machine = replace(MACHINE, travel_feed=3000.0)
