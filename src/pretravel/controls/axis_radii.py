@@ -102,9 +102,7 @@ def _radius(pretravel_map: PretravelMap, to: FloatArray, travel: float) -> dict[
     u_radius = np.sqrt(
         max(float(u[0]) ** 2 - by_delay**2, 0.0) + delay_part**2 + pretravel_map.u_tip_radius**2
     )
-    found: dict[str, Any] = {
-        "normal": [round(value, 9) + 0.0 for value in normal[0].tolist()]
-    }
+    found: dict[str, Any] = {"normal": [round(value, 9) + 0.0 for value in normal[0].tolist()]}
     radius = pretravel_map.tip_radius - float(pretravel[0]) - travel
     found |= _lengths("radius", radius) | _lengths("diameter", 2.0 * radius)
     states = pretravel_map.states_uncertainty

@@ -46,7 +46,7 @@ class _Ranges(DirectionSupport):
 
     ranges: tuple[tuple[float, float], ...] = ()
 
-    def supports(self, directions: Any) -> Any:
+    def supports(self, directions: Any, margin: float = 0.0) -> Any:
         polar, azimuth = polar_angle(directions) / DEGREE, azimuth_angle(directions) / DEGREE
         held = np.zeros(len(polar), dtype=bool)
         for low, high in self.ranges:
