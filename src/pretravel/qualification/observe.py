@@ -211,12 +211,12 @@ def _tip_radius(
     sign = -1.0 if setup.ring else 1.0
     radius = 0.5 * setup.diameter
     tip = None if setup.tip_diameter is None else 0.5 * setup.tip_diameter
-    expected = radius + sign * (tip or 0.0)
-    _refuse_inches(fitted_radius, expected, 0.02 if tip is not None else 0.0, setup, source)
     implied = sign * (fitted_radius - radius)
     if tip is None:
         _refuse_implied_tip(implied, fitted_radius, setup, source)
         return implied
+    expected = radius + sign * tip
+    _refuse_inches(fitted_radius, expected, setup, source)
     pretravel = sign * (expected - fitted_radius)
     if not SMALLEST_PRETRAVEL <= pretravel <= largest:
         raise PretravelError(
@@ -231,11 +231,7 @@ def _tip_radius(
 
 
 def _refuse_inches(
-    fitted_radius: float,
-    expected: float,
-    tolerance: float,
-    setup: QualificationSetup,
-    source: str,
+    fitted_radius: float, expected: float, setup: QualificationSetup, source: str
 ) -> None:
     other = (
         "the diameters look like inches (give them in mm), or coordinates in mm were taken as "
@@ -245,7 +241,7 @@ def _refuse_inches(
         (1.0 / INCH, "the coordinates look like inches: state the unit inch"),
         (INCH, other),
     ):
-        if abs(fitted_radius / (expected * factor) - 1.0) < tolerance:
+        if abs(fitted_radius / (expected * factor) - 1.0) < 0.02:
             raise PretravelError(
                 f"{source}the touches lie on a {setup.reference} of diameter "
                 f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, {INCH:g} "

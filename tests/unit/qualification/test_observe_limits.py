@@ -150,7 +150,8 @@ class TestRadius:
     def test_the_travel_of_a_delay_is_allowed_beside_it(self) -> None:
         """30 ms at 600 mm/min: 0.3 mm."""
         for pretravel, refused in ((0.449, False), (0.451, True)):
-            touches = replace(_touches(pretravel=pretravel), feeds=np.full(25, 600.0))
+            feeds = np.where(np.arange(25) == 7, 600.0, 60.0)  # the fastest counts
+            touches = replace(_touches(pretravel=pretravel), feeds=feeds)
             assert bool(_told(touches)) == refused
 
     @pytest.mark.parametrize(
@@ -313,6 +314,9 @@ def test_cells_of_normals_are_those_of_three_whole_numbers() -> None:
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     # Mirror images, permutations, and close neighbours.
     n = np.concatenate([n, n * [-1, 1, 1], n * [1, -1, 1], n * [1, 1, -1], n[:, ::-1], n + 1e-5])
+    # The farthest cells, and those whose numbers are next to theirs.
+    ends = np.array([-1.0, -0.97, -0.92, -0.87, 0.87, 0.92, 0.97, 1.0])
+    n = np.concatenate([n, np.stack(np.meshgrid(ends, ends, ends), axis=-1).reshape(-1, 3)])
     number = _numbered_cells(n, 0.05)
     cells = np.floor((n + 1.0) / 0.05).astype(int)
     expected = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
@@ -345,3 +349,71 @@ def test_what_is_observed_has_the_references_sizes() -> None:
     ring = observe(replace(_ring(), positions=moved), replace(SETUP, ring=True))
     assert ring.ring
     assert ring.center == pytest.approx([1.0, 2.0, 3.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(("apart", "one"), [(0.98e-3, True), (1.02e-3, False)])
+def test_a_thousandth_apart_is_one_direction(apart: float, one: bool) -> None:
+    beside = np.cross(N[3], [0.6, -0.3, 0.2])
+    beside /= np.linalg.norm(beside)
+    angle = 2.0 * np.arcsin(0.5 * apart)
+    n = np.vstack([N, np.cos(angle) * N[3] + np.sin(angle) * beside])
+    found = observe(_touches(n), SETUP)
+    assert found.groups.tolist() == [*range(25), 3 if one else 25]
+
+
+def test_directions_with_few_and_with_many_repeats_are_numbered_alike() -> None:
+    """One to 40 touches within 4e-4 of six directions in any order: each is one direction."""
+    rng = np.random.default_rng(5)
+    order = rng.permutation(np.repeat(np.arange(8), [1, 2, 15, 16, 17, 18, 40, 90]))
+    n = fibonacci_cap(8, 1.5)[order] + 1e-4 * rng.uniform(-1.0, 1.0, (len(order), 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    _, first, number = np.unique(order, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))
+    assert observe(_touches(n), SETUP).groups.tolist() == rank[number].tolist()
+
+
+@pytest.mark.parametrize(("ratio", "plane"), [(0.0195, True), (0.0205, False)])
+def test_the_spread_across_a_plane_is_a_fiftieth(ratio: float, plane: bool) -> None:
+    """On two parallels at the heights ± h the spreads are sin h and √½ cos h."""
+    height = np.arctan(ratio / np.sqrt(2.0)) * np.where(np.arange(24) % 2, 1.0, -1.0)
+    n = from_angles(0.5 * np.pi - height, np.arange(24) * (np.pi / 12.0))
+    assert ("in one plane (perpendicular to Z)" in _told(_touches(n))) == plane
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_plane_has_the_name_of_an_axis_within_two_degrees_and_a_half(sign: float) -> None:
+    """cos 2.56° = 0.999; else its components are stated."""
+    around = from_angles(np.full(24, 0.5 * np.pi), np.arange(24) * (np.pi / 12.0))
+    for tilt, name in ((2.4, "perpendicular to Y)"), (2.7, "perpendicular to (")):
+        c, s = np.cos(np.radians(tilt)), sign * np.sin(np.radians(tilt))
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        assert name in _told(_touches(around[:, [1, 2, 0]] @ turn))
+
+
+class TestInches:
+    @pytest.mark.parametrize(("off", "inches"), [(0.019, True), (0.021, False)])
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    @pytest.mark.parametrize("factor", [25.4, 1.0 / 25.4])
+    def test_a_fiftieth_is_the_tolerance(
+        self, off: float, inches: bool, sign: float, factor: float
+    ) -> None:
+        """Of the radius that the sphere and the tip have together."""
+        told = _told(_touches(pretravel=0.0, radius=15.5 * (1.0 + sign * off) * factor))
+        assert ("25.4 times" in told) == inches
+        assert told
+
+    @pytest.mark.parametrize("ring", [False, True])
+    @pytest.mark.parametrize("factor", [25.4, 1.0 / 25.4])
+    @pytest.mark.parametrize(
+        ("tip_radius", "exists"), [(0.045, False), (0.055, True), (7.4, True), (7.6, False)]
+    )
+    def test_a_unit_with_which_the_tip_exists(
+        self, ring: bool, factor: float, tip_radius: float, exists: bool
+    ) -> None:
+        """A tip has 0.05 mm of radius, and at most 0.6 of that of the reference."""
+        radius = factor * (12.5 - tip_radius if ring else 12.5 + tip_radius)
+        touches = _ring(0.0, radius=radius) if ring else _touches(pretravel=0.0, radius=radius)
+        told = _told(touches, QualificationSetup(25.0, ring=ring))
+        words = "were taken as inches; state the unit mm" if factor > 1.0 else "state the unit inch"
+        assert (words in told) == exists
+        assert told
