@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import linalg, stats
+from scipy import linalg, optimize, stats
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.errors import ExtrapolationError, PretravelError
@@ -131,6 +131,33 @@ def test_a_scatter_that_differs_from_the_map_s_counts_alone(scatter: float, pool
     assert (found.p_repeatability > 0.05) == pooled
     assert (found.noise.scatter.dof > found.scatter_of_touches.dof) == pooled
     assert (found.noise.scatter == found.scatter_of_touches) != pooled
+
+
+@pytest.mark.parametrize(("p", "pooled"), [(0.055, True), (0.045, False)])
+@pytest.mark.parametrize("larger", [True, False])
+def test_a_scatter_that_is_by_chance_in_one_of_twenty_is_one(
+    p: float, pooled: bool, larger: bool
+) -> None:
+    def compared_with(scatter: float) -> TouchesAndMap:
+        return touches_and_map(observed(N, 3, scatter * UM), made_map(), 0.0)
+
+    scatter = optimize.brentq(
+        lambda x: compared_with(x).p_repeatability - p, *((0.31, 0.6) if larger else (0.1, 0.26))
+    )
+    found = compared_with(scatter)
+    assert (found.noise.scatter.dof > found.scatter_of_touches.dof) == pooled
+
+
+def test_a_turned_map_is_also_looked_up_beside_its_touches() -> None:
+    """Touches on one half: turned by a radian some are on the other, which it does not know."""
+    half = N[N[:, 1] >= 0.0]
+    made = made_map(support=DirectionSupport(half))
+    seen = observed(half, 2, 0.3 * UM)
+    assert turned_value(seen, made, 1.0) == pytest.approx(
+        design_of(turned(half, 1.0)) @ COEFFICIENTS, rel=1e-9
+    )
+    with pytest.raises(ExtrapolationError):
+        touches_and_map(observed(turned(half, 1.0), 2, 0.3 * UM), made, 0.0)
 
 
 def test_the_scatter_of_touches_without_repeats_is_the_map_s() -> None:
@@ -332,8 +359,16 @@ def test_uncertain_variances_widen_u_by_what_the_directions_show() -> None:
     raw = given.of_map * np.outer(larger, larger) + own
     assert given.raw_covariance == pytest.approx(raw, rel=1e-9)
     assert given.covariance == pytest.approx(given.of_map + stated, rel=1e-9)
+    # A single direction whose variance is certain changes nothing of that.
+    spreads = np.where(np.arange(17) == 3, 0.0, noise.spreads)
+    certain = replace(noise, raw_variances=3.0 * noise.raw_variances, spreads=0.0 * spreads)
+    inverse = np.linalg.inv(given.covariance)
+    alone = np.linalg.inv(given.design.T @ inverse @ given.design)[3:, 3:]
+    found = changes_of(replace(given, noise=certain), 0.03)
+    u = [found.size.u, found.amplitude.u, found.turn.u]
+    assert u == pytest.approx(np.sqrt(np.diag(alone)), rel=1e-6)
     for factor in (0.2, 3.0):
-        noise_of = replace(noise, raw_variances=factor * noise.raw_variances)
+        noise_of = replace(noise, raw_variances=factor * noise.raw_variances, spreads=spreads)
         case = replace(given, noise=noise_of)
         own = np.diag(factor * noise.raw_variances / noise.counts + noise.fixed_variance)
         raw = given.of_map * np.outer(larger, larger) + own

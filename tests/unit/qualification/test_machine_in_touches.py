@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import fibonacci_cap
+from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_in_touches import (
     MachineEffects,
@@ -19,8 +19,8 @@ from pretravel.qualification.machine_in_touches import (
     _scatter_by_memory,
     machine_effects,
 )
-from pretravel.qualification.reference_drift import relative_times
-from pretravel.qualification.touch_order import estimated_hysteresis
+from pretravel.qualification.reference_drift import estimated_drift, relative_times
+from pretravel.qualification.touch_order import between_predecessors, estimated_hysteresis
 
 NORMALS = fibonacci_cap(25, 1.5)
 UM = 1e-3  # mm
@@ -134,6 +134,8 @@ def test_what_is_told_of_a_memory() -> None:
     assert "has a probability of" in _memory_warnings(0.949, expected, moments)[0]
     assert len(_memory_warnings(0.501, expected, moments)) == 1
     assert _memory_warnings(0.499, expected, moments) == []
+    assert _memory_warnings(0.5, expected, moments) == []
+    assert "has a probability of 95%" in _memory_warnings(0.95, expected, moments)[0]
 
 
 def test_a_sure_memory_is_subtracted_and_scatters() -> None:
@@ -185,3 +187,109 @@ def test_a_step_is_averaged_out_by_noise() -> None:
         scatter = math.sqrt(np.sum((values - means[PASSES]) ** 2) / 75.0)
         amplitude = math.exp(-2.0 * (math.pi * scatter / step) ** 2)
         assert found.step_scatter == pytest.approx(amplitude * step / math.sqrt(12.0), rel=1e-6)
+
+
+def test_a_drift_is_subtracted_below_one_in_a_hundred() -> None:
+    """Of the thousand sets with that of the touches, nine at most have so large a drift."""
+    order = np.arange(100.0)
+    rng = np.random.default_rng(5)
+    noise = 0.3 * UM * rng.standard_normal(100)
+    drift = NORMALS[PASSES] @ [-1.0, 0.4, 0.5] * relative_times(order)
+    seen = {}
+    for size in UM * np.linspace(0.1, 1.2, 90):
+        errors = noise + size * drift
+        found = estimated_drift(errors, NORMALS[PASSES], PASSES, order)
+        seen[round(1000.0 * found.p_value)] = errors, found.value
+    assert {8, 9} & set(seen)
+    assert {10, 11, 12} & set(seen)
+    for thousandths in {8, 9, 10, 11, 12} & set(seen):
+        errors, value = seen[thousandths]
+        expected = -value if thousandths < 10 else np.zeros(3)
+        assert _effects(errors, PASSES).drift == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+def test_scatter_between_predecessors_counts_below_one_in_a_hundred() -> None:
+    """Beside that of the form and of the memory that is possible; nine of a thousand sets at most
+    have as much."""
+    passes = np.tile(PASSES, 2)
+    order = np.arange(200)
+    rng = np.random.default_rng(7)
+    noise = 0.3 * UM * rng.standard_normal(200)
+    effect = rng.standard_normal((25, 26))[passes, np.append(25, passes[:-1])]
+    seen = {}
+    for size in UM * np.linspace(0.0, 0.25, 80):
+        found = between_predecessors(noise + size * effect, passes, order)
+        seen[round(1000.0 * found.p_value)] = noise + size * effect, found.variance
+    assert {8, 9} & set(seen)
+    assert {10, 11, 12} & set(seen)
+    for thousandths in {8, 9, 10, 11, 12} & set(seen):
+        errors, variance = seen[thousandths]
+        observed = _observation(errors, passes)
+        _, moments, share = _memory(observed, np.zeros(200), order.astype(float))
+        assert 0.0 < share < 0.95
+        expected = _scatter_by_memory(NORMALS, moments) + (1.2 * UM) ** 2 / 12.0
+        found = _effects(errors, passes, form=1.2 * UM)
+        assert not found.drift.any()
+        if thousandths < 10:
+            expected += variance
+        assert found.fixed_scatter**2 == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_drift_and_a_memory_are_subtracted_together() -> None:
+    """Each with its sign: 20 passes, in which one is hardly part of the other."""
+    rng = np.random.default_rng(11)
+    passes = np.concatenate([rng.permutation(25) for _ in range(20)])
+    move, memory = np.array([3.0, -1.0, 2.0]) * UM, np.array([2.0, -1.2]) * UM
+    drift = -(NORMALS[passes] @ move) * relative_times(np.arange(500))
+    n, m = NORMALS[passes], np.roll(NORMALS[passes], 1, axis=0)
+    lateral = memory[0] * np.sum((n * m)[:, :2], axis=1) + memory[1] * n[:, 2] * m[:, 2]
+    lateral[0] = 0.0
+    found = _effects(drift + lateral + 0.05 * UM * rng.standard_normal(500), passes)
+    assert found.drift == pytest.approx(move, abs=0.5 * UM)
+    assert found.hysteresis == pytest.approx(memory, abs=0.1 * UM)
+    assert found.change == pytest.approx(drift + lateral, abs=0.7 * UM)
+    assert [w[:12] for w in found.warnings] == ["the referenc", "hysteresis o"]
+
+
+def test_of_a_memory_that_is_not_there_nothing_is_told() -> None:
+    """Also of one that repeats in a row hardly show, and of touches without repeats."""
+    rng = np.random.default_rng(2)
+    for groups in (np.repeat(np.arange(25), 3), PASSES, np.arange(25)):
+        found = _effects(0.1 * UM * rng.standard_normal(len(groups)), groups)
+        assert found.warnings == ()
+        assert found.hysteresis.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(("lateral", "noise"), [(1.0, 0.1), (0.2, 0.4)])
+def test_touches_around_a_probe_show_a_lateral_memory_alone(lateral: float, noise: float) -> None:
+    """One coefficient: the posterior by sums of normal densities; nothing is known of the axis."""
+    around = from_angles(0.5 * math.pi, np.arange(12) * (math.pi / 6.0))
+    rng = np.random.default_rng(3)
+    groups = np.concatenate([rng.permutation(12) for _ in range(6)])
+    errors = lateral * UM * np.sum(around[groups] * np.roll(around[groups], 1, axis=0), axis=1)
+    errors[0] = 0.0
+    errors += noise * UM * rng.standard_normal(72)
+    positions = around[groups] * (15.5 - errors)[:, None]
+    seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, False)
+    fit = estimated_hysteresis(seen.values, seen.directions, groups, np.arange(72.0))
+    assert fit.determined.tolist() == [True, False]
+    value, own = fit.value[0], fit.covariance[0, 0]
+    sizes = np.array([0.0, *SIZES])
+    weights = np.array([0.63, *SHARES]) * stats.norm.pdf(value, 0.0, np.sqrt(own + sizes**2))
+    weights /= weights.sum()
+    gain = sizes**2 / (sizes**2 + own)
+    expected, moments, share = _memory(seen, np.zeros(72), np.arange(72.0))
+    assert share == pytest.approx(1.0 - weights[0], rel=1e-6)
+    mean = float(weights @ gain) * value
+    assert expected == pytest.approx([mean if share > 0.95 else 0.0, 0.0], rel=1e-6)
+    second = float(weights @ ((gain * value) ** 2 + gain * own))
+    assert moments == pytest.approx(np.diag([second, 0.0]), rel=1e-6)
+
+
+def test_a_step_along_the_approach_is_that_of_the_repeats() -> None:
+    """The axes do not show it."""
+    values = 0.5 * UM * np.random.default_rng(8).standard_normal(100)
+    rounded = UM * np.round((15.5 - 0.008 - values) / UM)
+    positions = NORMALS[PASSES] * rounded[:, None]
+    seen = Observation(positions, PASSES, np.zeros(3), 12.5, 3.0, False)
+    assert machine_effects(seen, positions).step == pytest.approx(UM, rel=1e-6)
