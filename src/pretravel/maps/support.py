@@ -178,7 +178,7 @@ class DirectionSupport:
         if boundary is not None and inside is not None:
             bounds[: len(boundary)] = True
             side = np.sum(normals[: len(boundary)] * self.nodes[inside], axis=1)
-            normals[: len(boundary)] *= np.where(side < 0.0, -1.0, 1.0)[:, None]
+            normals[: len(boundary)][side < 0.0] = -normals[: len(boundary)][side < 0.0]
         return _Mesh(triangulation, held, edges, normals, bounds)
 
     def interpolation(self, directions: npt.ArrayLike) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -232,8 +232,8 @@ class DirectionSupport:
             np.linalg.norm(np.cross(start, end), axis=1), np.sum(start * end, axis=1)
         )
         across = np.cross(mesh.edge_normals, start)
-        across *= np.where(np.sum(across * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
-        return _Arcs(start, end, across, length)
+        backwards = np.sum(across * end, axis=1) < 0.0
+        return _Arcs(start, end, np.where(backwards[:, None], -across, across), length)
 
     def _nearest_on_edges(self, directions: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """The nearest point of all edges, from those whose middles are nearest where that is sure.

@@ -14,10 +14,11 @@ from pretravel.arrays import FloatArray
 from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
 from pretravel.errors import PretravelError
 from pretravel.maps import direction_means
-from pretravel.maps.basis import MapBasis
+from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.direction_means import DirectionMeans, Smoothing
-from pretravel.maps.harmonic_regression import first_harmonic_variance
+from pretravel.maps.harmonic_regression import first_harmonic_variance, fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
@@ -96,6 +97,23 @@ class TestBases:
         bases = (MeanBasis, SectorBasis, WozniakBasis, HarmonicBasis, TabulatedBasis)
         assert [each.interpolates for each in bases] == [False, False, False, False, True]
         assert [each.follows_probe for each in bases] == [False, False, False, True, True]
+
+    def test_a_basis_comes_back_from_what_is_stored(self) -> None:
+        support = DirectionSupport(fibonacci_cap(5, 1.0))
+        terms = np.array([[2, 0], [0, 0], [3, -1]])
+        basis = HarmonicBasis(terms)
+        stored = StoredBasis(support, 3.0, basis.arrays())
+        assert np.array_equal(HarmonicBasis.restored(stored).terms, terms)
+        for array in basis.arrays().values():
+            assert array.axes == ("coefficient",)
+        lobed = WozniakBasis(0.3, "piezo")
+        assert WozniakBasis.restored(StoredBasis(support, 3.0, {}, lobed.attributes())) == lobed
+        assert lobed.checksummed() == [[0.3]]
+        assert MeanBasis.restored(stored) == MeanBasis()
+        assert TabulatedBasis.restored(stored).support is support
+        form = basis.form_on_control(np.arange(3.0))
+        assert np.array_equal(form.terms, terms)
+        assert form.coefficients.tolist() == [0.0, 1.0, 2.0]
 
     def test_what_a_kind_may_leave_out(self) -> None:
         """No displacement, no probe, no form on a control, no arrays, no settings."""
@@ -323,8 +341,17 @@ class TestHarmonicCentre:
         # Where the pole is extrapolated the map keeps its covariance.
         assert at_found == pytest.approx(own**2 if name == "far" else 0.0, abs=1e-15)
 
-    def test_a_refit_keeps_the_amplitudes_and_a_near_fit_begins_at_them(self) -> None:
+    def test_a_refit_keeps_the_amplitudes_and_a_near_fit_begins_at_them(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         fit, kind = _fit("pole"), HarmonicKind()
+        begun = []
+
+        def noted(*given: object) -> object:
+            begun.append(given[6])
+            return fit_harmonics(*given)  # type: ignore[arg-type]
+
+        monkeypatch.setattr(harmonic, "fit_harmonics", noted)
         kept = kind.refit(fit, fit.observation)
         assert kept.posterior.amplitudes is fit.posterior.amplitudes
         assert kept.coefficients == pytest.approx(fit.coefficients, abs=1e-15)
@@ -333,6 +360,8 @@ class TestHarmonicCentre:
         # The search ends when the cost changes by less than 1e-9 of itself.
         assert near.coefficients == pytest.approx(fit.coefficients, abs=2e-5)
         assert near.smoothing is near.posterior.smoothing
+        assert begun[0] is None
+        assert begun[1] is fit.posterior.amplitudes
 
 
 def _close_to_the_pole(level: float, wave: float) -> Observation:

@@ -113,7 +113,15 @@ def _sparse(seed: int) -> FloatArray:
     return from_angles(np.radians(polar), np.radians(azimuth))
 
 
-@pytest.mark.parametrize("nodes", [_sparse(1), _sparse(4), _sparse(6), sphere_pattern_25()[3:19]])
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        _sparse(1),
+        _sparse(4)[::-1],
+        np.roll(_sparse(6), 5, axis=0),
+        sphere_pattern_25()[3:19],
+    ],
+)
 def test_the_support_is_that_of_all_triangles_one_by_one(nodes: FloatArray) -> None:
     """In a triangle, flat or on the sphere, the distance is zero; else it is that to the nearest
     of the edges without a second triangle. Directions from everywhere."""
@@ -126,9 +134,9 @@ def test_the_support_is_that_of_all_triangles_one_by_one(nodes: FloatArray) -> N
     for row, each in enumerate(d):
         assert weights[row].sum() == pytest.approx(1.0)
         flat = any(_is_in(plane[t], points[row]) for t in held)
-        if flat or any(_is_in(nodes[t], each) for t in held):
-            inside += 1
-            assert distance[row] == 0.0
+        within = flat or any(_is_in(nodes[t], each) for t in held)
+        inside += within
+        assert (distance[row] == 0.0) == within
         far = {edge: _far(nodes, edge, each) for edge in edges}
         if flat:
             here = sum(w * plane[k] for k, w in zip(found[row], weights[row], strict=True))
@@ -144,6 +152,25 @@ def test_the_support_is_that_of_all_triangles_one_by_one(nodes: FloatArray) -> N
         assert own == pytest.approx(expected, abs=1e-6)
     assert inside > 3
     assert np.sum(distance > 0.0) > 10
+
+
+@pytest.mark.parametrize("away", [1.0, 0.2])
+def test_a_long_edge_behind_many_short_ones_is_found(away: float) -> None:
+    """80 short edges around a point; an edge of 0.3 rad begins a tenth of a radian nearer to the
+    pole than they do, and its middle lies farther from there than all of theirs."""
+    turn = np.arange(80) * 2.0 * np.pi / 80.0
+    ring = np.column_stack(
+        [np.sin(away) + 0.005 * np.cos(turn), 0.005 * np.sin(turn), np.full(80, np.cos(away))]
+    )
+    ends = from_angles(np.array([away - 0.1, away + 0.2]), np.full(2, 2.0))
+    support = DirectionSupport(np.vstack([unit(ring), ends]))
+    each = np.arange(80)
+    edges = np.vstack([np.stack([each, np.roll(each, -1)], axis=1), [[80, 81]]])
+    mesh = support._with_edges(None, np.zeros(0, dtype=bool), edges)
+    support.__dict__["_mesh"] = mesh
+    nodes, weights, distance = support._nearest_on_edges(np.array([[0.0, 0.0, 1.0]]))
+    assert distance == pytest.approx([away - 0.1], abs=1e-9)
+    assert nodes[0, weights[0].argmax()] == 80
 
 
 def test_results_do_not_depend_on_blocks_of_directions(monkeypatch: pytest.MonkeyPatch) -> None:
