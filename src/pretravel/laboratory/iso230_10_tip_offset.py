@@ -130,7 +130,7 @@ def check_tip_offset(
 def _points_inwards(touches: Touches) -> bool:
     """Whether the touches are in a ring, whose outward normals point to its middle."""
     offset = touches.positions - touches.positions.mean(axis=0)
-    return bool(np.mean(np.sum(offset * touches.normals, axis=1)) < 0.0)
+    return bool(np.sum(offset * touches.normals) < 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,7 @@ def _circles(touches: Touches, axis: npt.ArrayLike) -> tuple[_Circles, list[str]
     if len(equator) < len(touches):
         count = len(touches) - len(equator)
         notes.append(f"{count} touches beside the equator are not used")
-    steps = np.round(touches.spindle[equator] / DEGREE % 360.0 / _SAME_ORIENTATION)
+    steps = np.round(touches.spindle[equator] / DEGREE / _SAME_ORIENTATION)
     steps %= round(360.0 / _SAME_ORIENTATION)
     turns, of_turn = np.unique(steps, return_inverse=True)
     directions = _grouped(touches.normals[equator])

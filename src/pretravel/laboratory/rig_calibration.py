@@ -228,6 +228,11 @@ def calibrate_rig(
     Ren 2020, equations 2 to 4 and Figure 8.
     """
     checked(probability, "the probability", PROBABILITY, inputs=("probability",))
+    if not 0.0 < probability < 1.0:
+        raise PretravelError(
+            f"the probability is {probability:g}; it must lie between 0 and 1",
+            inputs=("probability",),
+        )
     excluded = _excluded_traces(touches, exclude)
     evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
     with_all = _calibration(touches, evaluated, excluded, probability)

@@ -158,13 +158,13 @@ class Separation(ShownInNotebooks):
         than four degrees of freedom both ends are those of a normal distribution. None is below
         zero.
         """
-        from scipy.stats import chi2, norm
+        from scipy.stats import chi2
 
         variance, u = self.pair_variance(machine, probe)
         if u == 0.0:
             return variance, variance
         dof = 2.0 * (variance / u) ** 2
-        normal = float(norm.ppf(0.5 + 0.5 * probability)) * u
+        normal = coverage_factor(math.inf, probability) * u
         lowest = max(variance - normal, 0.0)
         if dof < _FEWEST_DOF:
             return lowest, variance + normal

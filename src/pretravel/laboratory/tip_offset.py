@@ -55,7 +55,7 @@ class TipOffset:
         """Of the centres from the offset that turns, (k, 2). [mm]"""
         design = _design(self.angles)
         found = design @ np.concatenate([self.place, self.offset])
-        return np.asarray(self.centers - found.reshape(-1, 2))
+        return np.asarray(self.centers - found.reshape(self.centers.shape))
 
     @property
     def dof(self) -> int:
