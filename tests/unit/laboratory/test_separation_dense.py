@@ -34,7 +34,13 @@ from pretravel.laboratory.separation_noise import (
     _probabilities,
     noise_tails,
 )
-from pretravel.laboratory.separation_outliers import ReadingOutlier, _largest_noise
+from pretravel.laboratory.separation_outliers import (
+    ReadingOutlier,
+    _judged,
+    _largest_noise,
+    _part,
+    outlying_readings,
+)
 from pretravel.laboratory.separation_plan import (
     best_steps,
     error_factor,
@@ -468,6 +474,60 @@ class TestScales:
                 multi_step_design(MultiStepReadings(i, j, unit * errors)), unit * errors
             )
             assert again == pytest.approx(unit**2 * found, rel=1e-6)
+
+
+class TestOutliers:
+    def test_limits_are_those_of_dense_predictions(self) -> None:
+        """Beside its direction's scale a reading that takes part has the variance s² (1 - h), one
+        that does not s² + x' (X'WX)⁺ x; all limits have one quantile of the noise."""
+        rng = np.random.default_rng(2)
+        i, j = np.divmod(np.arange(80), 8)
+        errors = UM * (np.sin(i) - np.cos(j) + 0.3 * (1.0 + (i % 2)) * rng.standard_normal(80))
+        out = np.array([7, 33, 61])
+        errors[out] += 20.0 * UM
+        readings = MultiStepReadings(i, j, errors)
+        design, signed, rows = multi_step_design(readings), _signed(readings), np.arange(80)
+        rows = np.setdiff1d(rows, out)
+        part = multi_step_design(MultiStepReadings(i[rows], j[rows], errors[rows]))
+        distance, limits = _judged(design, part, errors, rows)
+        total = np.abs(signed) @ squared_scales(part, errors[rows])
+        weights = np.diag(1.0 / total[rows])
+        cofactor = np.linalg.pinv(signed[rows].T @ weights @ signed[rows], rcond=1e-9)
+        beside = np.einsum("ni,ij,nj->n", signed, cofactor, signed)
+        own = np.where(np.isin(np.arange(80), out), total + beside, total - beside)
+        leverage = likelihood_information(design, total).leverage
+        tails = noise_tails(design, errors, ReadingScale(total, leverage), gross=True)
+        assert limits / np.sqrt(own) == pytest.approx(_largest_noise(tails, 0.01 / 80.0), rel=1e-6)
+        # The fit: what it predicts is a machine less a probe error, and its weighted residuals
+        # add up to zero in each direction.
+        predicted = errors - distance
+        assert signed @ np.linalg.lstsq(signed, predicted)[0] == pytest.approx(predicted, abs=1e-12)
+        level = float(tails.of_tails @ tails.levels)
+        share = tails.mean_tail * distance[rows] ** 2 / (total[rows] * level)
+        forces = distance[rows] / total[rows] / (1.0 + share)
+        sums = np.abs(signed[rows]).T @ np.abs(forces)
+        assert np.abs(signed[rows].T @ forces) == pytest.approx(0.0, abs=0.01 * sums.min())
+        assert np.all(np.abs(distance[out] - 20.0 * UM) < 2.0 * UM)
+        named = outlying_readings(design, errors)
+        assert {one.row for one in named} == set(out.tolist())
+        assert [abs(one.distance) for one in named] == sorted(
+            (abs(one.distance) for one in named), reverse=True
+        )
+
+    def test_a_direction_keeps_two_readings(self) -> None:
+        """A part with two readings of a direction is judged, one with a single one is not."""
+        i, j = np.divmod(np.arange(20), 4)
+        design = multi_step_design(MultiStepReadings(i, j, np.zeros(20)))
+        assert _part(design, np.arange(2, 20)) is not None
+        assert _part(design, np.arange(3, 20)) is None
+        apart = np.flatnonzero((i < 3) == (j < 2))
+        assert _part(design, apart) is None
+        some = _part(design, np.arange(2, 20))
+        assert some is not None
+        kept = multi_step_design(MultiStepReadings(i[2:], j[2:], np.zeros(18)))
+        assert np.array_equal(some.design, design.design[2:])
+        assert np.array_equal(some.incidence, kept.incidence)
+        assert (some.row.tolist(), some.column.tolist()) == (i[2:].tolist(), j[2:].tolist())
 
 
 class TestPlan:
