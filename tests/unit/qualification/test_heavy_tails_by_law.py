@@ -139,3 +139,9 @@ def test_of_more_than_ten_thousand_touches_a_part_is_tested() -> None:
     assert number < 12_000
     found = tail_kurtosis(values, groups)
     assert found.p_value == pytest.approx(1.0 / (2_000_000 // number + 1.0), rel=1e-12)
+
+
+def test_kurtosis_of_two_pairs_by_hand() -> None:
+    """Fourth powers 3 σ⁴ + κ/2 = 17/8 and squared variance 2 σ⁴ + κ/4 = 25/16: σ = 1, κ = -7/4."""
+    found = tail_kurtosis([1.0, 2.0, 3.0, 5.0], [4, 4, 2, 2])
+    assert found.kurtosis == pytest.approx(-1.75, rel=1e-9)

@@ -138,3 +138,11 @@ def test_scatter_is_uneven_below_one_in_a_hundred() -> None:
         assert found.uneven == (thousandths < 10)
         seen.add(thousandths)
     assert {8, 9, 10, 11} <= seen
+
+
+def test_equal_scatter_in_all_directions_is_even() -> None:
+    """Each arrangement of equal deviations explains as much: nothing."""
+    values, groups = _readings(np.full(8, 0.25), np.full(8, 1))
+    found = repeatability_by_direction(values, groups, fibonacci_cap(8, 1.5)[groups])
+    assert found.p_value == 1.0
+    assert not found.uneven

@@ -110,6 +110,7 @@ def test_each_arrangement_within_directions_is_as_probable() -> None:
 def test_a_set_as_large_as_that_seen_counts() -> None:
     assert exchange_probability(2.0, np.array([2.0, 2.0 - 1e-10, 1.9, 0.0])) == pytest.approx(0.6)
     assert exchange_probability(9.0, np.zeros(999)) == pytest.approx(1e-3)
+    assert exchange_probability(0.0, np.zeros(9)) == 1.0
 
 
 def test_a_test_takes_about_ten_thousand_touches() -> None:
