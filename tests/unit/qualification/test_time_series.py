@@ -203,3 +203,11 @@ def test_the_best_noise_is_that_of_any_search() -> None:
             again = column_fit(series, none, scatter=found.scatter, walk=found.walk)
             assert found.log_likelihood == pytest.approx(again.log_likelihood, abs=1e-9)
             assert found.walk == 0.0 or walk
+
+
+def test_errors_without_any_variance_have_no_inverse() -> None:
+    """The square of 1e-200 is zero."""
+    series = TimeSeries(np.arange(3.0), np.arange(3.0), np.full(3, 1e-200))
+    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
+        Whitened.of(series, 0.0, 0.0)
+    assert len(Whitened.of(series, 0.0, 0.1).pivots) == 2
