@@ -25,6 +25,7 @@ TARGETS = Targets(20.0 * NORMALS, NORMALS)
 @pytest.mark.parametrize(
     "changes",
     [
+        {"model": "shen"},
         {"gravity": (0.0, 1.0, 0.0)},
         {"setup": PartSetup(material=material("aluminium"))},
         {"latch": Latch(feed=300.0, delay=1e-3)},

@@ -12,14 +12,16 @@ import pytest
 
 from pretravel.directions import from_angles
 from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.frames import Placement, probe_rotation
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
 from pretravel.probing.simulation import (
     Latch,
+    PartSetup,
     _advice,
     refuse_failures,
     reported,
+    simulate,
     target_warnings,
     travel_since_contact,
 )
@@ -162,6 +164,25 @@ class TestAdvice:
         assert "limit of the solver" not in str(no.value)
         good = replace(_outcomes(), status=np.zeros(3, dtype=np.int64))
         refuse_failures(good, Targets(np.zeros((3, 3)), [UP] * 3), FLOOR)
+
+
+class TestSetups:
+    def test_a_vector_of_the_machine_is_turned_into_the_part(self) -> None:
+        turn = probe_rotation(from_angles(0.5, 1.0)[0], rotation=0.3)
+        placed = PartSetup(placement=Placement(turn, np.zeros(3)))
+        assert placed.to_part @ turn == pytest.approx(np.eye(3))
+        assert not np.allclose(placed.to_part, turn, atol=0.1)
+        assert PartSetup().to_part.tolist() == np.eye(3).tolist()
+
+    def test_no_stylus_is_checked_and_no_friction_acts_without_a_wish(self) -> None:
+        """A map has neither stylus nor forces: with one of them it would be refused."""
+        targets = Targets(np.zeros((1, 3)), [UP])
+        assert len(simulate(mean_map(0.01), FLOOR, targets)) == 1
+        for setup in (PartSetup(check_stylus=True), PartSetup(friction=0.1)):
+            with pytest.raises(PretravelError, match="described probe"):
+                simulate(mean_map(0.01), FLOOR, targets, setup=setup)
+        with pytest.raises(PretravelError, match="the clearance"):
+            simulate(mean_map(0.01), FLOOR, targets, setup=PartSetup(clearance=-1.0))
 
 
 class TestReports:
