@@ -110,6 +110,8 @@ class TestBases:
         assert WozniakBasis.restored(StoredBasis(support, 3.0, {}, lobed.attributes())) == lobed
         assert lobed.checksummed() == [[0.3]]
         assert MeanBasis.restored(stored) == MeanBasis()
+        mean = MeanBasis().form_on_control(np.array([0.01]))
+        assert mean.terms.tolist() == [[0, 0]]  # of degree 0: one everywhere
         assert TabulatedBasis.restored(stored).support is support
         form = basis.form_on_control(np.arange(3.0))
         assert np.array_equal(form.terms, terms)

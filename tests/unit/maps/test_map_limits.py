@@ -308,7 +308,7 @@ class _Part(MapBasis):
         self, directions: FloatArray, curvatures: FloatArray | None
     ) -> FloatArray | None:
         del curvatures
-        return 0.5 * directions
+        return (0.5 if isinstance(self.form, SeriesForm) else 0.25) * directions
 
     def form_on_control(self, coefficients: FloatArray) -> SeriesForm | SixSeatForm | None:
         if isinstance(self.form, SixSeatForm):
@@ -561,7 +561,9 @@ class TestProvenance:
         assert setup.sphere_form == USUAL_SPHERE_FORM == pytest.approx(0.13e-3)
         assert setup.u_temperature == USUAL_U_TEMPERATURE
         assert pytest.approx(11.5e-6) == STEEL_EXPANSION
+        # The seats, the stylus and the tip of an OMP40-2 deflect by 1.2 µm along the axis.
         assert setup.axial_pretravel == AXIAL_PRETRAVEL
+        assert pytest.approx(1.2e-3, rel=0.3) == AXIAL_PRETRAVEL
         assert (setup.tip_diameter, setup.u_diameter) == (None, None)
         assert (setup.ring, setup.search_outliers, setup.axis) == (False, True, (0.0, 0.0, 1.0))
         assert (setup.reference, replace(setup, ring=True).reference) == ("sphere", "ring")

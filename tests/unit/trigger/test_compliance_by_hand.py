@@ -25,6 +25,7 @@ from pretravel.trigger.compliance.fem import (
     seat_closure,
 )
 from pretravel.trigger.compliance.ren import RenProbe, ren_pretravel
+from pretravel.trigger.friction import check_conditions
 from pretravel.trigger.loading import loaded
 from pretravel.trigger.predict import predict
 from pretravel.trigger.predict_with_friction import STEPS, TOUCHES, rubbed_trigger
@@ -169,6 +170,12 @@ class TestFiniteElements:
         else:
             check_seats(reduced, statics)
 
+    def test_a_model_of_another_probe_is_refused(self, probe: Probe) -> None:
+        reduced = self._reduced(probe)
+        reduced.resultants[5, 8] += 0.1
+        with pytest.raises(PretravelError, match="seats and tip differ"):
+            predict(probe, N, FiniteElements(reduced))
+
     def test_unit_forces_are_balanced(self, probe: Probe) -> None:
         """No resultant is left, and nothing acts but the tip's force and the seats."""
         statics, forces = seat_statics(probe), balanced_tip_forces(seat_statics(probe))
@@ -211,6 +218,13 @@ class TestFiniteElements:
         change = force @ unit[:, :6]
         lost = statics.tip_displacement(2e-5 * change)
         assert found.displacements["hub"] == pytest.approx(by_two - lost, rel=1e-9, abs=1e-15)
+
+
+def test_friction_needs_elastic_seats(probe: Probe) -> None:
+    check_conditions(probe, 0.1, None, 1, 5)
+    rigid = replace(probe, seats=replace(probe.seats, contact="rigid"))
+    with pytest.raises(PretravelError, match="contact is 'rigid', make it 'hertz'"):
+        check_conditions(rigid, 0.1, None, 1, 5)
 
 
 class TestRubbedTrigger:
