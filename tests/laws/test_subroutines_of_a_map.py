@@ -3,6 +3,7 @@ made, and log the touch that was asked for."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,14 +11,18 @@ import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
-from pretravel.controls.lookup import Lookup
+from pretravel.controls.lookup import Band, Lookup
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.directions import fibonacci_cap, from_angles
 from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.probe.catalogue import load_probe
 from pretravel.trigger.described_map import described_map
+from pretravel.trigger.response import probe_response
 from pretravel.units import DEGREE
+from tests.support.example_maps import mean_map
 from tests.support.machine_model.coordinates import WorkOffset
 from tests.support.machine_model.machine import Machine, run
 from tests.support.machine_model.probe import Probe
@@ -65,6 +70,30 @@ def test_the_lookup_gives_the_pretravel_of_the_map(name: str) -> None:
     assert np.ptp(truth) > 1e-3
     found = np.array([float(value) for value in trace.printed])
     assert found == pytest.approx(truth, abs=form.largest_error + 1e-9)
+
+
+def test_six_seats_with_all_that_can_be_added_are_evaluated_as_stated() -> None:
+    """A scale, a constant, a shift and a series: text on the control against the same in Python,
+    to the nine printed decimals, for a tilted probe."""
+    cosines, sines = np.zeros((4, 4)), np.zeros((4, 4))
+    cosines[0, 0], cosines[2, 0], cosines[3, 3], sines[3, 1] = 1e-3, 4e-4, -5e-4, 3e-4
+    band = Band(0.0, 100.0 * DEGREE)
+    form = LookupSeats(
+        probe_response(load_probe("omp40-2")), 0.8, 0.003, np.array([0.004, -0.005, 0.006]),
+        LookupSeries(cosines, sines, band), band,
+    )  # fmt: skip
+    tilted = replace(mean_map(0.01), rotation=probe_rotation((0.28, 0.0, 0.96), 0.2))
+    normals = fibonacci_cap(7, 75.0 * DEGREE)
+    calls = "\n".join(
+        f"o<pretravel_lookup> call {' '.join(f'[{value:.15f}]' for value in n)}\n"
+        "(PRINT,%.9f#<_value>)"
+        for n in normals
+    )
+    subroutines = linuxcnc_subroutines(tilted, form)
+    trace = run(Machine(), f"G21 G54\n{calls}\nM2\n", subroutines=subroutines)
+    assert trace.error == ""
+    found = np.array([float(value) for value in trace.printed])
+    assert found == pytest.approx(form.value(normals @ tilted.rotation), abs=1e-9)
 
 
 def test_the_log_of_a_point_is_the_touch_that_was_asked_for(tmp_path: Path) -> None:

@@ -422,6 +422,12 @@ class TestProgram:
             "the machine's limits", "moves against the sphere with no shank below it; nothing else"
         )  # fmt: skip
         assert made.unchecked == ()
+        text = linuxcnc_program(made, "a.log")
+        sphere = "moves against the sphere with no shank below it, nothing else"
+        for line in ("(checked: the machine's limits)", f"(checked: {sphere})"):
+            assert line in text.splitlines()
+        assert text.endswith("M2\n")
+        assert not re.search(r"^[ \t]|\n\n\n", text, re.M)
 
     @pytest.mark.parametrize("repeats", [0, 1001])
     def test_numbers_of_repeats(self, repeats: int) -> None:
