@@ -79,7 +79,7 @@ class _Part:
     box: tuple[FloatArray, FloatArray] = (np.array([1.0, 2.0, 3.0]), np.array([5.0, 6.0, 7.0]))
 
     def cloud_of_spacing(self, spacing: float) -> _Cloud:
-        assert spacing <= MACHINE.tip_radius
+        assert 0.2 * MACHINE.tip_radius <= spacing <= MACHINE.tip_radius
         return _Cloud(cKDTree(self.points), self.face)
 
 
@@ -148,6 +148,9 @@ class TestSphere:
             (11.45, -30.0, 0.0, True), (11.55, -30.0, 0.0, False),
             # The body above 60 mm: 10 + 15 mm.
             (24.95, -70.0, 0.0, True), (25.05, -70.0, 0.0, False),
+            # Just below the body, beside the stem; just above its end, 260 mm above the ball.
+            (13.0, -50.05, 0.0, True), (13.0, -49.95, 0.0, False),
+            (0.0, -269.97, 0.0, True), (0.0, -270.03, 0.0, False),
             # The shank of 0.8 mm below the middle: 0.4 + 4 mm.
             (4.35, -90.0, 0.8, True), (26.0, -90.0, 0.8, False), (26.0, -90.0, 44.2, True),
             (26.0, -90.0, 43.8, False),

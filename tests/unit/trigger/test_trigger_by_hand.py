@@ -80,6 +80,17 @@ class TestEvent:
             watched_loads(UNIT, "lift")
 
 
+def test_reactions_grow_with_the_force(omp40: Probe) -> None:
+    """Of each seat: at rest, and as many times what a newton changes as there are newtons."""
+    statics = seat_statics(omp40)
+    forces = np.array([0.2, 0.5, 0.7])
+    for row, found in enumerate(statics.reactions(N, forces)):
+        one = statics.unit_reactions(N[[row]])[0]
+        push = (statics.normals * one[:, None]).sum(axis=0)
+        assert push == pytest.approx(-N[row])
+        assert found == pytest.approx(statics.rest_reactions + forces[row] * one)
+
+
 class TestSeatsAtRest:
     @pytest.mark.parametrize("down", [None, [0.0, 0.0, -1.0], [0.48, -0.6, 0.64], [-1.0, 0.0, 0.0]])
     def test_spring_weight_and_reactions_balance(
