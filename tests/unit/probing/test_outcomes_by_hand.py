@@ -63,6 +63,15 @@ def test_pretravel_and_slide_are_from_first_contact_to_trigger() -> None:
         assert found.slide[row] == pytest.approx(way)
 
 
+def test_outcomes_have_numbers_of_their_own() -> None:
+    """Nine of them, as files and other programs know them."""
+    assert {status.name: int(status) for status in TouchStatus} == {
+        "CONVERGED": 0, "MISSED": 1, "EDGE": 2, "OTHER_FACE": 3, "STEM": 4, "NEVER_TRIGGERS": 5,
+        "DOES_NOT_FIT": 6, "NOT_CONVERGED": 7, "OUTSIDE_MAP": 8,
+    }  # fmt: skip
+    assert set(MEANING) == set(TouchStatus)
+
+
 class TestSentences:
     def test_up_to_five_targets_and_faces_are_named(self) -> None:
         """Of seven touches of each kind, on faces of numbers 18 to 11; faces of obstacles only."""
