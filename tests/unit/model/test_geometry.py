@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -226,3 +227,30 @@ def test_materials_of_a_stylus_follow_its_segments(omp40: Probe) -> None:
         assert len(_stylus_materials(omp40, stated)) == len(names)
         uniform = replace(omp40, stylus=tuple(replace(s, material=stem) for s in omp40.stylus))
         assert _stylus_materials(uniform, other) == [stem] * len(names)
+
+
+def test_a_sixth_refines_the_joints_of_the_whole(omp40: Probe) -> None:
+    """A joint that the mirror planes cut has the diameter that it has in the whole body: images
+    that touch are counted, one, two or six."""
+    sixth, whole = geometry.probe_body(omp40), geometry.probe_solids(omp40)
+    assert sixth.symmetry is not None
+    found, whole_ones = ([d for _, d in made.refined] for made in (sixth, whole))
+    # In the whole body, the seam of the hub's cylinder halves one joint of a rod.
+    expected = [
+        d for d in whole_ones if not np.any(np.isclose(d * math.sqrt(2.0), whole_ones, rtol=1e-6))
+    ]
+    assert len(whole_ones) - len(expected) == 2
+    assert np.unique(np.round(found, 6)) == pytest.approx(np.unique(np.round(expected, 6)))
+
+
+def test_images_of_a_face_that_touches_no_plane_one_or_both(omp40: Probe) -> None:
+    """The planes go through the axis, at the azimuth of the first rod and 60° further."""
+
+    def images(*azimuths: float) -> int:
+        at = omp40.tripod.rod_azimuths[0] + np.radians(azimuths)
+        points = [SimpleNamespace(p=Pnt(5 * math.cos(a), 5 * math.sin(a), 1.0)) for a in at]
+        return geometry._images_joined(omp40, SimpleNamespace(vertices=points))
+
+    assert images(20.0, 40.0) == 1
+    assert images(0.0, 20.0, 40.0) == images(20.0, 40.0, 60.0) == 2
+    assert images(0.0, 30.0, 60.0) == geometry.COPIES == 6

@@ -346,3 +346,23 @@ def test_a_model_that_another_process_makes_is_waited_for(
         assert one.stdout.readline() == b"locked\n"
         assert reduced_model(omp40, COARSE).summary
     assert one.returncode == 0
+
+
+@pytest.mark.parametrize("name", ["by_region", "resultants", "patch_compliance", "ball_correction"])
+def test_one_value_that_is_no_number_is_refused_though_digests_fit(
+    path: Path, whole: tuple[bytes, str], name: str
+) -> None:
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        header = json.loads(bytes(arrays["header"]))
+        if name in arrays:
+            arrays[name] = arrays[name].copy()
+            arrays[name].flat[0] = np.nan
+            header["digests"][name] = reduction_cache._digest(arrays[name])
+        else:
+            header[name] = np.nan
+        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+        arrays["header_digest"] = np.array(reduction_cache._digest(arrays["header"]))
+
+    _rewritten(path, change)
+    with pytest.warns(UserWarning, match="damaged or foreign"):
+        assert _read(path, whole) is None
