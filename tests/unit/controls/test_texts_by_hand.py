@@ -26,6 +26,7 @@ from pretravel.controls.gcode import coordinate, exact
 from pretravel.controls.haas import haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_cycles import sphere_subroutines
+from pretravel.controls.linuxcnc_program import cause_words
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Band
 from pretravel.controls.lookup_formula import LookupSeries
@@ -352,3 +353,10 @@ def test_numbers_of_maps_have_nine_digits() -> None:
     numbers = {map_identity(replace(mean_map(0.01), tip_radius=2.0 + i)).number for i in range(9)}
     assert len(numbers) == 9
     assert all(100_000_000 <= number < 1_000_000_000 for number in numbers)
+
+
+def test_causes_of_a_stop_are_numbered_from_one() -> None:
+    """As the subroutines number them: 1 is a miss, which a program can allow."""
+    causes = cause_words().split(", ")
+    assert causes[:2] == ["1 no contact", "2 contact too early"]
+    assert [int(cause.split()[0]) for cause in causes] == [1, 2, 3, 4, 5, 6]
