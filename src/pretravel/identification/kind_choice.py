@@ -91,7 +91,8 @@ def compare_kinds(
     """
     ready = replace(ready, observation=ready.observation.drawn(MOST_COMPARED))
     folds = _folds(ready.observation)
-    scores, densities = [], []
+    scores: list[KindScore] = []
+    densities: dict[str, FloatArray] = {}
     for name, (kind, fit) in fits.items():
         _LOG.info("%s map, directions left out", name)
         try:
@@ -101,18 +102,17 @@ def compare_kinds(
         except PretravelError as error:
             nothing = (math.inf, math.nan, math.nan, math.inf)
             scores.append(KindScore(name, *nothing, problem=str(error)))
-            densities.append(np.full(sum(int(fold.any()) for fold in folds), -np.inf))
             continue
         distance, variance = left_out
         scores.append(_score_of(name, distance, variance))
         logarithm = -0.5 * (np.log(variance / MICROMETRE**2) + distance**2 / variance)
-        densities.append(np.maximum(logarithm, _SMALLEST_DENSITY))
-    fitted = [row for row, score in enumerate(scores) if not score.problem]
+        densities[name] = np.maximum(logarithm, _SMALLEST_DENSITY)
+    fitted = [row for row, score in enumerate(scores) if score.kind in densities]
     if fitted:
         prior = np.array([fits[scores[row].kind][0].prior_weight for row in fitted])
         for row, weight in zip(
             fitted,
-            stacking_weights(np.array([densities[row] for row in fitted]), prior),
+            stacking_weights(np.array(list(densities.values())), prior),
             strict=True,
         ):
             scores[row] = replace(scores[row], weight=float(weight))

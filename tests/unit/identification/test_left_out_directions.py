@@ -8,9 +8,11 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from pretravel.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.errors import PretravelError
+from pretravel.identification import kind_choice
 from pretravel.identification.kind_choice import (
     KindScore,
     _folds,
@@ -176,3 +178,57 @@ def test_an_unknown_tip_changes_neither_the_distances_nor_the_scatter_of_a_map()
         assert 0.05 * UM < score.rms < 0.15 * UM
         u.append(np.sqrt(fit.covariance.variance_of(fit.basis.design(sphere_pattern_25()))))
     assert u[0] == pytest.approx(u[1], rel=0.5)
+
+
+GIVEN = {
+    # Distances of fourteen directions in µm, and their u. Two of the last three are improbable for
+    # all, so that they count alike; the last one is a little above exp(-50) for one kind alone.
+    "mean": ([0.5, -0.9, 0.2, 1.1, -0.3, 0.4, 0.8, -0.2, 0.1, 0.6, 1.2, 30.0, 22.4, 9.9], 0.7),
+    "known": ([0.9, -0.4, 0.7, 0.2, 1.6, 0.1, -2.0, 0.9, -0.6, 0.3, 0.4, 90.0, 31.2, 14.6], 1.5),
+    "poor": ([9.0] * 11 + [99.0] * 3, 1.0),
+    "poorer": ([12.0] * 11 + [99.0] * 3, 1.0),
+}
+
+
+def _most_probable_share(first: np.ndarray, second: np.ndarray, priors: list[float]) -> float:
+    share = np.linspace(1e-5, 1.0 - 1e-5, 40_001)
+    mixture = np.logaddexp(np.log(share)[:, None] + first, np.log1p(-share)[:, None] + second)
+    posterior = mixture.sum(axis=1) + priors[0] * np.log(share) + priors[1] * np.log1p(-share)
+    return float(share[np.argmax(posterior)])
+
+
+def test_weights_follow_from_the_densities_of_left_out_directions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Normal ones with the stated variances, per micrometre, of at least exp(-50). The best mixture
+    of two kinds by a grid of their shares. Kinds far from both have no weight, the better first."""
+    ready = _prepared(14, 1)
+    seen: list[int] = []
+
+    def given(part: PreparedTouches, _: KindOfMap, fit: str, folds: list[np.ndarray]) -> object:
+        seen.append(part.observation.direction_count)
+        assert len(folds[0]) == seen[-1]
+        distance, u = GIVEN[fit]
+        return UM * np.array(distance), np.full(14, (UM * u) ** 2)
+
+    monkeypatch.setattr(kind_choice, "_left_out", given)
+    kinds = {name: (MeanKind(), name) for name in ("poorer", "mean", "poor")}
+    kinds["known"] = (WellKnownMean(), "known")
+    scores = _score(ready, kinds)  # type: ignore[arg-type]
+    assert [score.kind for score in scores][2:] == ["poor", "poorer"]
+    logs = {
+        name: np.maximum(norm.logpdf(distance, 0.0, u) + 0.5 * math.log(2.0 * math.pi), -50.0)
+        for name, (distance, u) in GIVEN.items()
+    }
+    # Those without weight have at most a part of their priors, which are 0.2 of 15.2 touches.
+    best = _most_probable_share(logs["mean"], logs["known"], [0.2, 0.6])
+    assert 0.2 < best < 0.8
+    weights = {score.kind: score.weight for score in scores}
+    both = {"mean": kinds["mean"], "known": kinds["known"]}
+    alone = {score.kind: score.weight for score in _score(ready, both)}  # type: ignore[arg-type]
+    assert alone == pytest.approx({"mean": best, "known": 1.0 - best}, abs=2e-4)
+    assert weights["poor"] == weights["poorer"] == 0.0
+    assert weights["mean"] == pytest.approx(best, abs=0.03)
+    monkeypatch.setattr(kind_choice, "MOST_COMPARED", 6)
+    _score(ready, both)  # type: ignore[arg-type]
+    assert seen == [14] * 6 + [6, 6]

@@ -15,8 +15,8 @@ def test_likelihood_is_that_of_the_normal_distribution(counts, directions):
     rng = np.random.default_rng(5)
     count = rng.choice(counts, directions).astype(float)
     columns, values = rng.standard_normal((directions, 8)), rng.standard_normal(directions)
-    # Columns that tell much, and columns beside which the noise is large.
-    variances = np.concatenate([rng.uniform(0.01, 2.0, (3, 8)), rng.uniform(1e-6, 1e-4, (2, 8))])
+    # Columns that tell much, and columns beside which the noise is large; more than one block.
+    variances = np.concatenate([rng.uniform(0.01, 2.0, (14, 8)), rng.uniform(1e-6, 1e-4, (5, 8))])
     scatters = np.array([[0.1, 0.5], [0.02, 0.3], [0.0, 1.0]])
     found = log_likelihoods(columns, variances, values, count, scatters)
     expected = [

@@ -1,0 +1,276 @@
+"""Every field of a six-seat map, from the unknowns and their covariance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import f as fisher
+
+from pretravel.directions import fibonacci_cap
+from pretravel.identification import physical
+from pretravel.identification.physical import PhysicalKind, PhysicalMapFit, fit_physical
+from pretravel.identification.scale_weights import WeightedScales, averaged_unknowns
+from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem, most_probable
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.trigger.six_seat_slopes import six_seat_pretravel
+from pretravel.trigger.six_seats import PARAMETERS
+from tests.support.made_up_probes import made_up_response
+
+UM = 1e-3
+CASES = ["sphere", "tip unknown", "ring"]
+REPEATS = Scatter(0.35 * UM, 9.0)
+CENTER = np.array([30.0, -20.0, 10.0])
+
+
+@cache
+def _observed(case: str) -> Observation:
+    """Thirteen directions, one to three touches in each, with a noise of 0.3 µm."""
+    rng = np.random.default_rng([7, 2])
+    response = made_up_response(rng, 0.3)
+    groups = np.repeat(np.arange(13), 1 + np.arange(13) % 3)
+    if case == "ring":
+        azimuth = 0.2 + 0.48 * groups
+        outward = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
+        values = response.pretravel(-outward) + 0.3 * UM * rng.standard_normal(len(groups))
+        positions = CENTER + outward * (20.0 - 3.0 + values)[:, None]
+        return Observation(positions, groups, CENTER, 20.0, 3.0, ring=True)
+    n = fibonacci_cap(13, math.radians(95.0))[groups]
+    values = response.pretravel(n) + 0.3 * UM * rng.standard_normal(len(groups))
+    positions = CENTER + n * (15.5 - values)[:, None]
+    known = case == "sphere"
+    return Observation(positions, groups, CENTER, 12.5, 3.0, ring=False, tip_known=known)
+
+
+@cache
+def _fitted(case: str) -> PhysicalMapFit:
+    problem = SixSeatProblem(_observed(case))
+    start = problem.prior
+    start[problem.axes : problem.extra] = 10.0 * UM
+    start[problem.azimuth] = 0.3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(physical, "_with_disagreement", lambda *_: pytest.fail("of a near start"))
+        return fit_physical(_observed(case), REPEATS, start)
+
+
+def _averaged(case: str) -> tuple[SixSeatProblem, np.ndarray, np.ndarray]:
+    problem, fit = SixSeatProblem(_observed(case)), _fitted(case)
+    return problem, *averaged_unknowns(problem, fit.unknowns, fit.scales)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_map_is_that_of_the_unknowns(case: str) -> None:
+    """The six-seat probe, the correction, and a shift that the centre has already."""
+    (problem, change, _), fit = _averaged(case), _fitted(case)
+    x = fit.unknowns
+    axes = 2 if case == "ring" else 3
+    level = float(x[3]) if case == "tip unknown" else 0.0
+    assert fit.basis.values == pytest.approx(x[-18:])
+    assert fit.basis.tip_radius == 3.0
+    assert np.array_equal(fit.basis.terms, problem.terms)
+    expected = np.concatenate([[1.0], np.zeros(4 + 18), change[problem.size :]])
+    assert fit.coefficients == pytest.approx(expected, abs=1e-12)
+    assert fit.shift == pytest.approx(-x[:axes])
+    assert fit.tip_radius is None or fit.tip_radius == pytest.approx(3.0 + level)
+    assert (fit.tip_radius is None) == (case != "tip unknown")
+    assert fit.observation is problem.observation
+    assert math.isnan(fit.misfit)
+    assert fit.disagreement == 0.0
+    # Each touch about the centre that was found, less the map there.
+    seen = fit.observation
+    offset = seen.positions - CENTER - np.append(x[:axes], np.zeros(3 - axes))
+    offset = offset[:, :axes]
+    distance = np.sqrt(np.sum(offset**2, axis=1))
+    n = np.zeros((len(distance), 3))
+    n[:, :axes] = (-1.0 if case == "ring" else 1.0) * offset / distance[:, None]
+    values = distance - 17.0 if case == "ring" else 15.5 + level - distance
+    left = values - six_seat_pretravel(x[-18:], n)[0]
+    left -= real_spherical_harmonics(n, problem.terms) @ change[problem.size :]
+    # The response smooths Hertz's law below a micronewton, by less than 0.01 nm.
+    assert fit.residuals == pytest.approx(left, abs=1e-10)
+    # The mean is that of the least-squares sphere or circle about the first centre.
+    design = np.column_stack([np.ones(len(n)), seen.directions[:, :axes]])
+    inverse = np.linalg.inv(design.T @ design)
+    assert fit.mean == pytest.approx(float((inverse @ design.T @ seen.values)[0]), rel=1e-9)
+    assert fit.u_mean == pytest.approx(fit.noise * math.sqrt(inverse[0, 0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_uncertainty_is_that_of_distances(case: str) -> None:
+    """A shift of the centre moves a touched point against the map's error, and a larger tip means
+    less pretravel; parameters and correction act as their slopes and harmonics."""
+    (problem, _, covariance), fit = _averaged(case), _fitted(case)
+    axes, extra = problem.axes, problem.extra
+    n = fibonacci_cap(40, math.radians(90.0))
+    if case == "ring":
+        n = np.stack([np.cos(np.arange(9.0)), np.sin(np.arange(9.0)), np.zeros(9)], axis=1)
+    slopes = six_seat_pretravel(fit.unknowns[-18:], n)[1]
+    tip = -np.ones((len(n), extra - axes))
+    rows = np.hstack([-n[:, :axes], tip, slopes, real_spherical_harmonics(n, problem.terms)])
+    expected = np.sum((rows @ covariance) * rows, axis=1)
+    found = fit.covariance.variance_of(fit.basis.design(n))
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert fit.shift_covariance == pytest.approx(covariance[:axes, :axes])
+    assert fit.gauge_uncertainty == pytest.approx(np.sqrt(np.diag(covariance)[:axes]))
+    parameters = covariance[extra : extra + 18, extra : extra + 18]
+    assert fit.parameter_covariance == pytest.approx(parameters)
+    scale = fit.scales.mean("asymmetry")
+    prior = [(p.spread * (scale if i >= 7 else 1.0)) ** 2 for i, p in enumerate(PARAMETERS)]
+    assert fit.learned == pytest.approx(1.0 - np.diag(parameters) / prior, abs=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_scatter_and_its_degrees_of_freedom(case: str) -> None:
+    """Touches less the trace of the matrix from touches to fitted values, of the rows of touches
+    and priors together; the trace by an orthonormal basis of their columns."""
+    fit, problem = _fitted(case), SixSeatProblem(_observed(case))
+    best, weights = fit.scales.scales[0], fit.scales.weights
+    for name in ("noise", "fixed_scatter"):
+        squares = [getattr(scales, name) ** 2 for scales in fit.scales.scales]
+        assert getattr(fit, name) == pytest.approx(math.sqrt(np.average(squares, weights=weights)))
+    assert fit.noise_is_repeatability
+    own = np.sqrt(best.fixed_scatter**2 + best.noise**2 / problem.count)
+    columns = np.hstack([problem.misses(fit.unknowns)[1], problem.harmonics])
+    touches = columns / own[:, None]
+    spread = np.concatenate(
+        [problem.spread(best.asymmetry), np.sqrt(problem.correction_variances(best.correction))]
+    )
+    priors = np.hstack([np.zeros((len(spread), problem.extra)), np.diag(1.0 / spread)])
+    spent = float(np.sum(np.linalg.qr(np.vstack([touches, priors]))[0][: len(own)] ** 2))
+    assert fit.dof == pytest.approx(max(problem.count.sum() - spent, 1.0), rel=1e-5)
+    assert problem.extra + 1 < spent < 13
+
+
+def test_nearly_all_touches_can_be_spent_but_one() -> None:
+    """One touch in each of eight directions, beside a correction without a limit."""
+    groups = np.arange(8)
+    n = fibonacci_cap(8, math.radians(95.0))
+    seen = Observation(n * 15.49, groups, np.zeros(3), 12.5, 3.0, ring=False)
+    problem = SixSeatProblem(seen)
+    wide = PriorScales(1.0, 1.0, 0.0, 1e-4)
+    weighted = WeightedScales((wide,), np.ones(1), 0.0)
+    assert physical._effective_dof(problem, problem.prior, weighted) == 1.0
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_misfit_is_the_probability_of_larger_residuals(case: str) -> None:
+    """Fisher's test of the mean touches about the best six-seat probe without a correction, against
+    the repeats; nothing is told from less than ten degrees of freedom among these."""
+    fit, problem = _fitted(case), SixSeatProblem(_observed(case))
+    repeats = Scatter(0.15 * UM, 10.0)
+    asymmetry = fit.scales.scales[0].asymmetry
+    alone = PriorScales(asymmetry, 1e-6, 0.0, 0.15 * UM)
+    best, _ = most_probable(problem, alone, fit.unknowns)
+    misses, slopes = problem.misses(best)
+    root = np.sqrt(problem.count) / (0.15 * UM)
+    priors = np.hstack([np.zeros((18, problem.extra)), np.diag(1.0 / problem.spread(asymmetry))])
+    basis = np.linalg.qr(np.vstack([slopes * root[:, None], priors]))[0]
+    free = max(13.0 - float(np.sum(basis[:13] ** 2)), 1.0)
+    expected = fisher.sf(float(np.sum((misses * root) ** 2)) / free, free, 10.0)
+    found = physical._misfit(problem, fit.unknowns, fit.scales, repeats)
+    assert 1e-6 < expected < 0.9999
+    assert found == pytest.approx(expected, rel=1e-4)
+    less = physical._misfit(problem, fit.unknowns, fit.scales, Scatter(0.15 * UM, 9.9))
+    assert math.isnan(less)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_gauge_is_told_in_micrometres(case: str) -> None:
+    problem = SixSeatProblem(_observed(case))
+    x = problem.prior
+    x[problem.axes : problem.extra] = 7.0 * UM
+    sizes = np.array([0.11, 0.34, 0.58, 0.9][: problem.extra]) * UM
+    said = physical._gauge(problem, x, np.diag(np.append(sizes, np.full(18, 5.0)) ** 2))
+    along = "" if case == "ring" else ", 0.58 along"
+    assert f"determine to 0.34 µm across the axis{along} (u of the map is" in said
+    tip = "; the tip's diameter, 6.0140 mm, u = 1.8 µm, follows from the model"
+    assert (tip in said) == (case == "tip unknown")
+    assert ("tip" in said) == (case == "tip unknown")
+    turned = np.diag(np.append(sizes[[1, 0, *range(2, len(sizes))]], np.full(18, 5.0)) ** 2)
+    assert physical._gauge(problem, x, turned) == said
+
+
+def test_what_people_are_told_of_a_fit() -> None:
+    """Of few directions, of a difference from a harmonic map, of a misfit; of nothing else."""
+    fit, kind = _fitted("sphere"), PhysicalKind()
+    groups = np.arange(15)
+    enough = replace(
+        fit, observation=replace(fit.observation, positions=np.ones((15, 3)), groups=groups)
+    )
+    assert kind.warnings(enough, 0.0) == []
+    few = replace(enough, observation=replace(enough.observation, groups=groups % 14))
+    (sentence,) = kind.warnings(few, 0.0)
+    assert sentence.startswith("14 directions are few")
+    (sentence,) = kind.warnings(replace(enough, disagreement=2.34 * UM), 0.0)
+    assert "differs by 2.3 µm (root mean square)" in sentence
+    assert kind.warnings(replace(enough, misfit=0.0101), 0.0) == []
+    (sentence,) = kind.warnings(replace(enough, misfit=0.0099), 0.0)
+    assert "probability 0.0099 for" in sentence
+    scales = WeightedScales((PriorScales(1.0, 1.26 * UM, 0.0, UM),), np.ones(1), 0.0)
+    (sentence,) = kind.warnings(replace(enough, misfit=0.0, scales=scales), 0.0)
+    assert "a correction of 1.3 µm" in sentence
+
+
+@pytest.mark.parametrize(("rounds", "seen"), [(5, 3), (3, 3), (2, 2), (1, 1)])
+def test_mode_and_scales_are_found_by_turns(
+    rounds: int, seen: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Until the scales are those of the round before, here in the third, or the rounds end."""
+    given: list[tuple[str, int]] = []
+    most_probable_scales = {1: "b", 2: "c", 3: "c"}
+
+    def mode(_: object, scales: str, x: int) -> tuple[int, float]:
+        given.append((scales, x))
+        return x + 1, 0.0
+
+    def weighted(_: object, x: int, repeats: Scatter) -> SimpleNamespace:
+        assert repeats is REPEATS
+        return SimpleNamespace(scales=(most_probable_scales[x], "another"))
+
+    monkeypatch.setattr(physical, "most_probable", mode)
+    monkeypatch.setattr(physical, "weighted_scales", weighted)
+    x, found = physical._settled(None, 0, "a", REPEATS, rounds)  # type: ignore[arg-type]
+    assert given == [("a", 0), ("b", 1), ("c", 2)][:seen]
+    assert x == seen
+    assert found.scales[0] == most_probable_scales[seen]
+
+
+@pytest.mark.parametrize("dof", [9.9, 10.0])
+@pytest.mark.parametrize("searched", [5, 7])
+def test_the_search_begins_in_some_directions_and_follows_the_best_start(
+    dof: float, searched: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of thirteen directions five, but all of up to twice as many as are searched. The start with
+    the largest evidence goes on, in all directions. Well known noise tells a misfit by itself."""
+    repeats, calls = Scatter(0.3 * UM, dof), []
+    evidence = {"left": 1.0, "middle": 3.0, "right": 2.0}
+
+    def settled(problem: SixSeatProblem, x: str, scales: object, *_: object, **__: int) -> object:
+        calls.append((problem.observation.direction_count, x, scales))
+        return x, SimpleNamespace(evidence=evidence[x], scales=(f"of {x}", "another"))
+
+    def concluded(problem: SixSeatProblem, x: str, *given: object) -> object:
+        assert given[1:] == ("misfit", repeats)
+        return problem.observation, x
+
+    monkeypatch.setattr(physical, "SEARCHED", searched)
+    monkeypatch.setattr(physical, "oriented_starts", lambda *_: list(evidence))
+    monkeypatch.setattr(physical, "_settled", settled)
+    monkeypatch.setattr(physical, "_misfit", lambda part, x, *_: "misfit")
+    monkeypatch.setattr(physical, "_concluded", concluded)
+    monkeypatch.setattr(physical, "_with_disagreement", lambda fit, part: ("compared", fit, part))
+    observation = _observed("sphere")
+    found = fit_physical(observation, repeats)
+    if dof < 10.0:
+        word, found, part = found  # type: ignore[misc]
+        assert word == "compared"
+        assert part.observation.direction_count == (5 if searched == 5 else 13)
+    assert found == (observation, "middle")
+    begun = [call[:2] for call in calls[:3]]
+    assert begun == [(5 if searched == 5 else 13, x) for x in evidence]
+    assert calls[3:] == ([(13, "middle", "of middle")] if searched == 5 else [])
