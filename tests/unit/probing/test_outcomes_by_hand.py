@@ -15,6 +15,7 @@ from pretravel.errors import PretravelError
 from pretravel.frames import Placement, probe_rotation
 from pretravel.probe.catalogue import load_probe
 from pretravel.probe.materials import material
+from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.simulation import (
     Latch,
     PartSetup,
@@ -332,6 +333,14 @@ class TestTips:
 
 
 class TestTargets:
+    def test_targets_of_a_plan_have_its_points_normals_and_labels(self) -> None:
+        region = InspectionRegion(u=(0.0, 6.0), v=(10.0, 14.0))
+        plan = plan_inspection(FLOOR, grid=(2, 1), region=region)
+        found = Targets.of(plan)
+        assert found.points.tolist() == plan.point.tolist()
+        assert found.normals.tolist() == [UP, UP]
+        assert found.labels == ("point-1", "point-2")
+
     def test_points_are_finite_and_within_a_kilometre(self) -> None:
         Targets([[1e6, 0, 0]], [UP])
         for value, words in (
