@@ -153,7 +153,7 @@ class ContactSearch:
         best, uv = cloud.face[at].copy(), cloud.uv[at].copy()
         # A face with a distant sample can be the nearest one where boxes are as near as the sample.
         rows, faces = self.part.boxes_of_chosen.within(points, distance)
-        several = np.flatnonzero(np.bincount(rows, minlength=len(points)) > 1)
+        several = np.flatnonzero(np.bincount(rows) > 1)
         for face in np.unique(best[several]):
             mine = several[best[several] == face]
             distance[mine], uv[mine] = self._distance(int(face), points[mine])

@@ -125,9 +125,7 @@ def _band(chains: list[FloatArray], domain: Domain) -> FloatArray:
     if len(chains) == 2:
         first, second = chains
         for axis in (0, 1):
-            period = domain.period[axis]
-            if not np.isfinite(period):
-                continue
+            period = domain.period[axis]  # infinite where it is not periodic: no turn
             turns = [float((c[-1] - c[0])[axis]) / period for c in chains]
             if all(abs(abs(turn) - 1.0) < _OPEN for turn in turns):
                 if turns[0] * turns[1] > 0.0:

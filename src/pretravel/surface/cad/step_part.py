@@ -156,7 +156,9 @@ def _one_side(record: SurfaceRecord, trim: Trim | None) -> SurfaceRecord:
     """
     surface = record.surface
     if isinstance(surface, Torus) and surface.radius < surface.tube_radius:
-        v = np.linspace(0.0, 2.0 * np.pi, 721) if trim is None else trim.rings[0][:, 1]
+        # All of the face, not its edges alone: those of both whole parts are on the axis.
+        low, high = (0.0, 2.0 * np.pi) if trim is None else (trim.lower[1], trim.upper[1])
+        v = np.linspace(low, high, 721)
         from_axis = surface.radius + surface.tube_radius * np.cos(v)
         slack = 1e-6 * surface.tube_radius
         if from_axis.max() <= slack:
