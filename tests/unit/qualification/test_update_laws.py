@@ -1,0 +1,313 @@
+"""An update is one regression of everything that is unknown; limits of what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pretravel.arrays import FloatArray
+from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.errors import PretravelError
+from pretravel.frames import probe_rotation
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.observation import Scatter
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
+from pretravel.maps.support import DirectionSupport
+from pretravel.qualification.own_touches import touch_digests
+from pretravel.qualification.prior_update import MapUpdate, _p_value, _warnings, update_map
+from pretravel.qualification.probe_drift import ProbeDrift, drifted_map, spread_over_support
+from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
+
+UM = 1e-3
+TERMS = np.array([[0, 0], [2, 0], [3, 3], [3, -3]])
+TURNED = probe_rotation((0.48, 0.6, 0.64), rotation=0.7)
+CENTER = np.array([30.0, -20.0, 7.0])
+DELAY, U_DELAY = 2e-3, 0.4e-3
+EFFECT = np.array([-0.35, 0.12, 0.05, -0.08]) * UM
+DRIFT = ProbeDrift(scale=0.03, level=0.4 * UM, turn=0.02, form=0.0, source="of a test")
+
+
+def _map(**changes: object) -> PretravelMap:
+    root = np.random.default_rng(5).normal(0.0, 0.2 * UM, (4, 4))
+    made = PretravelMap(
+        HarmonicBasis(TERMS), np.array([10.0, -2.0, 1.5, 0.8]) * UM, Covariance.full(root @ root.T),
+        DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=0.3 * UM,
+        repeatability_dof=20.0, fixed_scatter=0.25 * UM, rotation=TURNED,
+    )  # fmt: skip
+    return replace(made, **changes)  # type: ignore[arg-type]
+
+
+def _touches(old: PretravelMap, ring: bool) -> Touches:
+    """Eleven directions, five of them twice, of a probe that has drifted; feeds of 60 and 240."""
+    rng = np.random.default_rng(8)
+    azimuth = np.linspace(0.2, 6.0, 11)
+    around = np.column_stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth])
+    n = around if ring else fibonacci_cap(11, 1.5)
+    n = np.concatenate([n, n[:5]])
+    feeds = np.tile([60.0, 240.0], 8)
+    value = 1.02 * old.basis.value(n, old.coefficients) + 0.3 * UM + 0.3 * UM * rng.normal(size=16)
+    if old.delay is not None:
+        value += 2.3e-3 * feeds / 60.0
+    distance = 9.5 + value if ring else 15.5 - value
+    spindle = (-n if ring else n) * distance[:, None]
+    if ring:
+        spindle[:, 2] += np.linspace(0.0, 0.5, 16)
+    fed = {"feeds": feeds} if old.delay is not None else {}
+    return Touches(spindle @ TURNED.T + CENTER, n @ TURNED.T, source="few.csv", **fed)
+
+
+class _Regression(NamedTuple):
+    """Unknowns: map, scale, level, turn, delay in its u, centre."""
+
+    value: FloatArray
+    covariance: FloatArray
+    seen: FloatArray
+    design: FloatArray
+    statistic: float
+
+
+def _regression(found: MapUpdate, given: Touches, ring: bool, sigma: float) -> _Regression:
+    """Least squares about the centre that was found, with the priors as rows of their own."""
+    old, axes = found.prior_map, 2 if ring else 3
+    n = found.contact_normals @ TURNED
+    away = ((given.positions - found.center) @ TURNED)[:, :axes]
+    distance = np.linalg.norm(away, axis=1)
+    seen = (distance - 9.5 if ring else 15.5 - distance) - old.basis.value(n, old.coefficients)
+    functions = old.basis.design(n)
+    columns = [functions, functions @ drifted_map(old, DRIFT, ring=ring).ways.T]
+    spread = [DRIFT.scale, DRIFT.level, DRIFT.turn]
+    if old.delay is not None:
+        assert given.feeds is not None
+        seen = seen - old.delay * given.feeds / 60.0
+        columns.append((functions @ EFFECT + U_DELAY * given.feeds / 60.0)[:, None])
+        spread.append(1.0)
+    design = np.hstack([*columns, -n[:, :axes]])
+    same = found.groups[:, None] == found.groups
+    root = np.linalg.cholesky(sigma**2 * np.eye(16) + (0.25 * UM) ** 2 * same)
+    count = design.shape[1]
+    prior = np.zeros((count - axes, count))
+    prior[:4, :4] = np.linalg.inv(np.linalg.cholesky(old.covariance.matrix))
+    prior[4:, 4 : count - axes] = np.diag(1.0 / np.array(spread))
+    system = np.vstack([np.linalg.solve(root, design), prior])
+    right = np.concatenate([np.linalg.solve(root, seen), np.zeros(count - axes)])
+    value, *_ = np.linalg.lstsq(system, right)
+    rest = right - system @ value
+    return _Regression(value, np.linalg.inv(system.T @ system), seen, design, float(rest @ rest))
+
+
+@pytest.mark.parametrize("ring", [False, True])
+@pytest.mark.parametrize("fed", [False, True])
+def test_an_update_is_a_regression_of_all_unknowns(ring: bool, fed: bool) -> None:
+    """On a tilted probe, with repeats that share an error: map, drifts, delay, centre, residuals
+    and the probability are those of least squares with every prior as a row."""
+    effect = {"feed": 0.0, "delay": DELAY, "u_delay": U_DELAY, "delay_effect": EFFECT}
+    old = _map(**(effect if fed else {}))
+    given = _touches(old, ring)
+    found = update_map(given, old, 25.0, ring=ring, drift=DRIFT)
+    values = found.changes
+    repeats = (values[:5] - values[11:]) ** 2 / 2.0
+    sigma = math.sqrt((20.0 * (0.3 * UM) ** 2 + float(repeats.sum())) / 25.0)
+    assert found.repeatability == pytest.approx(sigma, rel=1e-2 if ring else 1e-4)
+    assert found.repeatability_dof == 25.0
+    law = _regression(found, given, ring, found.repeatability)
+    # The last step of the centre, which is below 1e-7 mm, is not in the changes.
+    assert found.changes == pytest.approx(law.seen, abs=1e-7)
+    axes = 2 if ring else 3
+    assert law.value[-axes:] == pytest.approx(np.zeros(axes), abs=2e-7)
+    u = np.sqrt(np.diag(law.covariance))
+    for row, one in enumerate((found.scale, found.level, found.turn), start=4):
+        assert one.value == pytest.approx(law.value[row], rel=1e-4, abs=1e-4 * u[row])
+        assert one.u == pytest.approx(u[row], rel=1e-6)
+    _compare_map(found, law, fed)
+    tilt = TURNED[:, :axes]
+    expected = tilt @ law.covariance[-axes:, -axes:] @ tilt.T
+    assert found.center_covariance == pytest.approx(expected, abs=1e-6 * np.trace(expected))
+    assert found.residuals == pytest.approx(law.seen - law.design @ law.value, abs=1e-6)
+    p = stats.f.sf(law.statistic / (16 - axes), 16 - axes, 25.0)
+    assert found.p_value == pytest.approx(p, rel=1e-4)
+
+
+def _compare_map(found: MapUpdate, law: _Regression, fed: bool) -> None:
+    """Coefficients are those of the old map, their change, the drifts and the effect of delay."""
+    old, new = found.prior_map, found.pretravel_map
+    ways = drifted_map(old, DRIFT).ways
+    to_map = np.hstack([np.eye(4), ways.T, *([EFFECT[:, None]] if fed else [])])
+    count = to_map.shape[1]
+    change, joint = to_map @ law.value[:count], law.covariance[:count, :count]
+    assert new.coefficients - old.coefficients == pytest.approx(change, abs=1e-8)
+    covariance = new.covariance.matrix
+    if fed:
+        assert new.delay_effect is not None
+        assert new.delay == pytest.approx(DELAY + U_DELAY * law.value[7], rel=1e-5)
+        spread = math.sqrt(law.covariance[7, 7])
+        assert new.u_delay == pytest.approx(U_DELAY * spread, rel=1e-6)
+        common = to_map @ law.covariance[:count, 7] / spread
+        assert new.delay_effect == pytest.approx(common, abs=1e-9)
+        covariance = covariance + np.outer(new.delay_effect, new.delay_effect)
+    expected = to_map @ joint @ to_map.T
+    assert covariance == pytest.approx(expected, abs=1e-6 * np.trace(expected))
+
+
+def test_an_update_states_where_it_comes_from() -> None:
+    before = touch_digests([[1.0, 2.0, 3.0]])
+    made = Provenance(touches="75 touches in 25 directions", touch_digests=before)
+    old = _map(provenance=made)
+    given = _touches(old, False)
+    found = update_map(given, old, 25.0, drift=DRIFT)
+    assert found.prior_map is old
+    assert found.drift is DRIFT
+    assert found.warnings == ()
+    assert found.center == pytest.approx(CENTER, abs=2.0 * UM)
+    n = (given.positions - found.center) / np.linalg.norm(
+        given.positions - found.center, axis=1, keepdims=True
+    )
+    assert found.contact_normals == pytest.approx(n, abs=1e-12)
+    alike = n @ n.T > 1.0 - 1e-6
+    assert (found.groups[:, None] == found.groups).tolist() == alike.tolist()
+    told = found.pretravel_map.provenance
+    assert told.origin is Origin.QUALIFIED
+    assert told.source == "an old map, updated on a sphere of 25 mm"
+    assert told.touches == "16 touches, from few.csv; first: 75 touches in 25 directions"
+    assert told.touches_file == "few.csv"
+    assert told.touch_digests == touch_digests(given.positions, before)
+    assert found.pretravel_map.delay is None
+    unnamed = update_map(replace(given, source=""), _map(), 25.0, drift=DRIFT)
+    assert unnamed.pretravel_map.provenance.touches == "16 touches"
+
+
+@pytest.mark.parametrize(("share", "refused"), [(1.05, False), (0.95, True)])
+def test_touches_with_a_probability_of_one_in_ten_thousand_are_refused(
+    share: float, refused: bool
+) -> None:
+    """A level that is known, and residuals with the sum of squares of that probability: nine
+    touches less the three coordinates of the centre."""
+    old = PretravelMap(
+        HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.independent([1e-20]),
+        DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=0.3 * UM,
+    )  # fmt: skip
+    n = fibonacci_cap(9)
+    y = np.random.default_rng(2).normal(size=9)
+    y -= n @ np.linalg.lstsq(n, y)[0]
+    wanted = stats.chi2.isf(share * 1e-4, 6)
+    y *= 0.3 * UM * math.sqrt(wanted / float(y @ y))
+    value = 0.01 * float(HarmonicBasis(np.array([[0, 0]])).design(n[:1])[0, 0]) + y
+    given = Touches(n * (15.5 - value)[:, None], n)
+    still = ProbeDrift(0.0, 0.0, 0.0, 0.0)
+    if refused:
+        with pytest.raises(
+            PretravelError, match=r"do not fit the old map \(probability 0.0001 for"
+        ):
+            update_map(given, old, 25.0, drift=still)
+        return
+    found = update_map(given, old, 25.0, drift=still)
+    assert found.p_value == pytest.approx(share * 1e-4, rel=0.02)
+    assert "fit the old map badly (probability 0.00011)" in found.warnings[0]
+
+
+@pytest.mark.parametrize(("share", "alone"), [(1.2, True), (0.8, False)])
+def test_one_direction_is_named_where_the_others_fit_with_a_hundredth(
+    share: float, alone: bool
+) -> None:
+    """Eight others less the three coordinates of the centre have five degrees of freedom."""
+    old = PretravelMap(
+        HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.independent([1e-20]),
+        DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=0.3 * UM,
+    )  # fmt: skip
+    n, rest = fibonacci_cap(9), np.arange(9) != 6
+    y = np.zeros(9)
+    own = np.random.default_rng(2).normal(size=8)
+    own -= n[rest] @ np.linalg.lstsq(n[rest], own)[0]
+    y[rest] = own * 0.3 * UM * math.sqrt(stats.chi2.isf(share * 0.01, 5) / float(own @ own))
+    y[6] = 30.0 * UM
+    value = 0.01 * float(HarmonicBasis(np.array([[0, 0]])).design(n[:1])[0, 0]) + y
+    given = Touches(n * (15.5 - value)[:, None], n)
+    words = r"touch 7 alone is \+30.0 µm off" if alone else "the probe has changed, by up to"
+    with pytest.raises(PretravelError, match=words):
+        update_map(given, old, 25.0, drift=ProbeDrift(0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("certain", [False, True])
+def test_residuals_contain_no_shift(certain: bool) -> None:
+    """Of a map with functions of a shift, whose errors contain one or not: the shift that the
+    touches show goes to the centre, and what is left is at right angles to the normals."""
+    terms = np.array([[0, 0], [1, 1], [1, -1], [1, 0], [2, 0], [3, 3]])
+    root = np.random.default_rng(1).normal(0.0, 0.6 * UM, (6, 6))
+    if certain:
+        root[1:4] = 0.0
+    old = PretravelMap(
+        HarmonicBasis(terms), np.array([10.0, 0.4, -0.3, 0.2, -2.0, 1.5]) * UM,
+        Covariance.full(root @ root.T), DirectionSupport(sphere_pattern_25()), tip_radius=3.0,
+        repeatability=0.3 * UM,
+    )  # fmt: skip
+    n = fibonacci_cap(12, 1.5)
+    value = old.basis.value(n, old.coefficients) + 0.4 * UM * np.random.default_rng(2).normal(
+        size=12
+    )
+    given = Touches(n * (15.5 - value)[:, None] + CENTER, n)
+    found = update_map(given, old, 25.0)
+    assert drifted_map(old).from_center != certain
+    assert np.abs(found.residuals).max() > 0.1 * UM
+    assert found.contact_normals.T @ found.residuals == pytest.approx(np.zeros(3), abs=1e-6)
+
+
+def test_a_delay_without_its_effect_on_the_map_stays_as_it_is() -> None:
+    old = _map(feed=0.0, delay=DELAY, u_delay=U_DELAY, delay_effect=None)
+    found = update_map(_touches(old, False), old, 25.0, drift=DRIFT).pretravel_map
+    assert (found.delay, found.u_delay, found.delay_effect) == (DELAY, U_DELAY, None)
+
+
+def test_the_largest_change_is_that_apart_from_the_centre() -> None:
+    """The touches of the old map, larger by the half, and the centre fitted by least squares."""
+    old = _map(fixed_scatter=0.0)
+    n = fibonacci_cap(12, 1.5)
+    value = old.basis.value(n, old.coefficients)
+    given = Touches((n * (15.5 - 1.5 * value)[:, None]) @ TURNED.T, n @ TURNED.T)
+    left = 0.5 * value - n @ np.linalg.lstsq(n, 0.5 * value)[0]
+    largest = f"{np.abs(left).max() / UM:.1f}"
+    with pytest.raises(PretravelError, match=f"by up to {largest} µm"):
+        update_map(given, old, 25.0, drift=DRIFT)
+
+
+def test_more_than_two_thousand_touches_are_refused() -> None:
+    n = fibonacci_cap(2001, 1.5)
+    with pytest.raises(PretravelError, match=f"{len(n)} touches: an old map .* at most 2000"):
+        update_map(Touches(15.49 * n, n), _map(rotation=np.eye(3)), 25.0)
+
+
+def test_a_sum_of_squares_has_the_law_of_fisher_or_of_chi_square() -> None:
+    assert _p_value(12.0, 5, 7.0) == pytest.approx(stats.f.sf(2.4, 5, 7.0), rel=1e-12)
+    # exp(-x / 2) is the probability of a sum of two squares above x.
+    assert _p_value(12.0, 2, math.inf) == pytest.approx(math.exp(-6.0), rel=1e-12)
+
+
+def test_a_repeatability_below_the_last_digit_is_that_of_the_digit() -> None:
+    """20 nm; F of 20 and 50 degrees exceeds 2.95 once in a thousand sets."""
+    old = _map(repeatability=1e-7, repeatability_dof=50.0)
+    assert _warnings(0.5, old, Scatter(2e-5 * math.sqrt(2.9), 20.0)) == []
+    assert len(_warnings(0.5, old, Scatter(2e-5 * math.sqrt(3.0), 20.0))) == 1
+    known = _map(repeatability=1e-3, repeatability_dof=math.inf)
+    # Of a known variance: chi-square of 20 exceeds 45.3 once in a thousand.
+    assert _warnings(0.5, known, Scatter(1e-3 * math.sqrt(45.2 / 20.0), 20.0)) == []
+    assert len(_warnings(0.5, known, Scatter(1e-3 * math.sqrt(45.4 / 20.0), 20.0))) == 1
+
+
+def test_directions_over_a_support_are_within_it_and_contain_its_nodes() -> None:
+    """Of more nodes than are asked for as many as asked; the cap ends at the lowest node."""
+    few = _map(support=DirectionSupport(sphere_pattern_25()))
+    found = spread_over_support(few, 200)
+    assert found[-25:] == pytest.approx(sphere_pattern_25())
+    assert len(found) == pytest.approx(225, abs=15)
+    assert few.support.supports(found).all()
+    assert found[:-25, 2].min() < 0.03
+    many = fibonacci_cap(300, 1.2)
+    found = spread_over_support(_map(support=DirectionSupport(many)), 100)
+    held = len(found) - 100
+    assert 90 <= held <= 100
+    assert found[held:] == pytest.approx(many[:100])
