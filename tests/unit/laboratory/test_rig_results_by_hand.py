@@ -537,5 +537,7 @@ class TestCalibration:
         assert [o.trace for o in _calibration(made, search_outliers=True).outliers] == ["p_000_4"]
         rough = _calibration(made, u=0.2 * UM, search_outliers=True)
         assert rough.outliers == ()
+        named = _calibration(made, search_outliers=True, exclude=["p_090_1"])
+        assert named.not_used == {"p_000_4": "outlier", "p_090_1": "excluded"}
         told = _calibration(made, search_outliers=True).outliers[0].message
         assert "from the other touches of its direction" in told

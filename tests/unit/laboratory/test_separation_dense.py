@@ -196,7 +196,9 @@ class TestLeastSquares:
         covariance = inverse @ z.T @ scatter @ z @ inverse
         share = np.concatenate([np.full(10, 0.1), np.full(5, -0.2)]) / 2.0
         away = np.eye(15) - np.outer(np.repeat([1.0, -1.0], [10, 5]), share)
-        assert found.variance_covariance == pytest.approx(away @ covariance @ away.T, rel=1e-6)
+        # In µm⁴: pytest's own tolerance is wider than numbers in mm⁴.
+        expected = 1e12 * (away @ covariance @ away.T)
+        assert 1e12 * found.variance_covariance == pytest.approx(expected, rel=1e-6)
         assert found.machine_variance.mean() == pytest.approx(found.probe_variance.mean())
         pairs = found.machine_variance[:, None] + found.probe_variance
         assert pairs == pytest.approx(x[:10, None] + x[10:], rel=1e-9)
