@@ -89,6 +89,15 @@ def test_noises_that_are_considered(
     assert np.array(_own_scatters(repeats)) == pytest.approx(expected, rel=1e-12)
 
 
+def test_sizes_are_hundredths_to_a_few_micrometres() -> None:
+    """In steps of two or three, so that no size lies further than a factor 1.8 from one of them."""
+    for sizes, least, most in ((CORRECTIONS, 0.03, 6.4), (FIXED_SCATTERS, 0.02, 2.0)):
+        in_micrometres = np.array(sizes) * 1e3
+        assert in_micrometres[[0, -1]] == pytest.approx([least, most], rel=1e-12)
+        assert np.all(in_micrometres[1:] / in_micrometres[:-1] < 1.8**2 + 0.1)
+        assert np.all(np.diff(in_micrometres) > 0.0)
+
+
 def test_priors_of_the_scales() -> None:
     """In steps of equal factors: a density is that of the logarithm, size times that of the size.
     Half Cauchy distributions about 0.15 µm and 0.05 µm; normal ones of logarithms about 0.3, with
@@ -105,7 +114,7 @@ def test_priors_of_the_scales() -> None:
     for fixed in ((0.02 * UM, 0.4 * UM), (0.0,)):
         cases = [
             PriorScales(*each)
-            for each in product((0.1, 3.0), (0.03 * UM, 2.0 * UM), fixed, (0.1 * UM, 0.9 * UM))
+            for each in product((0.1, 3.0), (0.03 * UM, 2.0 * UM), fixed, (0.1 * UM, 0.5 * UM))
         ]
         found = np.array([_log_prior(scales) for scales in cases])
         expected = np.array([density(scales) for scales in cases])

@@ -59,7 +59,7 @@ def test_a_short_line_is_filled_with_blanks() -> None:
     check_iges_header([first.ljust(72) + b"G      1", b"ccc" + second[1:].ljust(69) + b"G      2"])
 
 
-@pytest.mark.parametrize("delimiters", [(",", ";"), ("/", "&"), (":", ";")])
+@pytest.mark.parametrize("delimiters", [(",", ";"), ("/", "&"), (":", ";"), (";", "!")])
 def test_parameters_are_told_apart_by_their_delimiters(delimiters: tuple[str, str]) -> None:
     """The first two state them where they are not comma and semicolon. Strings contain both and
     blanks; a string of one character further on states nothing."""

@@ -65,7 +65,8 @@ def _parameters(text: bytes) -> list[bytes]:
         found.append(text[at:stop].strip())
         at = _after_blanks(text, stop)
         mark = text[at : at + 1]
-        if mark == end:
+        # The first parameter may make the usual end of a section the delimiter.
+        if mark == end != delimiter:
             return found
         if mark != delimiter:
             raise PretravelError(
