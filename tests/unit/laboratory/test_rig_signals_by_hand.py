@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from pretravel.laboratory.rig_signals import (
     LevelChange,
+    _forward_speed,
     _run_around,
     _without_spikes,
     level_changes,
@@ -82,3 +86,14 @@ def test_a_spike_is_six_deviations_off(deviations: float, kept: bool) -> None:
     waves[place] *= (0.9 if kept else 1.1) * 6.0 * 1.4826
     assert _without_spikes(t, waves, 0.0)[place] == kept
     assert _without_spikes(t, 3.0 + 0.0 * t, 0.0).all()
+
+
+def test_the_speed_is_that_from_a_fifth_to_four_fifths_of_the_way() -> None:
+    """Of a rod that speeds up evenly from rest, y = 3 + 5 t²: from 0.40 s, the last sample that is
+    not above 4 mm, to 0.90 s, the first one that is not below 7 mm, (4.05 - 0.8) / 0.5 mm/s. It
+    waits before and after."""
+    wait, t = np.zeros(50), 0.05 * np.arange(21)
+    time = np.concatenate([np.linspace(-1.0, -0.02, 50), t, 1.0 + np.arange(1, 51)])
+    ruler = 3.0 + 5.0 * np.concatenate([wait, t**2, wait + 1.0])
+    trace = cast("Any", SimpleNamespace(time=time))
+    assert _forward_speed(trace, ruler, 3.0, 8.0) == pytest.approx(6.5, rel=1e-12)
