@@ -46,6 +46,15 @@ def test_an_angle_has_one_reentrant_edge(scale: float, turn: int) -> None:
     assert found == pytest.approx((10.0 * s, 10.0 * s / math.pi))
 
 
+@pytest.mark.parametrize("kept", [(0.0, 4.0), (7.0, 10.0)])
+def test_an_edge_of_which_a_part_was_cut_off(kept: tuple[float, float]) -> None:
+    """Its parameter begins or ends with that of the whole edge; its middle is its own."""
+    first, last = kept
+    whole = Box((0, 0, 0), (9, 10, 4)) + Box((0, 0, 4), (4, 10, 9))
+    (part,) = (whole * Box((-1, first, -1), (20, last, 20))).solids
+    assert reentrant([part]) == [pytest.approx((last - first, (last - first) / math.pi))]
+
+
 def test_edges_within_or_around_a_body_are_none() -> None:
     """Four quarters of a block: edges with 90°, 180° and 360° of solid around them."""
     quarters = [

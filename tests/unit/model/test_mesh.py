@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +18,7 @@ from pretravel.model.fem import mesh as meshes
 from pretravel.model.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
 from pretravel.model.fem.geometry import ProbeSolids
 from pretravel.model.fem.mesh import MeshSettings, mesh_probe, mesh_solids, numbered
+from pretravel.model.fem.seat_ball import CONTACT, ball_mesh
 from pretravel.probe.description import Probe
 from pretravel.probe.materials import material
 
@@ -241,3 +243,27 @@ class TestOfAProbe:
         with pytest.raises(DescriptionError, match="slivers"):
             mesh_probe(uneven)
         assert [what for what, _ in failing] == ["sixth"]
+
+
+@pytest.mark.parametrize("element", [0.12, 0.06])
+def test_elements_of_a_ball_are_small_on_its_contact_face_alone(element: float) -> None:
+    """Their edges there have the size that was asked for, within a quarter; elsewhere they grow
+    towards 0.3 of the radius."""
+    mesh = ball_mesh(2.0, 0.25, element)
+
+    def edges(triangles: np.ndarray) -> np.ndarray:
+        corners = mesh.points[triangles[:, :3]]
+        return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+
+    near = np.linalg.norm(mesh.points[mesh.faces[CONTACT]], axis=2)
+    assert near.max() == pytest.approx(math.hypot(0.25, 2.0 - math.sqrt(4.0 - 0.0625)), rel=1e-6)
+    assert edges(mesh.faces[CONTACT]).mean() == pytest.approx(element, rel=0.25)
+    boundary = np.asarray(mesh.boundary)
+    below = np.all(mesh.points[boundary[:, :3], 2] < -2.0, axis=1)
+    assert 0.3 < edges(boundary[below]).mean() < 0.7
+
+
+def test_arrays_of_a_mesh_cannot_be_changed() -> None:
+    mesh = ball_mesh(2.0, 0.25, 0.2)
+    arrays = [mesh.points, mesh.elements, mesh.regions, mesh.boundary, *mesh.faces.values()]
+    assert not any(array.flags.writeable for array in arrays)
