@@ -140,10 +140,13 @@ def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[st
     package = project / "src/pretravel"
     if runs_when_loaded(fault.function, (package / fault.module).read_text(encoding="utf-8")):
         return found | line_map.of_module(fault.module)
-    if found:
+    if fault.module in _IN_OWN_PROCESS and not found:
+        return line_map.of_module(_IN_OWN_PROCESS[fault.module])
+    if fault.function and not fault.function.rpartition(".")[2][:1].isupper():
         return found
+    # A value of the module or of a class: the map has it with the test that loaded it first.
     bound = re.match(r"(\w+)\s*(:[^=]*)?=[^=]", fault.before)
-    if not fault.function and bound:
+    if bound:
         use = re.compile(rf"\b{bound[1]}\b")
         for path in sorted(package.rglob("*.py")):
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -151,10 +154,7 @@ def tests_that_execute(fault: Fault, project: Path, line_map: LineMap) -> set[st
                     found |= line_map.executing(
                         path.relative_to(package).as_posix(), number, number
                     )
-    if fault.module in _IN_OWN_PROCESS:
-        return line_map.of_module(_IN_OWN_PROCESS[fault.module])
-    is_value = not fault.function or fault.function.rpartition(".")[2][:1].isupper()
-    return found or (line_map.of_module(fault.module) if is_value else set())
+    return found | line_map.of_module(fault.module)
 
 
 def runs_when_loaded(function: str, module: str) -> bool:

@@ -252,6 +252,16 @@ def test_a_function_that_makes_a_value_of_the_module_concerns_all_its_tests(
         path.write_text(MODULE)
 
 
+def test_a_value_of_the_module_concerns_all_its_tests(tried: tuple[Scratch, LineMap]) -> None:
+    """Its line is executed while the module is loaded, in whichever test is the first."""
+    scratch, line_map = tried
+    fault = _fault("LEAST = 3")
+    assert len(line_map.of_module("trigger/sides.py")) == 4
+    assert campaign.tests_that_execute(fault, scratch.project, line_map) == line_map.of_module(
+        "trigger/sides.py"
+    )
+
+
 def test_the_lists_are_of_this_code() -> None:
     """Every named fault has its line; every fault that is accepted has a reason."""
     package = Path(pretravel.__file__).parent

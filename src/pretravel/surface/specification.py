@@ -128,7 +128,7 @@ def _parameters(shape: str, text: str, defaults: ShapeParameters) -> ShapeParame
     values = dict(defaults)
     given: set[str] = set()
     for item in filter(None, (piece.strip() for piece in text.split(","))):
-        key, equals, number = item.partition("=")
+        key, equals, number = (part.strip() for part in item.partition("="))
         if not equals or key not in defaults:
             raise PretravelError(
                 f"'{item}' is no parameter; {shape} has "

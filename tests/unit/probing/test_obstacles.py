@@ -163,3 +163,21 @@ def test_a_stylus_comes_from_behind_its_end(block: Part, clearance: float, meets
         stylus = StylusOutline(axis, *THICKER_ABOVE)
         met = stylus_obstacle(block, tip[None], beside[None], stylus, clearance)
         assert (met[0] >= 0) == meets
+
+
+@pytest.mark.parametrize(("within", "meets"), [(-0.5e-4, False), (0.5e-4, False), (2e-4, True)])
+def test_a_ball_that_passes_a_side_at_its_radius_is_free(
+    block: Part, face_towards: np.ndarray, within: float, meets: bool
+) -> None:
+    """It begins above a point of the side, one that is known or between them, and goes along the
+    side: faces join to 0.1 µm, which counts as rest."""
+    cloud = block.cloud_of_spacing(0.5 * RADIUS)
+    points = np.asarray(cloud.tree.data)
+    for axis, face in zip(AXES, face_towards, strict=True):
+        inner = points[(points @ axis > depth(axis) - 1e-9) & np.all(np.abs(points) < 5.1, axis=1)]
+        middle = inner[np.argmin(np.linalg.norm(inner - depth(axis) * axis, axis=1))]
+        places = np.array([middle, between_points(block, axis)])
+        along = np.roll(axis, 1)
+        ends = places + (RADIUS - within) * axis + along
+        met = first_obstacle(block, ends, np.array([along, along]), np.full(2, -1), RADIUS, 1.0)
+        assert met.tolist() == [int(face) if meets else -1] * 2
