@@ -220,3 +220,20 @@ def test_a_map_without_its_setup_states_what_it_contains(monkeypatch: pytest.Mon
         axis=(1.0, 0.0, 0.0),
     )  # fmt: skip
     assert seen == [expected]
+
+
+def test_what_is_not_averaged_is_that_of_the_first() -> None:
+    mean, harmonic = _results()
+    first, second = _changed(mean, 0.0, 2e-4, 0.0), _changed(harmonic, 0.0, 3e-4, 0.0)
+    other = replace(
+        second.pretravel_map,
+        repeatability=7e-4, repeatability_dof=3.0, u_delay=5e-4, delay=2e-3, feed=80.0,
+        u_tip_radius=9e-4, provenance=replace(second.pretravel_map.provenance, source="other"),
+    )  # fmt: skip
+    found = _averaged([first, replace(second, pretravel_map=other)], _parts(0.3, 0.1))
+    names = ("tip_radius", "u_tip_radius", "repeatability", "repeatability_dof", "delay", "feed")
+    for name in (*names, "u_delay"):
+        assert getattr(found.pretravel_map, name) == getattr(first.pretravel_map, name), name
+    own = replace(found.pretravel_map.provenance, kind_settings={})
+    assert own == replace(first.pretravel_map.provenance, kind_settings={})
+    assert own != replace(other.provenance, kind_settings={})

@@ -252,3 +252,20 @@ def test_pretravel_that_no_probe_has_is_told() -> None:
     assert not any("before contact" in said for said in _warned(-2.4e-3, 1e-4, tip_known=False))
     assert not any("rises to" in said for said in _warned(0.099, 1e-4))
     assert any("pretravel rises to 101.0 µm" in said for said in _warned(0.101, 1e-4))
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1), (1, 3, 0, 2)])
+@pytest.mark.parametrize("turn", [0.0, 40.0, 90.0])
+def test_directions_on_one_line_of_the_plane_are_joined_to_their_neighbours(
+    order: tuple[int, ...], turn: float
+) -> None:
+    """The plane of the stereographic projection from -z, (2 X, 2 Y, 1 - r²) / (1 + r²); a line
+    beside its origin, evenly on both sides of the foot of its perpendicular."""
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    across = np.array([-0.3, -0.1, 0.1, 0.3])[list(order)]
+    x, y = 0.5 * c - across * s, 0.5 * s + across * c
+    square = x**2 + y**2
+    nodes = np.stack([2.0 * x, 2.0 * y, 1.0 - square], axis=1) / (1.0 + square)[:, None]
+    edges = DirectionSupport(nodes)._mesh.edges
+    joined = {tuple(sorted((order[a], order[b]))) for a, b in edges.tolist()}
+    assert joined == {(0, 1), (1, 2), (2, 3)}

@@ -15,6 +15,7 @@ from netgen.occ import Box, Cylinder, Glue, Pnt, Sphere, Z
 
 from pretravel.errors import DescriptionError
 from pretravel.model.fem import geometry
+from pretravel.model.fem.described_solids import _tripod_solids
 from pretravel.model.fem.regions import ProbeSolid
 from pretravel.model.fem.step_solids import _check_tip, _stylus_materials
 from pretravel.probe.description import Probe, StepGeometry
@@ -263,3 +264,27 @@ def test_images_of_a_face_that_touches_no_plane_one_or_both(omp40: Probe) -> Non
     assert images(20.0, 40.0) == 1
     assert images(0.0, 20.0, 40.0) == images(20.0, 40.0, 60.0) == 2
     assert images(0.0, 30.0, 60.0) == geometry.COPIES == 6
+
+
+def test_the_solids_of_a_tripod_have_the_heights_of_the_description(omp40: Probe) -> None:
+    """The disc is half above and half below the rods; the holder reaches from it to the stylus; the
+    rods end one radius beyond the seats."""
+    hub, tripod = omp40.hub, omp40.tripod
+    assert hub is not None
+    disc, holder, rods = _tripod_solids(omp40, hub)
+    heights = [
+        (part.solid.bounding_box[0].z, part.solid.bounding_box[1].z) for part in (disc, holder)
+    ]
+    half = 0.5 * hub.height
+    assert heights[0] == pytest.approx((-half, half), abs=1e-6)
+    assert heights[1] == pytest.approx((-omp40.hub_offset, -half), abs=1e-6)
+    assert disc.solid.mass == pytest.approx(math.pi * hub.radius**2 * hub.height, rel=1e-9)
+    assert holder.solid.mass == pytest.approx(
+        math.pi * (0.5 * hub.holder_diameter) ** 2 * (omp40.hub_offset - half), rel=1e-9
+    )
+    # The kernel's box around a curved cut is a little wider than the solid.
+    low, high = rods.solid.bounding_box
+    assert max(high.x, high.y, -low.x, -low.y) == pytest.approx(
+        tripod.radius + tripod.rod_radius, abs=0.02
+    )
+    assert (low.z, high.z) == pytest.approx((-tripod.rod_radius, tripod.rod_radius), abs=0.02)

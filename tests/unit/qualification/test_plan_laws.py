@@ -180,3 +180,13 @@ def test_a_plan_states_u_before_and_after_and_of_the_old_map() -> None:
     problem = _Problem.of(prior, plan.directions, walls)
     after = problem.covariance_after(np.arange(6))[:7, :7]
     assert plan.u_after == pytest.approx(np.sqrt(np.diag(functions @ after @ functions.T)))
+
+
+def test_an_exchange_leaves_no_plan_in_one_plane() -> None:
+    """Five directions of one circle and the pole, which is known best: the others are exchanged for
+    the least known ones, and the pole stays."""
+    ring = from_angles(np.full(5, 1.0), 2.0 * np.pi / 5.0 * np.arange(5.0))
+    candidates = np.vstack([ring, [[0.0, 0.0, 1.0]]])
+    covariance = np.diag([5.0, 3.0, 2.0, 6.0, 9.0, 1.0])
+    problem = _Problem(candidates, np.eye(6), covariance, np.eye(6), 0.1)
+    assert sorted(_exchanged(problem, np.array([0, 1, 2, 5])).tolist()) == [0, 3, 4, 5]
