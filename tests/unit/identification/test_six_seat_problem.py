@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -265,3 +267,21 @@ def test_a_search_ends_after_its_evaluations() -> None:
 def test_azimuths_of_a_tripod_repeat_after_a_third(first: int, second: int, apart: int) -> None:
     found = _apart(math.radians(first), math.radians(second))
     assert found == pytest.approx(math.radians(apart), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ring", "radius", "factor"),
+    [
+        (False, 12.5, (1.0 + 3.0 / 12.5) ** (1.0 / 3.0)),  # of two balls
+        (True, 2.9, 1.0),  # the tip does not fit into the ring
+    ],
+)
+def test_the_tip_is_compressed_as_on_the_reference(
+    ring: bool, radius: float, factor: float
+) -> None:
+    observation = SimpleNamespace(
+        axes=2 if ring else 3, tip_known=True, groups=np.zeros(1, dtype=int),
+        positions=np.zeros((1, 3)), reference_radius=radius, ring=ring, tip_radius=3.0,
+    )  # fmt: skip
+    problem = SixSeatProblem(cast("Any", observation))
+    assert problem._compression == pytest.approx(factor, rel=1e-12)
