@@ -23,7 +23,7 @@ if __package__ in (None, ""):  # run as a file
 from benchmarks.departures.probes import six_seats
 from benchmarks.departures.tripod import Tripod
 
-from pretravel.directions import (
+from pretravel.base.directions import (
     fibonacci_cap,
     five_point_pattern,
     ring_pattern,

@@ -25,14 +25,14 @@ from benchmarks.results import Figures, Growth
 from benchmarks.sizes import Sizes
 from benchmarks.studies import write_study
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.identification.kind_registry import KINDS, qualify
-from pretravel.probe.catalogue import load_probe
-from pretravel.study.definition import load_study
-from pretravel.study.run import Workers, run_study
+from pretravel.measurement.compensation import apply
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
+from pretravel.studies.definition import load_study
+from pretravel.studies.run import Workers, run_study
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict, predicted_map
 
 REPEATS = 10
 _ROOT = Path(__file__).resolve().parents[1]
@@ -70,9 +70,9 @@ def job(name: str, size: float, folder: Path) -> tuple[float, Callable[[], objec
 
 
 def _condensing(refinement: float) -> tuple[float, Callable[[], object]]:
-    from pretravel.model.fem.condensation import condense
-    from pretravel.model.fem.elasticity import finite_element_model
-    from pretravel.model.fem.mesh import MeshSettings, mesh_probe
+    from pretravel.prediction.fem.condensation import condense
+    from pretravel.prediction.fem.elasticity import finite_element_model
+    from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe
 
     probe = load_probe("omp40-2")
     solids, mesh = mesh_probe(probe, MeshSettings(refinement=refinement))

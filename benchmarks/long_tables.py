@@ -17,13 +17,13 @@ from benchmarks.commands import PRETRAVEL, Spent, python_file, spent
 from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import sphere_pattern_25
-from pretravel.formats.map_file import read_map
-from pretravel.formats.touches_csv import write_touches
-from pretravel.probe.catalogue import load_probe
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.files.map_file import read_map
+from pretravel.files.touches_csv import write_touches
+from pretravel.measurement.compensation import apply
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
 
 _COLUMNS = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")
 _PIECE = 250_000

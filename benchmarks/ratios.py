@@ -21,31 +21,31 @@ from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
 from scipy.optimize import least_squares
 
-from pretravel.compensation.compensation import apply
-from pretravel.compensation.measured_sphere import measured_sphere, sphere_by_trials
-from pretravel.compensation.point_errors import points_by_trials
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.fem.condensation import condense
-from pretravel.model.fem.elasticity import finite_element_model
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import mesh_solids
-from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
+from pretravel.measurement.compensation import apply
+from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
+from pretravel.measurement.point_errors import points_by_trials
+from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.fem.condensation import condense
+from pretravel.prediction.fem.elasticity import finite_element_model
+from pretravel.prediction.fem.geometry import probe_solids
+from pretravel.prediction.fem.mesh import mesh_solids
+from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict
+from pretravel.prediction.seats import SeatStatics, seat_statics
+from pretravel.prediction.six_seat_slopes import six_seat_slopes
+from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
-from pretravel.trigger.seats import SeatStatics, seat_statics
-from pretravel.trigger.six_seat_slopes import six_seat_slopes
-from pretravel.trigger.six_seats import PARAMETERS, six_seat_response
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from pretravel.uncertainty.monte_carlo import MonteCarlo
 

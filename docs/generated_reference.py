@@ -166,7 +166,7 @@ def _escaped(text: str) -> str:
 
 def materials(_: str) -> str:
     """The materials by name, with their values."""
-    from pretravel.probe.materials import known_materials
+    from pretravel.prediction.materials import known_materials
 
     rows = [
         (
@@ -218,11 +218,10 @@ def _table_head(name: str, many: bool) -> str:
 
 def _toml_kinds() -> dict[str, tuple[Any, Any, Any]]:
     """Structure and root of each kind of file; instead of the root, its tables."""
-    from pretravel.design import wish
-    from pretravel.formats import laboratory_file, machine_file
-    from pretravel.probe import catalogue, materials
-    from pretravel.study import conditions, definition
-    from pretravel.toml_file import TomlStructure
+    from pretravel.base.toml_file import TomlStructure
+    from pretravel.files import laboratory_file, machine_file
+    from pretravel.prediction import catalogue, materials
+    from pretravel.studies import conditions, definition, wish
 
     condition_tables = [
         ("prediction", conditions.Prediction, False),
@@ -279,7 +278,7 @@ def _type_words(kind: Any) -> str:
 
 def _usual(field: Any, key: str) -> str:
     """The value where the key is missing, in the unit of the key."""
-    from pretravel.toml_file import _UNITS
+    from pretravel.base.toml_file import _UNITS
 
     if field.default is MISSING and field.default_factory is MISSING:
         return "needed"

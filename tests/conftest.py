@@ -11,9 +11,9 @@ import typer.testing
 from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
 
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.report.document import Picture
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.show.document import Picture
 from tests.support import forked_processes
 
 # Derandomised: a check that passes here passes on every machine.

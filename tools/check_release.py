@@ -26,9 +26,9 @@ PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 IN_WHEEL = (
     "pretravel/py.typed",
     "pretravel/example_data/sphere_touches.csv",
-    "pretravel/report/templates/page.html",
+    "pretravel/show/templates/page.html",
     "pretravel/controls/templates/linuxcnc/map.ngc",
-    "pretravel/workbench/__init__.py",
+    "pretravel/app/__init__.py",
 )
 """Files that are not Python: tests in a checkout do not notice when the wheel loses them."""
 IN_SOURCE = (

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.model.fem.elasticity import FiniteElementModel
-from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.model.fem.interface_loads import SPRING_FORCE
-from pretravel.model.fem.regions import seat_face
-from pretravel.model.fem.seat_ball import CONTACT, ball_held
-from pretravel.probe.description import Probe
-from pretravel.probe.seat_frame import seat_frame
+from pretravel.prediction.description import Probe
+from pretravel.prediction.fem.elasticity import FiniteElementModel
+from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.prediction.fem.interface_loads import SPRING_FORCE
+from pretravel.prediction.fem.regions import seat_face
+from pretravel.prediction.fem.seat_ball import CONTACT, ball_held
+from pretravel.prediction.seat_frame import seat_frame
 
 # Corners of the faces S1 to S4 of a tetrahedron: the numbers of CalculiX minus one.
 _FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))

@@ -29,18 +29,18 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.directions import from_angles
-from pretravel.model.fem.condensation import condense
-from pretravel.model.fem.full_contact import resolved_bodies
-from pretravel.model.fem.mesh import MeshSettings
-from pretravel.model.fem.seat_ball import ball_correction
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.materials import material
-from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.base import TIP_ON_PART
-from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.loading import loaded_to_trigger
-from pretravel.trigger.seats import seat_statics
+from pretravel.base.directions import from_angles
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import TIP_ON_PART
+from pretravel.prediction.compliance.fem import FiniteElements
+from pretravel.prediction.fem.condensation import condense
+from pretravel.prediction.fem.full_contact import resolved_bodies
+from pretravel.prediction.fem.mesh import MeshSettings
+from pretravel.prediction.fem.seat_ball import ball_correction
+from pretravel.prediction.loading import loaded_to_trigger
+from pretravel.prediction.materials import material
+from pretravel.prediction.seat_frame import seat_frame
+from pretravel.prediction.seats import seat_statics
 
 sys.path.insert(0, str(Path(__file__).parent))
 from deck import write_deck

@@ -10,8 +10,8 @@ import numpy as np
 
 from pretravel import PretravelError, PretravelMap, Touches, apply, verify
 from pretravel import qualify as qualify_probe
-from pretravel.compensation.compensation import compensation_warnings
-from pretravel.compensation.points_summary import TouchSummary
+from pretravel.measurement.compensation import compensation_warnings
+from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.touch_plan import plan_touches
 

@@ -21,17 +21,17 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from pretravel.directions import grid
-from pretravel.model.fem.condensation import condense
-from pretravel.model.fem.elasticity import finite_element_model
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.mesh import MeshSettings, mesh_solids
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Hub, Probe
-from pretravel.probe.materials import material
-from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.loading import loaded_to_trigger
-from pretravel.trigger.seats import seat_statics
+from pretravel.base.directions import grid
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.fem import FiniteElements
+from pretravel.prediction.description import Hub, Probe
+from pretravel.prediction.fem.condensation import condense
+from pretravel.prediction.fem.elasticity import finite_element_model
+from pretravel.prediction.fem.geometry import probe_solids
+from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
+from pretravel.prediction.loading import loaded_to_trigger
+from pretravel.prediction.materials import material
+from pretravel.prediction.seats import seat_statics
 
 TABLE = Path(__file__).parents[2] / "tests/validation/reference/rodrigues_trigger_50mm.csv"
 

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish
 
-from pretravel.directions import from_angles
-from pretravel.probe.catalogue import load_probe
+from pretravel.base.directions import from_angles
+from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, TipBehaviour, predicted_tip
 from pretravel.probing.touching import touch

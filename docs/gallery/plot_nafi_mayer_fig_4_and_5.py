@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish
 
-from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.laboratory.multi_step_readings import RepeatedPair
 from pretravel.laboratory.separation import Separation, separate
-from pretravel.report.chart_files import drawn_figure
-from pretravel.report.separation_report import separation_view
+from pretravel.show.chart_files import drawn_figure
+from pretravel.tasks.reports.separation_report import separation_view
 
 READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"
 

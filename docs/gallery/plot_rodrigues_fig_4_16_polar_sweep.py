@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish, trigger_table
 
-from pretravel.directions import from_angles
-from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import predict
+from pretravel.base.directions import from_angles
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 
 AZIMUTH = np.arange(0.0, 351.0, 10.0)
 POLAR = np.arange(80.0, 9.0, -10.0)

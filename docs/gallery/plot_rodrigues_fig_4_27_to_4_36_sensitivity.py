@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish
 
-from pretravel.directions import from_angles
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
-from pretravel.trigger.predict import Trigger, predict
+from pretravel.base.directions import from_angles
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 61.0, 5.0)
 

@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish
 
-from pretravel.directions import five_point_pattern, from_angles
+from pretravel.base.directions import five_point_pattern, from_angles
 from pretravel.maps.kinds.wozniak import WozniakBasis, wozniak_constant
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
-from pretravel.probe.materials import material
-from pretravel.report.colours import LIGHT
-from pretravel.trigger.predict import predict
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe, Seats, StylusSegment, Tip, Tripod
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict
+from pretravel.show.colours import LIGHT
 
 LENGTHS = (30.0, 50.0)
 AROUND = np.radians(np.arange(0, 361, 9))

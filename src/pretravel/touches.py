@@ -8,13 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.directions import checked_unit, describe
-from pretravel.errors import PretravelError, RowError
-from pretravel.frames import Placement
-from pretravel.other_forms import ShownInNotebooks, WithDataFrame, extent
-from pretravel.quantities import ANGLE, COORDINATE, FEED, as_numbers, checked, checked_values
-from pretravel.units import SECONDS_PER_MINUTE
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.directions import checked_unit, describe
+from pretravel.base.errors import PretravelError, RowError
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame
+from pretravel.base.frames import Placement
+from pretravel.base.quantities import (
+    ANGLE,
+    COORDINATE,
+    FEED,
+    as_numbers,
+    checked,
+    checked_values,
+    extent,
+)
+from pretravel.base.units import SECONDS_PER_MINUTE
 
 GLANCING = 0.05
 """Smallest cosine between an approach and the inward normal, which are then 87° apart."""

@@ -16,11 +16,11 @@ from benchmarks.results import Growth
 from benchmarks.sizes import SMALL
 
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.study.definition import load_study
-from pretravel.study.packed_outcome import packed, unpacked
-from pretravel.study.plan import Plan
-from pretravel.study.run import Workers, run_study
-from pretravel.study.workers import in_this_process
+from pretravel.studies.definition import load_study
+from pretravel.studies.packed_outcome import packed, unpacked
+from pretravel.studies.plan import Plan
+from pretravel.studies.run import Workers, run_study
+from pretravel.studies.workers import in_this_process
 
 QUICK = ("directions", "touches", "surface-touches", "trials", "qualification")
 SLOW = tuple(name for name in run.BENCHMARKS if name not in (*QUICK, "long-tables"))

@@ -13,27 +13,27 @@ from typing import Any
 import typer
 from nicegui import ui
 
-from pretravel.cli.app import app
-from pretravel.errors import PretravelError
-from pretravel.report.document import Column, Document, KeyFigure, Table
-from pretravel.workbench.components.document_view import document_view, table_view
-from pretravel.workbench.components.downloads import download_button, result_button
-from pretravel.workbench.components.fields import (
+from pretravel.app.components.document_view import document_view, table_view
+from pretravel.app.components.downloads import download_button, result_button
+from pretravel.app.components.fields import (
     choice_field,
     number_field,
     slider_field,
     switch_field,
     text_field,
 )
-from pretravel.workbench.components.file_drop import file_drop
-from pretravel.workbench.components.layout import inputs_and_results, panel
-from pretravel.workbench.components.outcome import follow, kept, outcome
-from pretravel.workbench.components.plot import plot
-from pretravel.workbench.components.same_elsewhere import same_elsewhere
-from pretravel.workbench.project import ScreenState
-from pretravel.workbench.screens import Screen
-from pretravel.workbench.shell import screen_page
-from pretravel.workbench.tasks import Inputs, Task, Work
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import inputs_and_results, panel
+from pretravel.app.components.outcome import follow, kept, outcome
+from pretravel.app.components.plot import plot
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.project import ScreenState
+from pretravel.app.screens import Screen
+from pretravel.app.shell import screen_page
+from pretravel.app.tasks import Inputs, Task, Work
+from pretravel.base.errors import PretravelError
+from pretravel.cli.app import app
+from pretravel.show.document import Column, Document, KeyFigure, Table
 
 
 def count_lines(inputs: Inputs) -> Document:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import pretravel
-from pretravel.workbench.project import Project
+from pretravel.app.project import Project
 from tests.browser.workbench_server import (
     CHROMIUM,
     WITHOUT_SCENES,

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from pretravel.whole_file import is_unfinished
-from pretravel.workbench.project_file import read_project
+from pretravel.app.project_file import read_project
+from pretravel.base.whole_file import is_unfinished
 from tests.browser.workbench_server import (
     RunningWorkbench,
     opened,

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from pretravel.app.screens.designer import _PICTURES
 from pretravel.cli.main import app
-from pretravel.probe.catalogue import load_probe
-from pretravel.workbench.screens.designer import _PICTURES
+from pretravel.prediction.catalogue import load_probe
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 
 LENGTH = "Stylus length to the tip centre [mm]"
@@ -135,7 +135,9 @@ def test_a_dropped_description_is_the_start_and_a_wrong_one_says_why(
     page: Any, workbench: RunningWorkbench
 ) -> None:
     opened_designer(page, workbench)
-    text = Path("src/pretravel/probe/data/probes/omp40-2-100mm.toml").read_text(encoding="utf-8")
+    text = Path("src/pretravel/prediction/data/probes/omp40-2-100mm.toml").read_text(
+        encoding="utf-8"
+    )
     for name, content in (("wrong.toml", text.replace("[spring]", "[sprung]")), ("own.toml", text)):
         page.set_input_files(
             ".file-drop-input",

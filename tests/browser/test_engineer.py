@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.formats.map_file import read_map
-from pretravel.jobs.example_data import example_folder
+from pretravel.files.map_file import read_map
+from pretravel.tasks.example_data import example_folder
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 

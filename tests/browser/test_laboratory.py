@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pretravel.jobs.example_data import example_folder
+from pretravel.tasks.example_data import example_folder
 from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from pretravel.formats.spreadsheet_cells import cell_content, harmless_cell
-from pretravel.report.certificate_report import TEMPLATE
-from pretravel.report.page import contents_text
-from pretravel.report.page_content import PageContent
+from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
+from pretravel.show.page import contents_text
+from pretravel.show.page_content import PageContent
+from pretravel.tasks.reports.certificate_report import TEMPLATE
 from tests.browser.workbench_server import CHROMIUM, FLAGS, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.report import test_subjects as subjects

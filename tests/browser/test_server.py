@@ -14,8 +14,8 @@ from urllib.parse import urlsplit
 import pytest
 
 import pretravel
-from pretravel.workbench.project import Project, StoredFile
-from pretravel.workbench.project_file import project_bytes, read_project, write_project
+from pretravel.app.project import Project, StoredFile
+from pretravel.app.project_file import project_bytes, read_project, write_project
 from tests.browser.workbench_server import RunningWorkbench, running_workbench
 from tests.support.commands import run
 
@@ -106,7 +106,7 @@ def test_strangers_on_loopback_get_nothing(tmp_path: Path) -> None:
 
 
 def test_a_port_is_chosen_when_the_usual_one_is_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
-    from pretravel.workbench import start
+    from pretravel.app import start
 
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -122,7 +122,7 @@ def test_importing_pretravel_imports_nothing_of_the_workbench() -> None:
         "import sys, pretravel.cli.main; "
         "print([m for m in sys.modules if m.partition('.')[0] in "
         "('nicegui', 'fastapi', 'starlette', 'uvicorn', 'plotly', 'platformdirs')"
-        " or m.startswith('pretravel.workbench')])"
+        " or m.startswith('pretravel.app')])"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True

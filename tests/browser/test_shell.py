@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pretravel.workbench.project import Project, StoredFile
-from pretravel.workbench.project_file import read_project, write_project
-from pretravel.workbench.screens import SCREENS
+from pretravel.app.project import Project, StoredFile
+from pretravel.app.project_file import read_project, write_project
+from pretravel.app.screens import SCREENS
 from tests.browser.workbench_server import (
     RunningWorkbench,
     opened,

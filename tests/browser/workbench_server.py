@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pretravel.workbench.project import Project
-from pretravel.workbench.project_file import project_bytes
+from pretravel.app.project import Project
+from pretravel.app.project_file import project_bytes
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = (

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from docs.generated_reference import csv_files, toml_keys
 
-from pretravel.formats.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
+from pretravel.files.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
 
@@ -58,7 +58,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
 NOT_WRITTEN_HERE = {
     "Trace of a rig": "read alone",
     "Budget of a rig": "read alone",
-    "Results of features": "the print-outs of controls: tests/unit/formats",
+    "Results of features": "the print-outs of controls: tests/unit/files",
 }
 ELSEWHERE = {"Touches": {"spindle_deg"}}
 """Columns that no command of this test writes."""

@@ -13,31 +13,31 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pretravel.compensation.points import Points
-from pretravel.directions import sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.formats import netcdf
-from pretravel.formats.file_format import ReadingOptions
-from pretravel.formats.history_drift import drift_of_history
-from pretravel.formats.map_dataset import map_dataset
-from pretravel.formats.map_file import read_map
-from pretravel.formats.netcdf import dataset_content
-from pretravel.formats.point_tables import points_dataset, points_table
-from pretravel.formats.points_reading import read_points
-from pretravel.formats.probe_history import read_history
-from pretravel.formats.readings import read_readings
-from pretravel.formats.source_file import SourceFile
-from pretravel.model.fem import reduction_cache
-from pretravel.model.fem.condensation import ElasticField, ReducedModel
-from pretravel.model.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.model.fem.interface_loads import INTERFACE
-from pretravel.probe.materials import material
-from pretravel.report.history_report import history_columns, history_document
+from pretravel.app.project import Project, StoredFile
+from pretravel.app.project_file import project_bytes, project_of
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.files import netcdf
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.history_drift import drift_of_history
+from pretravel.files.map_dataset import map_dataset
+from pretravel.files.map_file import read_map
+from pretravel.files.netcdf import dataset_content
+from pretravel.files.point_tables import points_dataset, points_table
+from pretravel.files.points_reading import read_points
+from pretravel.files.probe_history import read_history
+from pretravel.files.readings import read_readings
+from pretravel.files.source_file import SourceFile
+from pretravel.measurement.points import Points
+from pretravel.prediction.fem import reduction_cache
+from pretravel.prediction.fem.condensation import ElasticField, ReducedModel
+from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.prediction.fem.interface_loads import INTERFACE
+from pretravel.prediction.materials import material
 from pretravel.surface.cad.kernel_process import CadContent, understood
 from pretravel.surface.cad.part_file import read_part
 from pretravel.surface.cad.step_part import part_from_content
-from pretravel.workbench.project import Project, StoredFile
-from pretravel.workbench.project_file import project_bytes, project_of
+from pretravel.tasks.reports.history_report import history_columns, history_document
 from tests.support.examples import EXAMPLES
 from tests.support.forked_processes import forked_worker
 from tests.support.mutated_files import Reader, at_a_path

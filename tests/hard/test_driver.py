@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from tests.hard import run
 from tests.support.mutated_files import Reader, fault_of, mutated
 

@@ -11,32 +11,32 @@ import numpy as np
 import pytest
 
 from pretravel import toml_file
-from pretravel.errors import InputError, PretravelError
-from pretravel.formats import source_file
-from pretravel.formats.csv_table import read_csv_table
-from pretravel.formats.file_format import FilePositions, ReadingOptions
-from pretravel.formats.format_registry import format_of
-from pretravel.formats.laboratory_file import read_laboratory
-from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
-from pretravel.formats.logs.fusion import read_fusion
-from pretravel.formats.logs.grbl import read_grbl_log
-from pretravel.formats.logs.joining import join
-from pretravel.formats.logs.print_file import read_print_file
-from pretravel.formats.logs.qif import read_qif
-from pretravel.formats.machine_file import read_machine
-from pretravel.formats.points_reading import read_points
-from pretravel.formats.readings import read_readings
-from pretravel.formats.rig_csv import read_budget
-from pretravel.formats.separation_csv import read_multi_step_readings
-from pretravel.formats.source_file import SourceFile
-from pretravel.formats.touches_csv import read_touches
-from pretravel.model.fem import step_solids as model_solids
-from pretravel.probe.catalogue import description_text, load_probe, parse_probe
-from pretravel.probe.description import StepGeometry
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.toml_file import parse_toml
+from pretravel.files import source_file
+from pretravel.files.csv_table import read_csv_table
+from pretravel.files.file_format import FilePositions, ReadingOptions
+from pretravel.files.format_registry import format_of
+from pretravel.files.laboratory_file import read_laboratory
+from pretravel.files.linuxcnc_files import read_tool, read_work_offset
+from pretravel.files.logs.fusion import read_fusion
+from pretravel.files.logs.grbl import read_grbl_log
+from pretravel.files.logs.joining import join
+from pretravel.files.logs.print_file import read_print_file
+from pretravel.files.logs.qif import read_qif
+from pretravel.files.machine_file import read_machine
+from pretravel.files.points_reading import read_points
+from pretravel.files.readings import read_readings
+from pretravel.files.rig_csv import read_budget
+from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.files.source_file import SourceFile
+from pretravel.files.touches_csv import read_touches
+from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
+from pretravel.prediction.description import StepGeometry
+from pretravel.prediction.fem import step_solids as model_solids
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.part import Part
-from pretravel.toml_file import parse_toml
 from tests.hard.text_readers import TEXT_READERS
 from tests.support.control_logs import OWN_LOG_HEAD, OWN_LOG_TOUCH, QIF_FILE
 from tests.support.mutated_files import fault_of, no_longer_than

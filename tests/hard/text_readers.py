@@ -7,24 +7,24 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
-from pretravel.errors import PretravelError
-from pretravel.formats.file_format import ReadingOptions
-from pretravel.formats.format_registry import format_named, format_of
-from pretravel.formats.laboratory_file import laboratory_template, read_laboratory
-from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
-from pretravel.formats.machine_file import machine_text, read_machine
-from pretravel.formats.map_file import read_map
-from pretravel.formats.points_reading import read_points
-from pretravel.formats.preview import look_at
-from pretravel.formats.readings import read_directions, read_readings
-from pretravel.formats.rig_csv import read_budget, read_rig_trace
-from pretravel.formats.separation_csv import read_multi_step_readings
-from pretravel.formats.source_file import SourceFile
-from pretravel.formats.touches_csv import read_plan, read_targets
-from pretravel.probe.catalogue import description_text, load_probe, rewritten
-from pretravel.report.page import contents_text
-from pretravel.report.page_content import content_values, packed_values, read_page
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.format_registry import format_named, format_of
+from pretravel.files.laboratory_file import laboratory_template, read_laboratory
+from pretravel.files.linuxcnc_files import read_tool, read_work_offset
+from pretravel.files.machine_file import machine_text, read_machine
+from pretravel.files.map_file import read_map
+from pretravel.files.points_reading import read_points
+from pretravel.files.preview import look_at
+from pretravel.files.readings import read_directions, read_readings
+from pretravel.files.rig_csv import read_budget, read_rig_trace
+from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.files.source_file import SourceFile
+from pretravel.files.touches_csv import read_plan, read_targets
+from pretravel.prediction.catalogue import description_text, load_probe, rewritten
+from pretravel.show.page import contents_text
+from pretravel.show.page_content import content_values, packed_values, read_page
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere

@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad, quad
 
-from pretravel.errors import PretravelError
-from pretravel.model.beam import (
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.beam import (
     axial_compliance,
     bending_compliance,
     shear_compliance,
 )
-from pretravel.model.hertz import approach_coefficient, ball_on_flat, ellipticity
-from pretravel.probe.description import StylusSegment
-from pretravel.probe.materials import Material
+from pretravel.prediction.description import StylusSegment
+from pretravel.prediction.hertz import approach_coefficient, ball_on_flat, ellipticity
+from pretravel.prediction.materials import Material
 
 MODULUS = 2.0e5
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pretravel.directions import (
+from pretravel.base.directions import (
     azimuth_angle,
     checked_unit,
     fibonacci_cap,
@@ -17,8 +17,8 @@ from pretravel.directions import (
     sphere_pattern_25,
     unit,
 )
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics

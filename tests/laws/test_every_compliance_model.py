@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Moving
-from pretravel.trigger.compliance import MODELS
-from pretravel.trigger.compliance.base import TIP_ON_PART, compliance_model
-from pretravel.trigger.predict import predict
-from pretravel.trigger.response import probe_response
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance import MODELS
+from pretravel.prediction.compliance.base import TIP_ON_PART, compliance_model
+from pretravel.prediction.description import Moving
+from pretravel.prediction.predict import predict
+from pretravel.prediction.response import probe_response
 
 PROBE = load_probe("omp40-2")
 UPPER = fibonacci_cap(400, np.radians(95.0))

@@ -13,13 +13,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.errors import InputError
-from pretravel.formats.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.formats.format_registry import FORMATS, format_of
-from pretravel.formats.readings import read_readings, write_readings
-from pretravel.formats.source_file import SourceFile
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import InputError
+from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
+from pretravel.files.format_registry import FORMATS, format_of
+from pretravel.files.readings import read_readings, write_readings
+from pretravel.files.source_file import SourceFile
 from pretravel.touches import Touches
 from tests.support.control_logs import SAMPLES
 

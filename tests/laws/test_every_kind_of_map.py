@@ -16,10 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.compensation.compensation import apply, embed
-from pretravel.controls.lookup_formula import exact_lookup
-from pretravel.controls.lookup_table import lookup_table
-from pretravel.directions import (
+from pretravel.base.directions import (
     azimuth_angle,
     fibonacci_cap,
     from_angles,
@@ -28,17 +25,20 @@ from pretravel.directions import (
     sphere_pattern_25,
     unit,
 )
-from pretravel.errors import ExtrapolationError
-from pretravel.formats.map_file import read_map, write_map
-from pretravel.frames import probe_rotation
+from pretravel.base.errors import ExtrapolationError
+from pretravel.base.frames import probe_rotation
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_table import lookup_table
+from pretravel.files.map_file import read_map, write_map
 from pretravel.identification.kind_registry import BASES, KINDS, qualify
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.probe.catalogue import load_probe
+from pretravel.measurement.compensation import apply, embed
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.response import probe_response, response_map
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict, predicted_map
-from pretravel.trigger.response import probe_response, response_map
 from pretravel.uncertainty.covariance import Covariance
 
 AXIS = (0.48, 0.64, 0.6)

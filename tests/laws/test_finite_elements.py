@@ -9,42 +9,42 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from pretravel.directions import from_angles
-from pretravel.model.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.model.fem import seat_ball
-from pretravel.model.fem.condensation import ReducedModel, condense
-from pretravel.model.fem.elasticity import (
+from pretravel.base.directions import from_angles
+from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.fem import FiniteElements
+from pretravel.prediction.description import Probe
+from pretravel.prediction.elastic_field import field_at_trigger, stress_by_direction
+from pretravel.prediction.event import trigger_force
+from pretravel.prediction.fem import seat_ball
+from pretravel.prediction.fem.condensation import ReducedModel, condense
+from pretravel.prediction.fem.elasticity import (
     FiniteElementModel,
     finite_element_model,
     rigid_motions,
     von_mises,
 )
-from pretravel.model.fem.finite_element_mesh import (
+from pretravel.prediction.fem.finite_element_mesh import (
     FiniteElementMesh,
     element_unknowns,
     mesh_quality,
 )
-from pretravel.model.fem.geometry import probe_solids
-from pretravel.model.fem.interface_loads import (
+from pretravel.prediction.fem.geometry import probe_solids
+from pretravel.prediction.fem.interface_loads import (
     INTERFACE,
     SEATS,
     SPRING_FORCE,
     TANGENTIAL,
     TIP_FORCE,
 )
-from pretravel.model.fem.linear_solvers import SOLVERS, factorise
-from pretravel.model.fem.mesh import MeshSettings, mesh_probe, mesh_solids
-from pretravel.model.fem.quadrature import quadrature
-from pretravel.model.fem.seat_ball import ball_correction, ball_mesh
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
-from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.elastic_field import field_at_trigger, stress_by_direction
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.predict import predict
-from pretravel.trigger.seats import seat_statics
+from pretravel.prediction.fem.linear_solvers import SOLVERS, factorise
+from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe, mesh_solids
+from pretravel.prediction.fem.quadrature import quadrature
+from pretravel.prediction.fem.seat_ball import ball_correction, ball_mesh
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict
+from pretravel.prediction.seat_frame import seat_frame
+from pretravel.prediction.seats import seat_statics
 from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
 DIRECTIONS = from_angles(

@@ -9,31 +9,31 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from pretravel.directions import from_angles
-from pretravel.errors import ConvergenceError, DescriptionError
-from pretravel.model.fem import full_contact as full
-from pretravel.model.fem.condensation import condense
-from pretravel.model.fem.elasticity import rigid_motions
-from pretravel.model.fem.full_contact import FullContact, contact_state, full_contact
-from pretravel.model.fem.interface_loads import (
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import ConvergenceError, DescriptionError
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import TIP_ON_PART
+from pretravel.prediction.compliance.fem import FiniteElements
+from pretravel.prediction.description import Probe
+from pretravel.prediction.event import trigger_force
+from pretravel.prediction.fem import full_contact as full
+from pretravel.prediction.fem.condensation import condense
+from pretravel.prediction.fem.elasticity import rigid_motions
+from pretravel.prediction.fem.full_contact import FullContact, contact_state, full_contact
+from pretravel.prediction.fem.interface_loads import (
     INTERFACE,
     SPRING_FORCE,
     TIP_FORCE,
     half_space_compliance,
     hertz_pressure,
 )
-from pretravel.model.fem.mesh import MeshSettings
-from pretravel.model.fem.regions import PATCH
-from pretravel.model.fem.seat_ball import CONTACT, ball_correction, ball_mesh
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
-from pretravel.probe.seat_frame import SEAT_NAMES, seat_frame
-from pretravel.trigger.compliance.base import TIP_ON_PART
-from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.loading import loaded
-from pretravel.trigger.seats import seat_statics
+from pretravel.prediction.fem.mesh import MeshSettings
+from pretravel.prediction.fem.regions import PATCH
+from pretravel.prediction.fem.seat_ball import CONTACT, ball_correction, ball_mesh
+from pretravel.prediction.loading import loaded
+from pretravel.prediction.materials import material
+from pretravel.prediction.seat_frame import SEAT_NAMES, seat_frame
+from pretravel.prediction.seats import seat_statics
 from tests.support.coarse_models import coarse_model
 
 DIRECTIONS = from_angles(

@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import PretravelError
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.formats.file_format import FileFormat, ReadingOptions
-from pretravel.formats.format_registry import FORMATS
-from pretravel.formats.point_files import write_points
-from pretravel.formats.readings import read_readings, write_readings
+from pretravel.files.file_format import FileFormat, ReadingOptions
+from pretravel.files.format_registry import FORMATS
+from pretravel.files.point_files import write_points
+from pretravel.files.readings import read_readings, write_readings
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from tests.support.example_maps import lobes
 

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from pretravel.compensation.compensation import apply
-from pretravel.formats.csv_table import read_csv_table, write_csv_table
-from pretravel.formats.point_files import write_points
-from pretravel.formats.points_reading import read_points
-from pretravel.formats.readings import read_readings
-from pretravel.formats.touches_csv import read_touches, write_touches
+from pretravel.files.csv_table import read_csv_table, write_csv_table
+from pretravel.files.point_files import write_points
+from pretravel.files.points_reading import read_points
+from pretravel.files.readings import read_readings
+from pretravel.files.touches_csv import read_touches, write_touches
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from tests.support.example_maps import lobes
 

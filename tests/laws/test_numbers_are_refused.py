@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import pretravel
-from pretravel.compensation.points import Points
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
-from pretravel.directions import fibonacci_cap
-from pretravel.errors import PretravelError
-from pretravel.formats.file_format import ReadingOptions
+from pretravel.files.file_format import ReadingOptions
 from pretravel.laboratory.separation_plan import plan_separation
 from pretravel.laboratory.standard_check import CalibratedSphere
+from pretravel.measurement.points import Points
 from pretravel.touches import with_feed
 from tests.support.example_maps import lobes
 from tests.unit.laboratory.test_rig_outliers import _touches, _values

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import PretravelError
-from pretravel.probe.catalogue import load_probe
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.probing.obstacles import StylusOutline, stylus_outline
 from pretravel.probing.simulation import simulate_some
 from pretravel.probing.surface_touches import TouchStatus
@@ -24,7 +25,6 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Ellipsoid, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Torus
-from pretravel.trigger.predict import predict, predicted_map
 
 
 @cache

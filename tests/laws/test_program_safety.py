@@ -14,8 +14,8 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from pretravel.directions import from_angles
-from pretravel.units import DEGREE
+from pretravel.base.directions import from_angles
+from pretravel.base.units import DEGREE
 from tests.support.judged_programs import (
     MACHINE,
     PRETRAVEL,

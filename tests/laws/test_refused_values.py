@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.compensation.point_errors import map_by_trials
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import PretravelError
 from pretravel.controls.control_table import TableSettings
 from pretravel.controls.exports import table_travel
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.macro_b import renishaw_variables
-from pretravel.directions import fibonacci_cap
-from pretravel.errors import PretravelError
 from pretravel.identification.free_numbers import free_numbers
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
 from pretravel.laboratory.rig import RigTrace
@@ -27,8 +26,13 @@ from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.wozniak import wozniak_constant
 from pretravel.maps.sector_tables import resampled_sectors
 from pretravel.maps.support import DirectionSupport
-from pretravel.model.fem.linear_solvers import factorise
-from pretravel.model.hertz import approach_coefficient, ball_on_flat, ellipticity
+from pretravel.measurement.point_errors import map_by_trials
+from pretravel.prediction.compliance.base import compliance_model
+from pretravel.prediction.event import watched_loads
+from pretravel.prediction.fem.linear_solvers import factorise
+from pretravel.prediction.hertz import approach_coefficient, ball_on_flat, ellipticity
+from pretravel.prediction.six_seat_basis import SixSeatBasis
+from pretravel.prediction.six_seats import PARAMETERS
 from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_one_normal import _golden_section
 from pretravel.probing.targets import Targets
@@ -39,10 +43,6 @@ from pretravel.surface.shapes import Sphere
 from pretravel.surface.shapes_of_revolution import Cone
 from pretravel.surface.specification import surface_of
 from pretravel.surface.spline import SplineSurface
-from pretravel.trigger.compliance.base import compliance_model
-from pretravel.trigger.event import watched_loads
-from pretravel.trigger.six_seat_basis import SixSeatBasis
-from pretravel.trigger.six_seats import PARAMETERS
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes
 

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25, unit
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25, unit
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders
-from pretravel.probe.catalogue import load_probe
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict, predicted_map
 from tests.support.plain_qualification import qualify_plainly as qualify
 
 

@@ -8,23 +8,23 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
-from pretravel.jobs.predict import with_friction
-from pretravel.model.beam import stylus_compliance
-from pretravel.model.fem.interface_loads import TANGENTIAL
-from pretravel.model.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import default_workpiece
-from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance.base import compliance_model
-from pretravel.trigger.compliance.fem import FiniteElements
-from pretravel.trigger.friction import FrictionCycle, check_conditions, friction_cycle
-from pretravel.trigger.predict import predict, predicted_map
-from pretravel.trigger.predict_with_friction import rubbed_trigger
-from pretravel.trigger.response import probe_response
-from pretravel.trigger.seats import seat_statics
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.beam import stylus_compliance
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import compliance_model
+from pretravel.prediction.compliance.fem import FiniteElements
+from pretravel.prediction.description import Probe
+from pretravel.prediction.fem.interface_loads import TANGENTIAL
+from pretravel.prediction.friction import FrictionCycle, check_conditions, friction_cycle
+from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
+from pretravel.prediction.materials import default_workpiece
+from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.predict_with_friction import rubbed_trigger
+from pretravel.prediction.response import probe_response
+from pretravel.prediction.seat_frame import seat_frame
+from pretravel.prediction.seats import seat_statics
+from pretravel.tasks.predict import with_friction
 from tests.support.coarse_models import coarse_reduced_sixth
 
 DIRECTIONS = from_angles(
@@ -277,8 +277,8 @@ def test_a_prediction_uses_the_elements_that_it_was_given(
 ) -> None:
     """A coarse mesh, not that of the program: without friction, the deflection is that of `fem`.
     Without friction all touches are equal, and few steps are enough."""
-    monkeypatch.setattr("pretravel.trigger.predict_with_friction.TOUCHES", 1)
-    monkeypatch.setattr("pretravel.trigger.predict_with_friction.STEPS", 5)
+    monkeypatch.setattr("pretravel.prediction.predict_with_friction.TOUCHES", 1)
+    monkeypatch.setattr("pretravel.prediction.predict_with_friction.STEPS", 5)
     model, few = FiniteElements(coarse_reduced_sixth()), DIRECTIONS[1:2]
     plain = predict(omp40, few, model)
     cycle, shares = rubbed_trigger(omp40, few, model, default_workpiece())

@@ -8,17 +8,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation import METHODS, Method, Separation, separate
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import Material, default_workpiece
-from pretravel.trigger.compliance.base import MODELS, compliance_model
-from pretravel.trigger.friction import FrictionCycle, friction_cycle
-from pretravel.trigger.loading import loaded
-from pretravel.trigger.predict import predict
-from pretravel.trigger.seats import seat_statics
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import MODELS, compliance_model
+from pretravel.prediction.description import Probe
+from pretravel.prediction.friction import FrictionCycle, friction_cycle
+from pretravel.prediction.loading import loaded
+from pretravel.prediction.materials import Material, default_workpiece
+from pretravel.prediction.predict import predict
+from pretravel.prediction.seats import seat_statics
 
 UPPER = fibonacci_cap(60, np.radians(90.0))
 AROUND = from_angles(0.5 * np.pi, np.radians([0.0, 40.0, 60.0, 190.0]))

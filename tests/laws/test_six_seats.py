@@ -10,19 +10,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
-from pretravel.errors import PretravelError
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import PretravelError
 from pretravel.maps.basis import StoredArray, StoredBasis
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.trigger.predict import predict
-from pretravel.trigger.response import ProbeResponse, probe_response
-from pretravel.trigger.seats import seat_statics
-from pretravel.trigger.six_seat_basis import SixSeatBasis
-from pretravel.trigger.six_seat_slopes import six_seat_pretravel
-from pretravel.trigger.six_seats import PARAMETERS, six_seat_response, six_seats
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.predict import predict
+from pretravel.prediction.response import ProbeResponse, probe_response
+from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.six_seat_basis import SixSeatBasis
+from pretravel.prediction.six_seat_slopes import six_seat_pretravel
+from pretravel.prediction.six_seats import PARAMETERS, six_seat_response, six_seats
 
 CAP = fibonacci_cap(200, np.radians(88.0))
 PROBE = load_probe("omp40-2-100mm")

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pretravel.directions import fibonacci_cap
-from pretravel.errors import DescriptionError, PretravelError
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Moving, Probe
-from pretravel.trigger.event import trigger_force
-from pretravel.trigger.predict import predict
-from pretravel.trigger.seats import seat_statics
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import DescriptionError, PretravelError
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Moving, Probe
+from pretravel.prediction.event import trigger_force
+from pretravel.prediction.predict import predict
+from pretravel.prediction.seats import seat_statics
 
 UPPER = fibonacci_cap(400, np.radians(95.0))
 
@@ -107,7 +107,7 @@ def test_turning_probe_and_direction_together_changes_nothing(angle: float) -> N
 
 def test_force_does_not_depend_on_elasticity(omp40: Probe) -> None:
     """Rodrigues 2021, sections 4.6.2 and 4.6.3: stem diameter and material do not change it."""
-    from pretravel.probe.materials import material
+    from pretravel.prediction.materials import material
 
     thin = replace(
         omp40,
@@ -172,7 +172,7 @@ class TestGravity:
         )
         floor, ceiling = np.array([[0.0, 0.0, -1.0]]), np.array([[0.0, 0.0, 1.0]])
         machine = (0.0, 0.0, -1.0)
-        from pretravel.frames import probe_rotation
+        from pretravel.base.frames import probe_rotation
 
         rotation = probe_rotation((1.0, 0.0, 0.0))
         # Pushes are in the machine frame, as normals of surfaces are; here in the probe frame.
@@ -210,7 +210,7 @@ def test_a_pull_out_of_the_seats_is_refused(omp40: Probe) -> None:
 
 def test_a_left_seat_is_on_the_counter_clockwise_side(omp40: Probe) -> None:
     """Rod A lies along +x; its left seat is at +y and pushes the rod towards -y, and up."""
-    from pretravel.trigger.seats import SEAT_NAMES
+    from pretravel.prediction.seats import SEAT_NAMES
 
     statics = seat_statics(omp40)
     left = SEAT_NAMES.index("A-left")

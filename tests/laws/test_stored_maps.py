@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from tests.support.example_maps import example_map
 from tests.support.stored_maps import averaged_example, everything, map_of, stored

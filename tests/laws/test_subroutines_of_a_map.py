@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Band, Lookup
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import lookup_table
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.formats.logs.pretravel_log import read_own_log
-from pretravel.frames import probe_rotation
+from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.described_map import described_map
-from pretravel.trigger.response import probe_response
-from pretravel.units import DEGREE
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.described_map import described_map
+from pretravel.prediction.response import probe_response
 from tests.support.example_maps import mean_map
 from tests.support.machine_model.coordinates import WorkOffset
 from tests.support.machine_model.machine import Machine, run

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pretravel.directions import unit
-from pretravel.errors import PretravelError
+from pretravel.base.directions import unit
+from pretravel.base.errors import PretravelError
 from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.curves import Conic, Line, OffsetCurve, SplineCurve, flat_knots, polyline
 from pretravel.surface.local_geometry import Surface, signed_distance, tangent_basis

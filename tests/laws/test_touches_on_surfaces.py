@@ -12,14 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import apply
-from pretravel.directions import fibonacci_cap, from_angles, unit
-from pretravel.errors import PretravelError
-from pretravel.frames import parse_placement
-from pretravel.model.hertz import curved_part_factor
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.materials import material
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import parse_placement
+from pretravel.measurement.compensation import apply
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import ComplianceModel
+from pretravel.prediction.hertz import curved_part_factor
+from pretravel.prediction.loading import Loading
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.response import probe_response, response_map
+from pretravel.prediction.seats import seat_statics
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
 from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_one_normal import _golden_section
@@ -34,11 +39,6 @@ from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.touches import Touches, moved
-from pretravel.trigger.compliance.base import ComplianceModel
-from pretravel.trigger.loading import Loading
-from pretravel.trigger.predict import predict, predicted_map
-from pretravel.trigger.response import probe_response, response_map
-from pretravel.trigger.seats import seat_statics
 from tests.support.coarse_models import coarse_reduced_sixth
 from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
@@ -266,7 +266,7 @@ class TestResponse:
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
 
     def test_is_the_finite_element_model(self) -> None:
-        from pretravel.trigger.compliance.fem import FiniteElements
+        from pretravel.prediction.compliance.fem import FiniteElements
 
         probe, n = load_probe("omp40-2"), fibonacci_cap(100)
         fem = FiniteElements(coarse_reduced_sixth())

@@ -10,7 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
+from pretravel.base.directions import fibonacci_cap, ring_pattern
+from pretravel.base.errors import InputError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.control_table import TableSettings
 from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
@@ -20,19 +23,16 @@ from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.controls.program import plan_program
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.directions import fibonacci_cap, ring_pattern
-from pretravel.errors import InputError
-from pretravel.formats.linuxcnc_files import read_tool, read_work_offset
-from pretravel.formats.logs.joining import join
-from pretravel.formats.logs.log_lines import read_log_positions
-from pretravel.formats.logs.pretravel_log import read_own_log
-from pretravel.formats.logs.probeopen import read_probeopen
-from pretravel.frames import probe_rotation
+from pretravel.files.linuxcnc_files import read_tool, read_work_offset
+from pretravel.files.logs.joining import join
+from pretravel.files.logs.log_lines import read_log_positions
+from pretravel.files.logs.pretravel_log import read_own_log
+from pretravel.files.logs.probeopen import read_probeopen
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.measurement.compensation import apply
 from pretravel.probing.targets import Targets
 from pretravel.touches import moved
-from pretravel.units import DEGREE, MICROMETRE
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.linuxcnc_interpreter import interpret
 
@@ -132,7 +132,7 @@ def example_map() -> PretravelMap:
 
 @cache
 def _example_map(kind: str = "harmonic") -> PretravelMap:
-    from pretravel.formats.touches_csv import read_touches
+    from pretravel.files.touches_csv import read_touches
     from tests.support.examples import EXAMPLES
 
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
@@ -267,7 +267,7 @@ class TestSubroutines:
         program = tmp_path / "sectors.ngc"
         program.write_text("\n".join([*lines, "(LOGCLOSE)", "M2\n"]))
         radius, _ = interpreted(program)
-        from pretravel.directions import from_angles
+        from pretravel.base.directions import from_angles
 
         truth = example_map.tip_radius - example_map.pretravel(
             from_angles(np.pi / 2, azimuth * DEGREE)

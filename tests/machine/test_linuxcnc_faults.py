@@ -15,16 +15,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.directions import ring_pattern
+from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_program import cause_words, linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import plan_program
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.directions import ring_pattern
-from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.probing.targets import Targets
-from pretravel.units import DEGREE
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.example_maps import mean_map
 from tests.support.linuxcnc_interpreter import interpret

@@ -12,14 +12,14 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
+from pretravel.base.directions import ring_pattern
+from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.machine import work_placement
-from pretravel.directions import ring_pattern
-from pretravel.formats.logs.pretravel_log import read_own_log
+from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.identification.kind_registry import qualify
+from pretravel.measurement.compensation import apply
 from pretravel.touches import moved
-from pretravel.units import DEGREE, INCH, MICROMETRE
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.simulated_probe import simulated_map, simulated_pretravel
 

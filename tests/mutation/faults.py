@@ -59,7 +59,7 @@ class Fault:
     Attributes
     ----------
     module : str
-        Path in the package: ``trigger/seats.py``.
+        Path in the package: ``prediction/seats.py``.
     function : str
         Empty for the module's own statements.
     before, after : str

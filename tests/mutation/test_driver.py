@@ -47,7 +47,7 @@ def least() -> int:
 '''
 TESTS = """import pytest
 
-from pretravel.trigger import sides
+from pretravel.prediction import sides
 
 
 def test_area() -> None:

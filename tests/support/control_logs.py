@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.controls.program_log import TOUCH_COLUMNS
-from pretravel.formats.file_format import ReadingOptions
-from pretravel.formats.logs.qif import NAMESPACE
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.logs.qif import NAMESPACE
 from pretravel.probing.targets import Targets
 
 OWN_LOG_HEAD = (

@@ -6,9 +6,10 @@ from functools import cache
 
 import numpy as np
 
+from pretravel.base.directions import ring_pattern
+from pretravel.base.units import DEGREE
 from pretravel.controls.lookup_formula import sectoral_factor
-from pretravel.directions import ring_pattern
-from pretravel.formats.touches_csv import read_touches
+from pretravel.files.touches_csv import read_touches
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
@@ -16,7 +17,6 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.qualification import Qualification
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.examples import SPHERE
 
 

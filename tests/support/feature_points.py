@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.compensation.points import Points
+from pretravel.base.arrays import FloatArray
+from pretravel.measurement.points import Points
 
 OWN = 0.4e-3
 """Standard uncertainty of each point by its own errors. [mm]"""

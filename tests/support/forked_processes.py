@@ -23,14 +23,14 @@ from pathlib import Path
 import h5netcdf  # noqa: F401  (imported once, for all copies)
 import netgen.occ  # noqa: F401
 
-from pretravel.formats import netcdf, netcdf_worker
+from pretravel.files import netcdf, netcdf_worker
 from pretravel.surface.cad import file_to_brep, iges_reader, kernel_process, step_reader
 
 REAL = (netcdf.run_worker, kernel_process.run_kernel)
 
 
 def forked_worker(content: bytes) -> tuple[int, bytes]:
-    """As `pretravel.formats.netcdf.run_worker`."""
+    """As `pretravel.files.netcdf.run_worker`."""
 
     def work() -> None:
         with os.fdopen(1, "wb", closefd=False) as out:

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.response import ProbeResponse, probe_response
+from pretravel.prediction.seats import seat_statics
 from pretravel.touches import Touches
-from pretravel.trigger.response import ProbeResponse, probe_response
-from pretravel.trigger.seats import seat_statics
 
 NOISE = 0.3e-3
 PATTERN = np.repeat(sphere_pattern_25(), 3, axis=0)

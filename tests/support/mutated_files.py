@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 
 LONGEST = 5.0
 """A reader that takes longer for a mutated file hangs. [s]"""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.report.chart import Axis, PlaneChart, SpaceChart, View
-from pretravel.report.chart_marks import Dots, LineMark, SpacePoints
-from pretravel.report.document import Column, Document, KeyFigure, Picture, Section, Table
-from pretravel.report.page_content import PageContent
-from pretravel.report.work_record import InputFile, Setting, WorkRecord
+from pretravel.show.chart import Axis, PlaneChart, SpaceChart, View
+from pretravel.show.chart_marks import Dots, LineMark, SpacePoints
+from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Table
+from pretravel.show.page_content import PageContent
+from pretravel.show.work_record import InputFile, Setting, WorkRecord
 
 ATTACK = "<img src=x onerror=alert(1)></script><script>alert(2)</script>"
 FORMULA = '=HYPERLINK("https://example.com";"click")'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.touches import Touches
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
-from pretravel.trigger.compliance.ren import RenPretravel, RenProbe, ren_pretravel
+from pretravel.prediction.compliance.ren import RenPretravel, RenProbe, ren_pretravel
 
 
 def ren_terms(force: npt.ArrayLike) -> RenPretravel:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, ring_pattern
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, ring_pattern
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 # The parameters of pretravel_probe.comp; axial is set in probe.hal.
 AXIAL, ACROSS, LOBE, SECOND, OVAL = 0.0013, 0.008, 0.003, 0.0005, 0.0008

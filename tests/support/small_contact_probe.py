@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe, Seats, StylusSegment, Tip, Tripod
-from pretravel.probe.materials import material
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe, Seats, StylusSegment, Tip, Tripod
+from pretravel.prediction.materials import material
 
 TIP_RADIUS = 2.0
 

@@ -9,15 +9,15 @@ from functools import cache
 import h5netcdf
 import numpy as np
 
-from pretravel.formats import netcdf_worker
-from pretravel.formats.map_dataset import map_dataset, map_from_dataset
-from pretravel.formats.netcdf import (
+from pretravel.files import netcdf_worker
+from pretravel.files.map_dataset import map_dataset, map_from_dataset
+from pretravel.files.netcdf import (
     StoredDataset,
     content_digest,
     dataset_content,
     restored_dataset,
 )
-from pretravel.formats.source_file import SourceFile
+from pretravel.files.source_file import SourceFile
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.pretravel_map import PretravelMap
 from tests.support.example_maps import example_map
@@ -30,7 +30,7 @@ def stored(pretravel_map: PretravelMap) -> bytes:
 
 
 def dataset_of(content: bytes) -> StoredDataset:
-    """As `pretravel.formats.netcdf.read_dataset`, in this process."""
+    """As `pretravel.files.netcdf.read_dataset`, in this process."""
     try:
         with h5netcdf.File(io.BytesIO(content), "r") as file:
             header, buffers = netcdf_worker.content(file, 10**9)

@@ -132,7 +132,7 @@ def test_messages_of_the_library_name_quantities_not_options() -> None:
     found = {
         module
         for module, (_, tree) in _modules().items()
-        if not module.startswith(("cli/", "workbench/screens/"))
+        if not module.startswith(("cli/", "app/screens/"))
         and any(map(_names_an_option, _strings(tree)))
     }
     assert found == set()

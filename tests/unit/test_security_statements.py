@@ -41,8 +41,8 @@ def _importers(names: set[str]) -> set[str]:
 def test_only_the_workbench_and_dask_use_the_network() -> None:
     found = {name for name in _importers(NETWORK) if not name.startswith("workbench/")}
     # cli/app.py: the page that it opens in the browser.
-    assert found - {"cli/app.py"} == {"study/workers.py"}
+    assert found - {"cli/app.py"} == {"studies/workers.py"}
 
 
 def test_objects_are_unpickled_between_own_processes_only() -> None:
-    assert _importers(OBJECTS) == {"workbench/task_process.py"}
+    assert _importers(OBJECTS) == {"app/task_process.py"}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.errors import DescriptionError, InputError, PretravelError
-from pretravel.toml_file import TomlStructure, parse_toml, read_toml
+from pretravel.base.errors import DescriptionError, InputError, PretravelError
+from pretravel.base.toml_file import TomlStructure, parse_toml, read_toml
 
 TEXT = '''\
 name = "mill"

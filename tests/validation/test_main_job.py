@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.formats.touches_csv import read_touches
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.files.touches_csv import read_touches
 from pretravel.identification.kind_registry import KINDS, qualify
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
+from pretravel.measurement.compensation import apply
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
 from tests.support.examples import EXAMPLES
 
 NOISE = 0.3e-3

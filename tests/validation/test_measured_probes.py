@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.jobs.predict import with_friction
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import StylusSegment
-from pretravel.probe.materials import material
-from pretravel.trigger.friction import FrictionCycle, friction_cycle
-from pretravel.trigger.predict import predict
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import StylusSegment
+from pretravel.prediction.friction import FrictionCycle, friction_cycle
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict
+from pretravel.tasks.predict import with_friction
 
 REFERENCE = Path(__file__).parent / "reference"
 FRICTION = 0.25

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
-from pretravel.formats.separation_csv import read_multi_step_readings
+from pretravel.base.errors import PretravelError
+from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
 from pretravel.laboratory.separation import (
     METHODS,

@@ -9,13 +9,13 @@ import pytest
 
 from pretravel.laboratory.rig_budget import REN_BUDGET, constant_and_slope
 from pretravel.laboratory.rig_map import compensated_diameter
-from pretravel.model.hertz import ball_on_flat
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.materials import material
-from pretravel.probe.seat_frame import seat_frame
-from pretravel.trigger.compliance import ren
-from pretravel.trigger.loading import loaded
-from pretravel.trigger.seats import seat_coefficient, seat_statics
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance import ren
+from pretravel.prediction.hertz import ball_on_flat
+from pretravel.prediction.loading import loaded
+from pretravel.prediction.materials import material
+from pretravel.prediction.seat_frame import seat_frame
+from pretravel.prediction.seats import seat_coefficient, seat_statics
 from tests.support.ren_probe import ren_terms
 
 REFERENCE = Path(__file__).parent / "reference"

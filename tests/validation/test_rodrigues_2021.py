@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import from_angles
-from pretravel.formats.csv_table import CsvTable, read_csv_table
-from pretravel.probe.catalogue import load_probe
-from pretravel.study.definition import load_study
-from pretravel.study.run import Workers, run_study
-from pretravel.trigger.predict import Trigger, predict
-from pretravel.units import delay_travel
+from pretravel.base.directions import from_angles
+from pretravel.base.units import delay_travel
+from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import Trigger, predict
+from pretravel.studies.definition import load_study
+from pretravel.studies.run import Workers, run_study
 
 REFERENCE = Path(__file__).parent / "reference"
 

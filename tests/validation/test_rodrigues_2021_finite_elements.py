@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import from_angles
-from pretravel.formats.csv_table import CsvTable, read_csv_table
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import material
-from pretravel.trigger.predict import Trigger, predict
+from pretravel.base.directions import from_angles
+from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.materials import material
+from pretravel.prediction.predict import Trigger, predict
 from tests.support.coarse_models import MESH_ERROR, MESHES, models_by_name_are_coarse
 
 REFERENCE = Path(__file__).parent / "reference"

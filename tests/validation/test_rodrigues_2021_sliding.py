@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.probe.catalogue import load_probe
+from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.simulation import simulate_some
 from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.targets import Targets

@@ -11,17 +11,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import five_point_pattern, from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.directions import five_point_pattern, from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
 from pretravel.maps.observation import Scatter
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.measurement.compensation import apply
+from pretravel.prediction.predict import predict
 from pretravel.qualification.observe import observe
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 
 DEGREE = np.pi / 180.0
@@ -136,7 +136,7 @@ def test_figure_5_piezo_probe() -> None:
     probe, force = small_contact_probe(50.0), 0.08
 
     def pretravel(n: np.ndarray) -> np.ndarray:
-        from pretravel.trigger.response import probe_response
+        from pretravel.prediction.response import probe_response
 
         response = probe_response(probe)
         given = np.full(len(n), force)

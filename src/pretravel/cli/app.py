@@ -23,6 +23,6 @@ def app(
 
     Example: pretravel app --no-browser
     """
-    from pretravel.workbench.start import start
+    from pretravel.app.start import start
 
     start(project, host, port, browser=browser, say=typer.echo)

@@ -15,8 +15,8 @@ from typing import NamedTuple, TypeVar
 
 import typer
 
-from pretravel.errors import PretravelError
-from pretravel.quantities import (
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import (
     COMMAS_BETWEEN_NUMBERS,
     FEED,
     NUMBER,
@@ -24,7 +24,7 @@ from pretravel.quantities import (
     checked_values,
     degrees_in,
 )
-from pretravel.units import MICROMETRE
+from pretravel.base.units import MICROMETRE
 
 T = TypeVar("T")
 

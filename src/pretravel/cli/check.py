@@ -5,6 +5,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from pretravel.base.quantities import ANGLE, TIP_BALL, limits
+from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import Angles, Vector, angles, one_of, vector
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files
@@ -27,8 +29,6 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
-from pretravel.quantities import ANGLE, TIP_BALL, limits
-from pretravel.units import DEGREE
 
 
 def _standards() -> list[str]:
@@ -137,12 +137,12 @@ def check(
 
     Example: pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.map_file import read_map
-    from pretravel.formats.standard_figures import standard_table
-    from pretravel.jobs.check import CheckSetup, check_probe, not_stated, stated_limits
+    from pretravel.base.whole_file import write_json
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.map_file import read_map
+    from pretravel.files.standard_figures import standard_table
     from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome
-    from pretravel.whole_file import write_json
+    from pretravel.tasks.check import CheckSetup, check_probe, not_stated, stated_limits
 
     files, name = files_of_touches(touches)
     inputs = [*files, map_file, plan, lab]
@@ -188,7 +188,7 @@ def check(
 
 
 def _millimetres(micrometres: float | None) -> float | None:
-    from pretravel.units import MICROMETRE
+    from pretravel.base.units import MICROMETRE
 
     return None if micrometres is None else micrometres * MICROMETRE
 
@@ -255,8 +255,8 @@ def pattern(
 
     Example: pretravel pattern iso10360-5 --diameter 25 -o targets.csv
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.plan_csv import pattern_table
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.plan_csv import pattern_table
     from pretravel.laboratory.standards import PATTERNS
 
     check_files([(output, (".csv",))])

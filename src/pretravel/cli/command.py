@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperOption
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.made_files import made_by
+from pretravel.base.quantities import decimal_point_advice
 from pretravel.cli.files import replace_all
 from pretravel.cli.running import names_of_command, running, typed_name
-from pretravel.errors import PretravelError
-from pretravel.made_files import made_by
-from pretravel.quantities import decimal_point_advice
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""

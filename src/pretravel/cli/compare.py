@@ -47,11 +47,11 @@ def compare(
 
     Example: pretravel compare omp40-2 mine.toml -o designs.html
     """
-    from pretravel.formats.readings import read_directions
-    from pretravel.formats.tables import write_table
-    from pretravel.jobs.compare import compare_map
-    from pretravel.jobs.map_argument import map_or_prediction
-    from pretravel.report.comparison_report import comparison_columns
+    from pretravel.files.readings import read_directions
+    from pretravel.files.tables import write_table
+    from pretravel.tasks.compare import compare_map
+    from pretravel.tasks.map_argument import map_or_prediction
+    from pretravel.tasks.reports.comparison_report import comparison_columns
 
     if other is not None:
         return _compare_designs((map_file, other), part, output, plot, verbose)
@@ -72,10 +72,10 @@ def compare(
 def _compare_designs(
     names: tuple[str, str], part: Path | None, output: Path | None, plot: Path | None, verbose: bool
 ) -> None:
-    from pretravel.errors import PretravelError
-    from pretravel.formats.tables import write_table
-    from pretravel.jobs.compare_designs import compare_designs
-    from pretravel.report.design_comparison_report import design_comparison_columns
+    from pretravel.base.errors import PretravelError
+    from pretravel.files.tables import write_table
+    from pretravel.tasks.compare_designs import compare_designs
+    from pretravel.tasks.reports.design_comparison_report import design_comparison_columns
 
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [*names, part])
     maps = [name for name in names if Path(name).suffix.lower() not in (".toml", "")]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.quantities import TIP_BALL, limits
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Frame, ModelName, PictureFile, Place, Verbose, part_in_machine
 from pretravel.cli.progress import working
@@ -23,13 +24,12 @@ from pretravel.cli.touch_files import (
     table_in_blocks,
     with_reading,
 )
-from pretravel.quantities import TIP_BALL, limits
 
 if TYPE_CHECKING:
-    from pretravel.formats.touch_blocks import LongTable
-    from pretravel.jobs.compensate import CompensationSetup
+    from pretravel.files.touch_blocks import LongTable
     from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
+    from pretravel.tasks.compensate import CompensationSetup
 
 
 def compensate(
@@ -86,10 +86,10 @@ def compensate(
     Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
     --plot points.png
     """
-    from pretravel.formats.point_files import point_endings
-    from pretravel.jobs.compensate import CompensationSetup, compensate_readings
-    from pretravel.jobs.map_argument import map_or_prediction
+    from pretravel.files.point_files import point_endings
     from pretravel.surface.specification import parse_surface, source_file
+    from pretravel.tasks.compensate import CompensationSetup, compensate_readings
+    from pretravel.tasks.map_argument import map_or_prediction
 
     files, name = files_of_touches(touches)
     surfaces = [] if nominal is None else source_file(nominal)
@@ -136,7 +136,7 @@ def _long_table_compensated(
     """Compensate a long table by all cores; the points are in the output."""
     import os
 
-    from pretravel.jobs.long_tables import compensate_long_table
+    from pretravel.tasks.long_tables import compensate_long_table
 
     with working(f"compensating about {table.count:,} touches"):
         workers = os.cpu_count() or 1

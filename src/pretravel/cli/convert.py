@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pretravel.base.quantities import DISTANCE, FEED, TIP_BALL, limits
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PAGES, check_files, is_page
 from pretravel.cli.progress import working
@@ -20,21 +21,20 @@ from pretravel.cli.touch_files import (
     run_plan,
     table_in_blocks,
 )
-from pretravel.quantities import DISTANCE, FEED, TIP_BALL, limits
 
 if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
-    from pretravel.formats.file_format import (
+    from pretravel.files.file_format import (
         FeatureResult,
         FileReadings,
         ReadingOptions,
     )
-    from pretravel.formats.touch_blocks import LongTable
+    from pretravel.files.touch_blocks import LongTable
     from pretravel.touches import Touches
 
 
 def _formats() -> list[str]:
-    from pretravel.formats.format_registry import FORMATS
+    from pretravel.files.format_registry import FORMATS
 
     return [entry.name for entry in FORMATS]
 
@@ -113,12 +113,12 @@ def convert(
 
     Example: pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv
     """
-    from pretravel.errors import PretravelError
-    from pretravel.formats.file_format import ReadingOptions
-    from pretravel.formats.machine_file import read_machine
-    from pretravel.formats.readings import touch_endings
-    from pretravel.formats.source_file import opened
-    from pretravel.jobs.look import format_of_touches
+    from pretravel.base.errors import PretravelError
+    from pretravel.files.file_format import ReadingOptions
+    from pretravel.files.machine_file import read_machine
+    from pretravel.files.readings import touch_endings
+    from pretravel.files.source_file import opened
+    from pretravel.tasks.look import format_of_touches
 
     files, _ = files_of_touches(readings)
     check_files([(output, (*touch_endings(), *PAGES))], [*files, plan, machine])
@@ -165,7 +165,7 @@ def _convert_long_table(table: LongTable, output: Path, feed: float | None) -> N
     """Convert a long table by all cores."""
     import os
 
-    from pretravel.jobs.long_tables import convert_long_table
+    from pretravel.tasks.long_tables import convert_long_table
 
     with working(f"converting about {table.count:,} touches"):
         count, warnings = convert_long_table(table, output, feed=feed, workers=os.cpu_count() or 1)
@@ -180,8 +180,8 @@ def _preview(
     files: list[Path], options: ReadingOptions, file_format: str | None, output: Path | None
 ) -> None:
     """Show how files are understood, and what is missing; on a page that of one file."""
-    from pretravel.errors import PretravelError
-    from pretravel.jobs.look import look_at_touches
+    from pretravel.base.errors import PretravelError
+    from pretravel.tasks.look import look_at_touches
 
     if output is not None and len(files) > 1:
         raise PretravelError(
@@ -208,7 +208,7 @@ def _work_rotation(machine: Machine | None) -> float | None:
 
 
 def _write_features(features: list[FeatureResult], output: Path) -> None:
-    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.files.csv_table import write_csv_table
 
     names = ("component", "feature", "quantity", "nominal", "actual", "deviation")
     write_csv_table(output, {name: [getattr(f, name) for f in features] for name in names})
@@ -221,7 +221,7 @@ def _write(
     feed: float | None,
     tip_diameter: float | None,
 ) -> None:
-    from pretravel.formats.readings import write_readings, written_format
+    from pretravel.files.readings import write_readings, written_format
     from pretravel.touches import with_feed
 
     touches = with_feed(_in_frame(found, frame), feed)
@@ -235,7 +235,7 @@ def _in_frame(found: FileReadings, frame: str | None) -> Touches:
     """The touches in the machine's axes, or in work coordinates."""
     import math
 
-    from pretravel.errors import PretravelError
+    from pretravel.base.errors import PretravelError
 
     if abs(found.rotation) > 1e-9 and frame is None:
         turn = math.degrees(found.rotation)
@@ -251,7 +251,7 @@ def _warn_of_losses(touches: Touches, output: Path) -> None:
     """Warn of properties of the touches that the format of the output cannot contain."""
     import numpy as np
 
-    from pretravel.formats.logs.plain_labels import plain_labels
+    from pretravel.files.logs.plain_labels import plain_labels
 
     lost = []
     if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
@@ -277,7 +277,7 @@ def formats() -> None:
     """
     import textwrap
 
-    from pretravel.formats.format_registry import FORMATS
+    from pretravel.files.format_registry import FORMATS
 
     margin = 2 + max(len(entry.name) for entry in FORMATS)
     for entry in FORMATS:

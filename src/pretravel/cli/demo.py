@@ -30,9 +30,12 @@ def demo(
 
     Example: pretravel demo -o demo-output
     """
-    from pretravel.jobs.example_data import example_folder
-    from pretravel.report.demonstration import DATA_FILES
-    from pretravel.report.demonstration_report import DEMONSTRATION_FILES, write_demonstration
+    from pretravel.tasks.example_data import example_folder
+    from pretravel.tasks.reports.demonstration import DATA_FILES
+    from pretravel.tasks.reports.demonstration_report import (
+        DEMONSTRATION_FILES,
+        write_demonstration,
+    )
 
     folder = data or example_folder()
     note_inputs(folder / name for name in DATA_FILES)

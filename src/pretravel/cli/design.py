@@ -26,7 +26,7 @@ def design(
 
     Example: pretravel design stylus-50mm -o best.toml --plot best.png
     """
-    from pretravel.jobs.design import design_probe
+    from pretravel.tasks.design import design_probe
 
     check_files([(output, (".toml",)), (page, PAGES), (plot, PICTURES)], [wish])
     with working("searching designs"):
@@ -45,7 +45,7 @@ def wishes(
 
     Example: pretravel wishes stylus-100mm > wish.toml
     """
-    from pretravel.design.wish import WISHES, load_wish
+    from pretravel.studies.wish import WISHES, load_wish
 
     if name is not None:
         typer.echo(WISHES.text(name), nl=False)

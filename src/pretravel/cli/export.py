@@ -8,15 +8,15 @@ from typing import Annotated, Literal
 
 import typer
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import ANGLE, TIP_BALL, limits
+from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import check_files, check_folder_of_texts
-from pretravel.errors import PretravelError
-from pretravel.quantities import ANGLE, TIP_BALL, limits
-from pretravel.units import DEGREE
 
 
 def _controls() -> list[str]:
-    from pretravel.jobs.export import control_names
+    from pretravel.tasks.export import control_names
 
     return control_names()
 
@@ -125,10 +125,16 @@ def export(
 
     Example: pretravel export map.nc --to linuxcnc -o subroutines
     """
+    from pretravel.base.units import MICROMETRE
     from pretravel.controls.heidenhain import heidenhain_template
-    from pretravel.formats.map_file import read_map
-    from pretravel.jobs.export import ExportWish, export_map, makes_folder, misapplied, write_export
-    from pretravel.units import MICROMETRE
+    from pretravel.files.map_file import read_map
+    from pretravel.tasks.export import (
+        ExportWish,
+        export_map,
+        makes_folder,
+        misapplied,
+        write_export,
+    )
 
     if show_template:
         typer.echo(heidenhain_template(), nl=False)
@@ -165,7 +171,7 @@ def export(
 
 
 def _check_output(output: Path, inputs: Sequence[Path | None], to: str) -> None:
-    from pretravel.jobs.export import RADII_TABLE, makes_folder
+    from pretravel.tasks.export import RADII_TABLE, makes_folder
 
     if not makes_folder(to):
         check_files([(output, (".csv" if to == RADII_TABLE else output.suffix.lower(),))], inputs)

@@ -24,10 +24,10 @@ def faces(
 
     Example: pretravel faces part.step --plot faces.png
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.plan_csv import faces_table
-    from pretravel.report.part_report import faces_document
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.plan_csv import faces_table
     from pretravel.surface.cad.part_file import read_part
+    from pretravel.tasks.reports.part_report import faces_document
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [step])
     with working(f"reading {step.name}"):

@@ -13,7 +13,7 @@ from pretravel.cli.showing import save_page, save_picture, show
 
 
 def _solvers() -> list[str]:
-    from pretravel.model.fem.linear_solvers import SOLVERS
+    from pretravel.prediction.fem.linear_solvers import SOLVERS
 
     return ["auto", *SOLVERS]
 
@@ -63,12 +63,12 @@ def fem(
 
     Example: pretravel fem omp40-2 --vtu omp40.vtu --plot omp40.png
     """
-    from pretravel.formats.vtu import write_vtu
-    from pretravel.jobs.fem import TouchDirection, build_model, check_touch, state_at_trigger
-    from pretravel.model.fem.geometry import write_step
-    from pretravel.model.fem.linear_solvers import check_solver
-    from pretravel.model.fem.mesh import MeshSettings
-    from pretravel.probe.catalogue import load_probe
+    from pretravel.files.vtu import write_vtu
+    from pretravel.prediction.catalogue import load_probe
+    from pretravel.prediction.fem.geometry import write_step
+    from pretravel.prediction.fem.linear_solvers import check_solver
+    from pretravel.prediction.fem.mesh import MeshSettings
+    from pretravel.tasks.fem import TouchDirection, build_model, check_touch, state_at_trigger
 
     check_files(
         [(output, PAGES), (vtu, (".vtu",)), (step, (".step", ".stp")), (plot, PICTURES)], [probe]

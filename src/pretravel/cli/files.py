@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.made_files import current_command, makers
+from pretravel.base.whole_file import is_stream
 from pretravel.cli.running import note_inputs
-from pretravel.errors import PretravelError
-from pretravel.made_files import current_command, makers
-from pretravel.whole_file import is_stream
 
 PICTURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".pdf")
@@ -41,7 +41,7 @@ def check_files(
     >>> check_files([(Path("map.xyz"), (".nc",))])
     Traceback (most recent call last):
     ...
-    pretravel.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .nc
     """
     sources = {Path(source).resolve() for source in inputs if source is not None}
     seen: set[Path] = set()

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import TIP_BALL, limits
+from pretravel.base.units import MICROMETRE
 from pretravel.cli.arguments import one_of
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
@@ -18,17 +21,14 @@ from pretravel.cli.touch_files import (
     TableColumns,
     reading_options,
 )
-from pretravel.errors import PretravelError
-from pretravel.quantities import TIP_BALL, limits
-from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from pretravel.jobs.history import HistorySetup
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.maps.provenance import QualificationSetup
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
+    from pretravel.tasks.history import HistorySetup
 
 _DATABASES = (".sqlite", ".db")
 
@@ -103,9 +103,9 @@ def history(
 
     Example: pretravel history logs --diameter 25 --tip-diameter 6 --limit 1 --plot drift.png
     """
-    from pretravel.jobs.history import HistorySetup, history_of_verifications
-    from pretravel.jobs.qualify import KindWish
-    from pretravel.report.history_report import history_columns
+    from pretravel.tasks.history import HistorySetup, history_of_verifications
+    from pretravel.tasks.qualify import KindWish
+    from pretravel.tasks.reports.history_report import history_columns
 
     allowed = None if limit is None else limit * MICROMETRE
     if len(places) == 1 and _is_database(places[0]):
@@ -165,7 +165,7 @@ def _reference(
     ring: bool,
 ) -> tuple[QualificationSetup, PretravelMap | None]:
     """The reference, and the map that the days are compared with where one is given."""
-    from pretravel.formats.map_file import read_map
+    from pretravel.files.map_file import read_map
     from pretravel.maps.provenance import QualificationSetup
 
     if diameter is None:
@@ -193,9 +193,9 @@ def _history_of_touches(
     *,
     verbose: bool,
 ) -> None:
-    from pretravel.formats.several_files import files_of
-    from pretravel.jobs.history import history_of_files
-    from pretravel.report.drift_report import day_columns, folder_document
+    from pretravel.files.several_files import files_of
+    from pretravel.tasks.history import history_of_files
+    from pretravel.tasks.reports.drift_report import day_columns, folder_document
 
     files = [path for path in files_of(places) if path not in outputs]
     check_files([(outputs[0], (".csv", *PAGES)), (outputs[1], PICTURES)], [*files, *inputs])
@@ -213,7 +213,7 @@ def _show(
     *,
     verbose: bool,
 ) -> None:
-    from pretravel.formats.csv_table import write_csv_table
+    from pretravel.files.csv_table import write_csv_table
 
     if output is not None and not is_page(output):
         write_csv_table(output, columns)

@@ -5,13 +5,13 @@ from typing import Annotated, Literal
 
 import typer
 
+from pretravel.base.quantities import FRICTION, STEP, limits
+from pretravel.base.units import MICROMETRE
 from pretravel.cli.arguments import Angles
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Azimuths, PictureFile, Polars, ProbeName, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.quantities import FRICTION, STEP, limits
-from pretravel.units import MICROMETRE
 
 
 def hysteresis(
@@ -62,13 +62,13 @@ def hysteresis(
     """
     import numpy as np
 
-    from pretravel.directions import grid
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.friction_table import friction_table
-    from pretravel.model.fem.reduction_cache import reduced_model
-    from pretravel.probe.catalogue import load_probe
-    from pretravel.report.friction_report import friction_document
-    from pretravel.trigger.friction import USUAL_FRICTION, check_conditions, friction_cycle
+    from pretravel.base.directions import grid
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.friction_table import friction_table
+    from pretravel.prediction.catalogue import load_probe
+    from pretravel.prediction.fem.reduction_cache import reduced_model
+    from pretravel.prediction.friction import USUAL_FRICTION, check_conditions, friction_cycle
+    from pretravel.tasks.reports.friction_report import friction_document
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [probe])
     description = load_probe(probe)

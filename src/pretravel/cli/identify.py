@@ -35,12 +35,12 @@ def identify(
 
     Example: pretravel identify map.nc --probe omp40-2 --free rotation,stem_diameter -o mine.toml
     """
-    from pretravel.formats.map_file import read_map
+    from pretravel.base.whole_file import write_text
+    from pretravel.files.map_file import read_map
     from pretravel.identification.description_text import identified_description
     from pretravel.identification.probe_from_map import identify as fit
-    from pretravel.probe.catalogue import load_probe, parse_probe, source_text
-    from pretravel.report.identification_report import identification_document
-    from pretravel.whole_file import write_text
+    from pretravel.prediction.catalogue import load_probe, parse_probe, source_text
+    from pretravel.tasks.reports.identification_report import identification_document
 
     check_files([(output, (".toml", *PAGES)), (plot, PICTURES)], [map_file, probe])
     description = load_probe(probe)

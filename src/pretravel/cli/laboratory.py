@@ -8,6 +8,6 @@ def laboratory() -> None:
 
     Example: pretravel laboratory > lab.toml
     """
-    from pretravel.formats.laboratory_file import laboratory_template
+    from pretravel.files.laboratory_file import laboratory_template
 
     typer.echo(laboratory_template(), nl=False)

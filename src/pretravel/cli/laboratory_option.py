@@ -24,7 +24,7 @@ LaboratoryFile: TypeAlias = Annotated[
 
 def laboratory_statements(lab: Path | None) -> LaboratoryStatements | None:
     """What the file of a laboratory states; None without a file."""
-    from pretravel.formats.laboratory_file import read_laboratory
+    from pretravel.files.laboratory_file import read_laboratory
 
     return None if lab is None else read_laboratory(lab)
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.files import check_files
 from pretravel.cli.options import Units
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
@@ -45,10 +45,10 @@ def machine(
 
     Example: pretravel machine --var linuxcnc.var --tools tool.tbl --tool 99 > mill.toml
     """
+    from pretravel.base.whole_file import write_text
     from pretravel.controls.machine import Machine
-    from pretravel.formats.linuxcnc_files import read_work_offset
-    from pretravel.formats.machine_file import machine_text
-    from pretravel.whole_file import write_text
+    from pretravel.files.linuxcnc_files import read_work_offset
+    from pretravel.files.machine_file import machine_text
 
     if tools is not None and tool is None:
         raise PretravelError(f"--tools {tools}: give the number of the probe too, --tool NUMBER")
@@ -74,7 +74,7 @@ def machine(
 
 def _with_tool(found: Machine, tools: Path, units: Units) -> Machine:
     """The machine with the length and the tip's diameter of a tool table."""
-    from pretravel.formats.linuxcnc_files import read_tool
+    from pretravel.files.linuxcnc_files import read_tool
 
     assert found.tool is not None
     tool = read_tool(tools, found.tool, units)

@@ -12,6 +12,7 @@ from typing import Annotated, NoReturn, TextIO
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli import (
     check,
     compare,
@@ -44,8 +45,7 @@ from pretravel.cli import (
 )
 from pretravel.cli.app import app as app_command
 from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
-from pretravel.errors import PretravelError
-from pretravel.report.style import ignore_settings_of_folder
+from pretravel.show.style import ignore_settings_of_folder
 
 app = typer.Typer(
     name="pretravel",
@@ -67,9 +67,9 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from pretravel import __version__
+        from pretravel.base.version import installed_version
 
-        typer.echo(f"pretravel {__version__}")
+        typer.echo(f"pretravel {installed_version()}")
         raise typer.Exit
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import laboratory_statements, statements_left_out
 from pretravel.cli.showing import save_page, save_picture, show
 from pretravel.cli.touch_files import read_and_show, with_reading
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.formats.file_format import ReadingOptions
+    from pretravel.files.file_format import ReadingOptions
     from pretravel.maps.pretravel_map import PretravelMap
 
 
@@ -53,10 +53,10 @@ def qualify_with_prior(
     PretravelError
         As `update_map`; another tip.
     """
-    from pretravel.formats.map_file import read_map, write_map
+    from pretravel.files.map_file import read_map, write_map
     from pretravel.qualification.prior_update import update_map
-    from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.report.map_update_report import map_update_document
+    from pretravel.tasks.reports.laboratory_report import with_laboratory
+    from pretravel.tasks.reports.map_update_report import map_update_document
 
     output, plot = outputs
     check_files([(output, MAPS), (plot, PICTURES)], [*files, prior, plan, lab])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
@@ -18,12 +19,11 @@ from pretravel.cli.laboratory_option import (
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.jobs.measure import MeasuredFeatures
     from pretravel.laboratory.certificate import LaboratoryStatements
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
+    from pretravel.tasks.measure import MeasuredFeatures
 
 _NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
 
@@ -85,7 +85,7 @@ def _nonempty(text: str, low: float, high: float, are_limits: bool) -> Tolerance
 
 
 def _features() -> list[str]:
-    from pretravel.features.association import ASSOCIATIONS
+    from pretravel.measurement.association import ASSOCIATIONS
 
     return list(ASSOCIATIONS)
 
@@ -189,11 +189,11 @@ def measure(
     Example: pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021
     -o bore.html
     """
-    from pretravel.features.tolerances import FeatureTolerances
-    from pretravel.formats.point_blocks import long_points
-    from pretravel.formats.points_reading import read_points
-    from pretravel.jobs.measure import FeatureWish, measure_features, measure_long_points
-    from pretravel.units import MICROMETRE
+    from pretravel.base.units import MICROMETRE
+    from pretravel.files.point_blocks import long_points
+    from pretravel.files.points_reading import read_points
+    from pretravel.measurement.tolerances import FeatureTolerances
+    from pretravel.tasks.measure import FeatureWish, measure_features, measure_long_points
 
     check_files(
         [(output, (".csv", ".parquet", ".json", *PAGES)), (plot, PICTURES)],
@@ -252,8 +252,8 @@ def _write(
     report: Document,
     statements: LaboratoryStatements | None,
 ) -> None:
-    from pretravel.formats.tables import write_table
-    from pretravel.whole_file import write_json
+    from pretravel.base.whole_file import write_json
+    from pretravel.files.tables import write_table
 
     ending = output.suffix.lower()
     if is_page(output):

@@ -8,29 +8,29 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.arguments import Angles, Vector, angles, one_of, polar_angles, unit_vector
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.frames import Placement
+    from pretravel.base.frames import Placement
 
 
 def _materials() -> Iterable[str]:
-    from pretravel.probe.materials import known_materials
+    from pretravel.prediction.materials import known_materials
 
     return sorted(known_materials())
 
 
 def models() -> Iterable[str]:
     """Names of the compliance models, from the library's registry."""
-    from pretravel.trigger.compliance import MODELS
+    from pretravel.prediction.compliance import MODELS
 
     return MODELS
 
 
 def _contact_models() -> Iterable[str]:
-    from pretravel.trigger.compliance import MODELS
-    from pretravel.trigger.compliance.base import compliance_model
+    from pretravel.prediction.compliance import MODELS
+    from pretravel.prediction.compliance.base import compliance_model
 
     return [name for name in MODELS if compliance_model(name).has_response]
 
@@ -121,7 +121,7 @@ def part_in_machine(place: str | None, frame: str) -> Placement:
     PretravelError
         Touches in the machine's frame without a placement of the part.
     """
-    from pretravel.frames import Placement, parse_placement
+    from pretravel.base.frames import Placement, parse_placement
 
     if place is not None:
         return parse_placement(place)

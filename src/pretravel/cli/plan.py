@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
+from pretravel.base.quantities import DISTANCE, STEP, limits
+from pretravel.base.units import MICROMETRE
 from pretravel.cli.arguments import Counts, Pair, Vector, counts, pair
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, ProbeAxis, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.quantities import DISTANCE, STEP, limits
-from pretravel.units import MICROMETRE
 
 
 def plan(
@@ -65,12 +65,12 @@ def plan(
 
     Example: pretravel plan part.step#1 --spacing 3 -o plan.csv --plot plan.png
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.plan_csv import plan_table
+    from pretravel.base.units import DEGREE
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.plan_csv import plan_table
     from pretravel.probing.inspection import InspectionRegion, plan_inspection
-    from pretravel.report.part_report import plan_document
     from pretravel.surface.specification import parse_surface, source_file
-    from pretravel.units import DEGREE
+    from pretravel.tasks.reports.part_report import plan_document
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], source_file(surface))
     shape = parse_surface(surface)

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.arguments import Vector, vector
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
@@ -68,15 +68,15 @@ def plan_touches(
 
     Example: pretravel plan-touches --map map.nc --count 9 -o targets.csv
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.history_drift import drift_of_history
-    from pretravel.formats.map_file import read_map
-    from pretravel.formats.plan_csv import pattern_table
-    from pretravel.formats.probe_history import read_history
-    from pretravel.formats.touches_csv import read_normals
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.history_drift import drift_of_history
+    from pretravel.files.map_file import read_map
+    from pretravel.files.plan_csv import pattern_table
+    from pretravel.files.probe_history import read_history
+    from pretravel.files.touches_csv import read_normals
     from pretravel.qualification.probe_drift import ProbeDrift
     from pretravel.qualification.touch_plan import plan_touches as chosen_touches
-    from pretravel.report.touch_plan_report import touch_plan_document
+    from pretravel.tasks.reports.touch_plan_report import touch_plan_document
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [map_file, normals, history])
     old_map = read_map(map_file)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from pretravel.base.quantities import FRICTION, STEP, limits
 from pretravel.cli.arguments import Angles, one_of
 from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
 from pretravel.cli.options import (
@@ -19,8 +20,7 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.quantities import FRICTION, STEP, limits
-from pretravel.trigger.compliance import MODELS
+from pretravel.prediction.compliance import MODELS
 
 
 def predict(
@@ -65,15 +65,15 @@ def predict(
 
     Example: pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png
     """
-    from pretravel.jobs.predict import (
+    from pretravel.prediction.catalogue import load_probe
+    from pretravel.prediction.materials import material
+    from pretravel.tasks.predict import (
         PredictionWish,
         predict_probe,
         with_friction,
         with_lever,
         write_prediction,
     )
-    from pretravel.probe.catalogue import load_probe
-    from pretravel.probe.materials import material
 
     check_files([(output, MAPS), (plot, PICTURES)], [probe])
     description = with_friction(with_lever(load_probe(probe), lever, model), friction)

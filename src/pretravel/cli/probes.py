@@ -25,13 +25,17 @@ def probes(
 
     Example: pretravel probes omp40-2 > mine.toml
     """
-    from pretravel.errors import PretravelError
-    from pretravel.probe.catalogue import catalogue_names, description_text, load_probe
-    from pretravel.report.probe_report import catalogue_document, probe_document, probe_picture
+    from pretravel.base.errors import PretravelError
+    from pretravel.prediction.catalogue import catalogue_names, description_text, load_probe
+    from pretravel.tasks.reports.probe_report import (
+        catalogue_document,
+        probe_document,
+        probe_picture,
+    )
 
     check_files([(plot, PICTURES), (output, PAGES)], [name])
     if plot is not None:
-        from pretravel.report.style import save_picture_file
+        from pretravel.show.style import save_picture_file
 
         if name is None:
             raise PretravelError(

@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import ANGLE, limits
+from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import Angles, Feeds, Vector, feeds_list, one_of, polar_angles, vector
 from pretravel.cli.command import Command
 from pretravel.cli.files import check_files, check_folder_of_texts
 from pretravel.cli.options import Approach
 from pretravel.cli.progress import working
-from pretravel.errors import PretravelError
-from pretravel.quantities import ANGLE, limits
-from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
-    from pretravel.arrays import FloatArray
+    from pretravel.base.arrays import FloatArray
     from pretravel.controls.program import ProbingProgram
 
 app = typer.Typer(
@@ -128,10 +128,10 @@ def sphere(
     """
     import numpy as np
 
+    from pretravel.base.frames import probe_rotation
     from pretravel.controls.program import plan_program
     from pretravel.controls.surroundings import SphereObstacle
-    from pretravel.formats.machine_file import read_machine
-    from pretravel.frames import probe_rotation
+    from pretravel.files.machine_file import read_machine
     from pretravel.probing.targets import Targets
 
     check_files([(output, _ENDINGS)], [machine])
@@ -156,7 +156,7 @@ def sphere(
 
 def _directions(pattern: str, polar: Angles | None, count: int | None) -> FloatArray:
     """Directions of a pattern of touches; polar angles and count are those of rings."""
-    from pretravel.directions import ring_pattern
+    from pretravel.base.directions import ring_pattern
     from pretravel.laboratory.standards import PATTERNS
 
     if pattern == "rings":
@@ -207,8 +207,8 @@ def part(
     """Touch the targets of a plan, with moves between them that are free of collisions."""
     from pretravel.controls.program import plan_program
     from pretravel.controls.surroundings import PartObstacle
-    from pretravel.formats.machine_file import read_machine
-    from pretravel.formats.touches_csv import read_targets
+    from pretravel.files.machine_file import read_machine
+    from pretravel.files.touches_csv import read_targets
     from pretravel.surface.cad.part import Part
     from pretravel.surface.specification import parse_surface, source_file
 
@@ -245,8 +245,8 @@ def mdi(
     It needs neither a map nor a machine file. pretravel export --to linuxcnc writes it too, with
     cycles that need a map.
     """
+    from pretravel.base.whole_file import write_texts
     from pretravel.controls.linuxcnc_cycles import sphere_subroutines
-    from pretravel.whole_file import write_texts
 
     if output.suffix or output.is_file():
         raise PretravelError(f"-o {output}: a folder is needed; it takes several subroutines")
@@ -266,9 +266,9 @@ def _write(
     compensated: Path | None = None,
     allow_misses: bool = False,
 ) -> None:
+    from pretravel.base.whole_file import write_text
     from pretravel.controls.linuxcnc_program import linuxcnc_program
-    from pretravel.formats.map_file import read_map
-    from pretravel.whole_file import write_text
+    from pretravel.files.map_file import read_map
 
     name = log or f"{output.stem}.log"
     pretravel_map = None if compensated is None else read_map(compensated)

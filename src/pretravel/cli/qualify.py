@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pretravel.base.quantities import ANGLE, TIP_BALL, limits
+from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import Length, Vector, length_or_none, one_of
 from pretravel.cli.files import MAPS, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
@@ -30,17 +32,15 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
-from pretravel.quantities import ANGLE, TIP_BALL, limits
-from pretravel.units import DEGREE
 
 if TYPE_CHECKING:
-    from pretravel.formats.file_format import FileReadings
+    from pretravel.files.file_format import FileReadings
     from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
 
 
 def _kinds() -> list[str]:
-    from pretravel.jobs.qualify import kind_names
+    from pretravel.tasks.qualify import kind_names
 
     return kind_names()
 
@@ -145,10 +145,10 @@ def qualify(
 
     Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
     """
-    from pretravel.jobs.qualify import KindWish, qualify_probe
+    from pretravel.base.units import MICROMETRE
     from pretravel.maps.provenance import QualificationSetup
-    from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.units import MICROMETRE
+    from pretravel.tasks.qualify import KindWish, qualify_probe
+    from pretravel.tasks.reports.laboratory_report import with_laboratory
 
     files, name = files_of_touches(touches)
     options = reading_options(
@@ -210,7 +210,7 @@ def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
 
 
 def _write(output: Path, pretravel_map: PretravelMap, report: Document) -> None:
-    from pretravel.formats.map_file import write_map
+    from pretravel.files.map_file import write_map
 
     if is_page(output):
         save_page(report, output)

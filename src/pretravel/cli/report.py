@@ -27,8 +27,8 @@ def report(
 
     Example: pretravel report qualify.html part.html bore.html -o report.pdf
     """
-    from pretravel.report.page import write_contents
-    from pretravel.report.page_content import read_page
+    from pretravel.show.page import write_contents
+    from pretravel.show.page_content import read_page
 
     check_files([(output, PAGES)], pages)
     contents = [content for page in pages for content in read_page(page)]

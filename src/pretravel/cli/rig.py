@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.arguments import MovedMark, trace_mark
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
@@ -16,10 +17,9 @@ from pretravel.cli.laboratory_option import (
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
 
 _RESULTS = (".csv", ".json", *PAGES)
 
@@ -88,14 +88,14 @@ def rig(
 
     Example: pretravel rig rig_*.csv --lab lab.toml -o certificate.html
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.map_file import write_map
-    from pretravel.formats.rig_csv import read_budget, rig_table, rig_traces
-    from pretravel.jobs.rig import REN_SOURCE, RigSetup, calibrate_touches, read_touches_of_rig
+    from pretravel.base.whole_file import write_json
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.map_file import write_map
+    from pretravel.files.rig_csv import read_budget, rig_table, rig_traces
     from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.rig_budget import REN_BUDGET
     from pretravel.laboratory.rig_map import rig_map
-    from pretravel.whole_file import write_json
+    from pretravel.tasks.rig import REN_SOURCE, RigSetup, calibrate_touches, read_touches_of_rig
 
     ending = "" if output is None else output.suffix.lower()
     traces = rig_traces(traces)
@@ -144,7 +144,7 @@ def _by_trace(marks: Sequence[MovedMark]) -> dict[str, dict[str, float]]:
 
 
 def _write_certificate(output: Path, certificate: Document) -> None:
-    from pretravel.report.certificate_report import TEMPLATE
+    from pretravel.tasks.reports.certificate_report import TEMPLATE
 
     save_page(certificate, output, template=TEMPLATE)
 

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import NOISE, VARIANCE, limits
+from pretravel.base.units import MICROMETRE
 from pretravel.cli.arguments import Indices, indices
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
@@ -15,14 +18,11 @@ from pretravel.cli.laboratory_option import (
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.errors import PretravelError
-from pretravel.quantities import NOISE, VARIANCE, limits
-from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
     from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.separation import Separation
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
 
 
 def separate(
@@ -81,11 +81,11 @@ def separate(
 
     Example: pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv
     """
-    from pretravel.formats.separation_csv import read_multi_step_readings
+    from pretravel.files.separation_csv import read_multi_step_readings
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import separate as separated
-    from pretravel.report.laboratory_report import with_laboratory
-    from pretravel.report.separation_report import separation_document
+    from pretravel.tasks.reports.laboratory_report import with_laboratory
+    from pretravel.tasks.reports.separation_report import separation_document
 
     check_files([(output, (".csv", ".json", *PAGES)), (plot, PICTURES)], [readings, lab])
     statements = laboratory_statements(lab)
@@ -111,10 +111,10 @@ def separate(
 def _write(
     output: Path, result: Separation, report: Document, statements: LaboratoryStatements | None
 ) -> None:
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.laboratory_file import with_laboratory_values
-    from pretravel.formats.separation_csv import separation_json, separation_table
-    from pretravel.whole_file import write_json
+    from pretravel.base.whole_file import write_json
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.laboratory_file import with_laboratory_values
+    from pretravel.files.separation_csv import separation_json, separation_table
 
     ending = output.suffix.lower()
     if ending == ".csv":
@@ -166,10 +166,10 @@ def separation_plan(
 
     Example: pretravel separation-plan --directions 24 --variance 0.4 --u-systematic 0.2 -o form.csv
     """
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.separation_csv import separation_plan_table
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.separation_csv import separation_plan_table
     from pretravel.laboratory.separation_plan import plan_separation
-    from pretravel.report.separation_report import separation_plan_document
+    from pretravel.tasks.reports.separation_report import separation_plan_document
 
     check_files([(output, (".csv", *PAGES))])
     with working("planning"):

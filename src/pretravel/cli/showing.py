@@ -9,8 +9,8 @@ import typer
 from pretravel.cli.files import is_page
 from pretravel.cli.progress import working
 from pretravel.cli.running import record_of_command
-from pretravel.report.document import Document
-from pretravel.report.terminal import terminal_text
+from pretravel.show.document import Document
+from pretravel.show.terminal import terminal_text
 
 
 def show(document: Document, *, verbose: bool) -> None:
@@ -24,7 +24,7 @@ def save_page(document: Document, path: Path | None, *, template: str = "page.ht
     """Write a report as a page (.html or .pdf) with what was done, where a page is asked for."""
     if path is None or not is_page(path):
         return
-    from pretravel.report.page import write_page
+    from pretravel.show.page import write_page
 
     with working(f"writing {path.name}"):
         write_page(path, document, record=record_of_command(), template=template)
@@ -34,7 +34,7 @@ def save_picture(document: Document, path: Path | None) -> None:
     """Write the main picture of a report to a file, where one is asked for."""
     if path is None:
         return
-    from pretravel.report.style import save_picture_file
+    from pretravel.show.style import save_picture_file
 
     with working(f"drawing {path.name}"):
         save_picture_file(document.pictures[0], path)

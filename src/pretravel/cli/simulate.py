@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import DELAY, DISTANCE, FEED, FRICTION, NOISE, limits
+from pretravel.base.units import MICROMETRE
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import (
     Approach,
@@ -19,12 +22,9 @@ from pretravel.cli.options import (
 )
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.errors import PretravelError
-from pretravel.quantities import DELAY, DISTANCE, FEED, FRICTION, NOISE, limits
-from pretravel.units import MICROMETRE
 
 if TYPE_CHECKING:
-    from pretravel.probe.description import Probe
+    from pretravel.prediction.description import Probe
     from pretravel.probing.surface_touches import SurfaceTouches
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import TipBehaviour
@@ -110,12 +110,12 @@ def simulate(
     Example: pretravel simulate omp40-2 --surface part.step#1 --targets plan.csv
     --noise 0.3 --seed 1 -o touches.csv
     """
-    from pretravel.formats.touches_csv import read_targets, write_touches
-    from pretravel.probe.materials import material
+    from pretravel.files.touches_csv import read_targets, write_touches
+    from pretravel.prediction.materials import material
     from pretravel.probing import simulation
     from pretravel.probing.surface_touches import describe_failures
-    from pretravel.report.points_report import simulation_document
     from pretravel.surface.specification import parse_surface, source_file
+    from pretravel.tasks.reports.points_report import simulation_document
     from pretravel.touches import moved
 
     check_files(
@@ -159,8 +159,8 @@ def simulate(
 
 def _read_probe(probe: str, *, extrapolate: bool, forces: bool) -> tuple[Probe | TipBehaviour, str]:
     """A description of a probe, or the tip that a map represents (without forces); its name."""
-    from pretravel.formats.map_file import read_map
-    from pretravel.probe.catalogue import load_probe
+    from pretravel.files.map_file import read_map
+    from pretravel.prediction.catalogue import load_probe
     from pretravel.probing.tip import mapped_tip
 
     if Path(probe).suffix.lower() in (".nc", ".csv"):

@@ -5,12 +5,12 @@ from typing import Annotated, Literal
 
 import typer
 
+from pretravel.base.quantities import STEP, limits
 from pretravel.cli.arguments import Pair, pair
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import ContactModel, PictureFile, ProbeName, Verbose, Workpiece
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
-from pretravel.quantities import STEP, limits
 
 
 def slide(
@@ -76,17 +76,17 @@ def slide(
 
     import numpy as np
 
-    from pretravel.formats.csv_table import write_csv_table
-    from pretravel.formats.slide_table import slide_table
-    from pretravel.probe.catalogue import load_probe
-    from pretravel.probe.materials import material
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.slide_table import slide_table
+    from pretravel.prediction.catalogue import load_probe
+    from pretravel.prediction.materials import material
     from pretravel.probing.slide import SlideSettings
     from pretravel.probing.slide import slide as step_by_step
     from pretravel.probing.targets import Targets
     from pretravel.probing.tip import LateralTip, predicted_tip
     from pretravel.probing.touching import touch
-    from pretravel.report.slide_report import slide_document
     from pretravel.surface.specification import face_of, source_file
+    from pretravel.tasks.reports.slide_report import slide_document
 
     check_files([(output, (".csv", *PAGES)), (plot, PICTURES)], [probe, *source_file(surface)])
     description = load_probe(probe)

@@ -53,8 +53,8 @@ def study(
 
     Example: pretravel study preload-and-seats -o study.nc --plot study.png
     """
-    from pretravel.errors import PretravelError
-    from pretravel.jobs.study import run_or_read
+    from pretravel.base.errors import PretravelError
+    from pretravel.tasks.study import run_or_read
 
     if output is None and Path(study_file).suffix.lower() != ".nc":
         raise PretravelError(
@@ -78,8 +78,8 @@ def studies(
 
     Example: pretravel studies what-matters > mine.toml
     """
-    from pretravel.study.definition import STUDIES, load_study
-    from pretravel.study.plan import Plan
+    from pretravel.studies.definition import STUDIES, load_study
+    from pretravel.studies.plan import Plan
 
     if name is not None:
         typer.echo(STUDIES.text(name), nl=False)

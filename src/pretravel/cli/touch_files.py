@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
+from pretravel.base.quantities import FEED, limits
 from pretravel.cli.arguments import StatedColumns, stated_columns
 from pretravel.cli.options import Units
-from pretravel.quantities import FEED, limits
 
 if TYPE_CHECKING:
-    from pretravel.formats.file_format import FileReadings, ReadingOptions
-    from pretravel.formats.touch_blocks import LongTable
+    from pretravel.files.file_format import FileReadings, ReadingOptions
+    from pretravel.files.touch_blocks import LongTable
     from pretravel.probing.targets import Targets
-    from pretravel.report.document import Document
+    from pretravel.show.document import Document
 
 TouchFiles: TypeAlias = Annotated[
     list[Path],
@@ -79,7 +79,7 @@ def reading_options(
     ring: bool = False,
 ) -> ReadingOptions:
     """What the options of a command state about its files of touches."""
-    from pretravel.formats.file_format import ReadingOptions
+    from pretravel.files.file_format import ReadingOptions
 
     return ReadingOptions(
         plan=None if plan is None else run_plan(plan, units),
@@ -95,9 +95,9 @@ def reading_options(
 
 def run_plan(path: Path, units: str | None) -> Targets:
     """The plan that was run; the unit of the touches is also its unit, if it states none."""
-    from pretravel.errors import InputError
-    from pretravel.formats.file_format import ReadingOptions
-    from pretravel.formats.touches_csv import read_plan
+    from pretravel.base.errors import InputError
+    from pretravel.files.file_format import ReadingOptions
+    from pretravel.files.touches_csv import read_plan
 
     try:
         return read_plan(path)
@@ -109,7 +109,7 @@ def run_plan(path: Path, units: str | None) -> Targets:
 
 def files_of_touches(places: list[Path]) -> tuple[list[Path], str]:
     """The files that the argument means, and their name in titles."""
-    from pretravel.formats.several_files import files_of
+    from pretravel.files.several_files import files_of
 
     files = files_of(places)
     return files, files[0].name if len(files) == 1 else f"{files[0].name} … {files[-1].name}"
@@ -117,8 +117,8 @@ def files_of_touches(places: list[Path]) -> tuple[list[Path], str]:
 
 def table_in_blocks(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
     """The one long table that the files are, where the output can be written in blocks too."""
-    from pretravel.formats.appended_table import APPENDED_ENDINGS
-    from pretravel.formats.touch_blocks import long_table
+    from pretravel.files.appended_table import APPENDED_ENDINGS
+    from pretravel.files.touch_blocks import long_table
 
     if len(files) > 1 or output.suffix.lower() not in APPENDED_ENDINGS:
         return None
@@ -137,7 +137,7 @@ def read_and_show(
 
     A feed is that of all touches; files that state feeds themselves are refused with it.
     """
-    from pretravel.formats.several_files import read_series
+    from pretravel.files.several_files import read_series
     from pretravel.touches import with_feed
 
     readings = read_series(files, options, file_format=file_format, spindle=spindle)
@@ -148,6 +148,6 @@ def read_and_show(
 
 def with_reading(document: Document, readings: FileReadings) -> Document:
     """The document of a page, with how the files were understood."""
-    from pretravel.report.preview_report import with_reading_note
+    from pretravel.tasks.reports.preview_report import with_reading_note
 
     return with_reading_note(document, readings)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pretravel.base.errors import PretravelError
 from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.options import Diameter, PictureFile, Verbose
@@ -24,7 +25,6 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
-from pretravel.errors import PretravelError
 
 if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
@@ -69,12 +69,15 @@ def verify(
 
     Example: pretravel verify today.csv --map map.nc --diameter 24.9987 --history probe.sqlite
     """
-    from pretravel.formats.map_file import read_map
-    from pretravel.formats.probe_history import add_verification, check_history, read_history
+    from pretravel.base.whole_file import write_json
+    from pretravel.files.map_file import read_map
+    from pretravel.files.probe_history import add_verification, check_history, read_history
     from pretravel.identification.kind_registry import qualify_like
     from pretravel.qualification.verification import verify as verify_probe
-    from pretravel.report.verification_report import verification_document, verification_values
-    from pretravel.whole_file import write_json
+    from pretravel.tasks.reports.verification_report import (
+        verification_document,
+        verification_values,
+    )
 
     files, name = files_of_touches(touches)
     check_files(
@@ -133,8 +136,8 @@ def verify(
 @contextmanager
 def _new_map(path: Path | None, pretravel_map: PretravelMap | None) -> Iterator[None]:
     """Write the new map when what is done within succeeds: the map and its entry, or neither."""
-    from pretravel.formats.map_file import write_map
-    from pretravel.whole_file import whole_file
+    from pretravel.base.whole_file import whole_file
+    from pretravel.files.map_file import write_map
 
     if path is None or pretravel_map is None:
         yield

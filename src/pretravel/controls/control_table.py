@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.map_identity import map_identity
-from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import DEGREE, INCH, MICROMETRE
 
 TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""

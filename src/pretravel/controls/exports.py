@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE, delay_travel
 from pretravel.controls.axis_radii import axis_radii, axis_radii_text
 from pretravel.controls.control_table import TableSettings
 from pretravel.controls.haas import HAAS, haas_macro
@@ -25,9 +27,7 @@ from pretravel.controls.macro_b import (
     renishaw_variables,
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle
-from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import MICROMETRE, delay_travel
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
 _FIRST_LINUXCNC, _MOST_LINUXCNC = 1050, 1900

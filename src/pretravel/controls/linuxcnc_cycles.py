@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pretravel.base.units import INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
 from pretravel.controls.program_log import LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
-from pretravel.units import INCH
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_bore": ("round.ngc", False),

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.controls.gcode import render
 from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
 from pretravel.controls.program_log import FAULTS, LOG_HEAD, SURFACE_POINT_COLUMNS, TOUCH_COLUMNS
-from pretravel.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import DEGREE
 
 _ANY_FAULT = "#<_pretravel_fault> NE 0"
 _MISSES_ALLOWED = "#<_pretravel_fault> GT 1 OR [#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"

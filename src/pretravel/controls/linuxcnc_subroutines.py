@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pretravel.base.units import DEGREE, INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
@@ -14,7 +15,6 @@ from pretravel.controls.program_log import (
 )
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import GLANCING
-from pretravel.units import DEGREE, INCH
 
 LAST_FREE = 5000
 """Parameters 31 to 5000 are the user's; the control keeps them while it runs."""

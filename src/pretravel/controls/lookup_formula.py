@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import azimuth_angle
 from pretravel.controls.lookup import Band, MapSamples, supported_band
-from pretravel.directions import azimuth_angle
 from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
 from pretravel.maps.pretravel_map import PretravelMap
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
@@ -15,7 +17,6 @@ from pretravel.controls.control_table import (
 )
 from pretravel.controls.gcode import render
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
-from pretravel.errors import PretravelError
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import (
@@ -24,7 +25,6 @@ from pretravel.maps.sector_tables import (
     taken_opposite,
     touched_sectors,
 )
-from pretravel.units import MICROMETRE
 
 VECTOR_ANGLES = {
     "normals": ("outward normals of the surface", "directions of travel"),

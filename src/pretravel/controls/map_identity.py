@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 
 _NUMBERS = 900_000_000
@@ -49,7 +49,7 @@ def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
     MapIdentity
 
     >>> from dataclasses import replace
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.mean import MeanBasis
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.uncertainty.covariance import Covariance
@@ -63,7 +63,7 @@ def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
     >>> check_map_of_program(one, 1.0, np.array([50.0]))
     Traceback (most recent call last):
     ...
-    pretravel.errors.PretravelError: the map belongs to a tip of 6.000 mm diameter, but the
+    pretravel.base.errors.PretravelError: the map belongs to a tip of 6.000 mm diameter, but the
     machine has one of 2.000 mm
     """
     basis = pretravel_map.basis

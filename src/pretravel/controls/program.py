@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.directions import describe
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import FEED, checked
 from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Obstacle, Surroundings
 from pretravel.controls.ways import (
@@ -19,10 +22,7 @@ from pretravel.controls.ways import (
     ways_between,
     ways_down,
 )
-from pretravel.directions import describe
-from pretravel.errors import PretravelError
 from pretravel.probing.targets import Targets
-from pretravel.quantities import FEED, checked
 
 _DOWNWARD = 0.02
 """Normals with a larger part downwards are not touched from above."""

@@ -12,10 +12,10 @@ from typing import Protocol
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.quantities import COORDINATE, DISTANCE, check_numbers, checked_values
 from pretravel.controls.machine import Machine
 from pretravel.probing.obstacles import StylusOutline, first_obstacle, stylus_obstacle
-from pretravel.quantities import COORDINATE, DISTANCE, check_numbers, checked_values
 from pretravel.surface.cad.part import Part
 
 log = logging.getLogger(__name__)

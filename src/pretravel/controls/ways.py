@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Surroundings
-from pretravel.errors import PretravelError
 from pretravel.probing.targets import Targets
 
 _SIDEWAYS = (0.0, 2.0, 5.0, 10.0, 20.0, 40.0)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import describe
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import describe
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.identification.kind_choice import KindScore, compare_kinds
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.averaged import averaged_map
@@ -20,7 +21,6 @@ from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.prepare import prepare
 from pretravel.qualification.qualification import Qualification, qualified
 from pretravel.touches import Touches
-from pretravel.units import MICROMETRE
 
 AUTO = "auto"
 """The word for an average of kinds, instead of one of them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import Identification
-from pretravel.probe.catalogue import rewritten
+from pretravel.prediction.catalogue import rewritten
 
 
 def identified_description(text: str, found: Identification, source: str) -> str:

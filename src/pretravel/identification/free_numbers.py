@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from pretravel.errors import PretravelError
-from pretravel.probe.description import Probe, StylusSegment
-from pretravel.units import DEGREE
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
+from pretravel.prediction.description import Probe, StylusSegment
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.compensation.compensation import apply
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.observation import Observation, scatter_of_repeats
 from pretravel.maps.support import DirectionSupport
+from pretravel.measurement.compensation import apply
 from pretravel.qualification.prepare import PreparedTouches
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
-from pretravel.units import MICROMETRE
 
 _LOG = logging.getLogger(__name__)
 FOLDS = 5

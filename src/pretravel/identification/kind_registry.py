@@ -8,7 +8,7 @@ from typing import Any, Unpack
 
 from threadpoolctl import threadpool_limits
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.identification.average import AUTO, Choice, qualify_on_average
 from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.basis import MapBasis, StoredBasis
@@ -21,12 +21,12 @@ from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup, SetupOptions
+from pretravel.prediction.response import ResponseBasis
+from pretravel.prediction.six_seat_basis import SixSeatBasis
 from pretravel.qualification import qualification
 from pretravel.qualification.delay import several_feeds
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
-from pretravel.trigger.response import ResponseBasis
-from pretravel.trigger.six_seat_basis import SixSeatBasis
 
 KINDS: Mapping[str, type[KindOfMap]] = {
     kind.name: kind for kind in (MeanKind, SectorsKind, WozniakKind, HarmonicKind, PhysicalKind)
@@ -119,7 +119,7 @@ def qualify(
     PretravelError
         As `pretravel.qualification.qualification.qualify`; an unknown kind.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
     >>> touches = Touches(n * (12.5 + 3.0 - 0.010), n)
     >>> qualify(touches, 25.0, tip_diameter=6.0, kind="mean").pretravel_map.kind

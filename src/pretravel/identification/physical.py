@@ -1,6 +1,6 @@
 """Kind physical: a six-seat probe fitted to touches on a reference.
 
-Its basis is `pretravel.trigger.six_seat_basis.SixSeatBasis`.
+Its basis is `pretravel.prediction.six_seat_basis.SixSeatBasis`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, polar_angle
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, polar_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.identification.scale_weights import (
     LEAST_NOISE,
     WELL_KNOWN_NOISE,
@@ -34,10 +35,9 @@ from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.support import DirectionSupport
-from pretravel.trigger.six_seat_basis import SixSeatBasis
-from pretravel.trigger.six_seats import PARAMETERS
+from pretravel.prediction.six_seat_basis import SixSeatBasis
+from pretravel.prediction.six_seats import PARAMETERS
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import MICROMETRE
 
 FEWEST_FOR_SIX_SEATS = 8
 """Ideal probe, centre and level are ten numbers; with priors this many directions suffice."""
@@ -155,7 +155,7 @@ def fit_physical(
 
     Notes
     -----
-    Posterior of touches and priors (`pretravel.trigger.six_seats.PARAMETERS`), from several
+    Posterior of touches and priors (`pretravel.prediction.six_seats.PARAMETERS`), from several
     orientations of the tripod. Beside the six-seat probe pretravel has a part that it does not
     represent, a series of harmonics, and a scatter of directions that repeats do not reduce. Their
     sizes and the scale of asymmetry are averaged over (`identification.scale_weights`), so that u

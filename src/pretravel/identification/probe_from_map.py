@@ -9,15 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, polar_angle
-from pretravel.errors import DescriptionError, PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, polar_angle
+from pretravel.base.errors import DescriptionError, PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.identification.free_numbers import FreeNumber, free_numbers
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.description import Probe
-from pretravel.trigger.compliance.base import ComplianceModel
-from pretravel.trigger.predict import predict
-from pretravel.units import MICROMETRE
+from pretravel.prediction.compliance.base import ComplianceModel
+from pretravel.prediction.description import Probe
+from pretravel.prediction.predict import predict
 
 SMALLEST_ERROR = 0.05 * MICROMETRE
 """Smallest assumed standard uncertainty of a model in each direction. [mm]"""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.uncertainty.reduced_rows import ReducedRows, classes_of, reduced_rows
 
 _TOGETHER = 16  # matrices of all pairs of directions at a time

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE
 from pretravel.identification.scale_likelihood import log_likelihoods
 from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
 from pretravel.maps.observation import Scatter
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 from pretravel.uncertainty.shared_covariance import SharedCovariance
-from pretravel.units import MICROMETRE
 
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Scales of asymmetry, as multiples of the usual spreads."""

@@ -1,8 +1,8 @@
 """The most probable six-seat probe for touches on a reference, at given scales of its priors.
 
 Unknowns are the shift of the centre, the tip radius where it was not given, and the parameters of
-`pretravel.trigger.six_seats`. The part of pretravel that a six-seat probe does not represent has a
-covariance between directions, which weights the residuals.
+`pretravel.prediction.six_seats`. The part of pretravel that a six-seat probe does not represent has
+a covariance between directions, which weights the residuals.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import unit
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
-from pretravel.model.hertz import curved_part_factor
-from pretravel.trigger.six_seat_slopes import six_seat_pretravel
-from pretravel.trigger.six_seats import IDEAL, PARAMETERS
+from pretravel.prediction.hertz import curved_part_factor
+from pretravel.prediction.six_seat_slopes import six_seat_pretravel
+from pretravel.prediction.six_seats import IDEAL, PARAMETERS
 from pretravel.uncertainty.shared_covariance import SharedCovariance
-from pretravel.units import DEGREE, MICROMETRE
 
 CORRECTION_DEGREE = 8
 """Largest degree of the harmonics that correct a six-seat probe."""
@@ -47,7 +47,7 @@ class PriorScales:
     Attributes
     ----------
     asymmetry : float
-        Multiple of the spreads of `pretravel.trigger.six_seats.ASYMMETRIES`.
+        Multiple of the spreads of `pretravel.prediction.six_seats.ASYMMETRIES`.
     correction : float
         Root mean square, over the sphere, of what a six-seat probe does not represent. [mm]
     fixed_scatter : float

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import azimuth_angle, polar_angle, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import azimuth_angle, polar_angle, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
     DIAMETER_OF_REFERENCE,
@@ -32,7 +33,6 @@ from pretravel.laboratory.standard_check import (
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
-from pretravel.units import DEGREE
 
 PATTERN_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a touch and the nearest direction of the pattern. [rad]"""

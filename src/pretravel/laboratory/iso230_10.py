@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import polar_angle, unit
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import polar_angle, unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
     FORM_OF_REFERENCE,
@@ -32,7 +33,6 @@ from pretravel.laboratory.standard_check import (
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.units import DEGREE
 
 PLANE_TOLERANCE = 5.0 * DEGREE
 """Largest angle between the equator and a touch of the plane test. [rad]"""
@@ -87,7 +87,7 @@ def check_iso230_10(
     range of repeats in one direction (10). Tool location, and tests of the workpiece's
     position, need other touches and are not evaluated.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
     >>> check = check_iso230_10(Touches(n * 15.5, n), CalibratedSphere(25.0), tip_diameter=6.0)
     >>> [(f.name, round(f.value * 1e3, 6)) for f in check.figures]

@@ -14,10 +14,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import polar_angle
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import polar_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.laboratory.iso230_10 import PLANE_TOLERANCE, check_diameter
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
@@ -33,7 +34,6 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
 from pretravel.uncertainty.gum import Component
-from pretravel.units import DEGREE
 
 _SAME_ORIENTATION = 0.01  # ° of the spindle
 _SAME_DIRECTION = 2.0 * DEGREE

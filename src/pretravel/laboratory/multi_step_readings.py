@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.quantities import COUNT, VARIANCE, check_numbers
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COUNT, VARIANCE, check_numbers
 
 _LISTED = 12  # directions that a message names
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.units import MICROMETRE
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 
 REFERENCE_TEMPERATURE = 20.0
 """Of dimensions (ISO 1). [°C]"""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig_calibration import RigCalibration
 from pretravel.uncertainty.gum import Budget, Component
-from pretravel.units import MICROMETRE
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,14 @@ from functools import cache
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import PROBABILITY, checked
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.rig_outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
-from pretravel.quantities import PROBABILITY, checked
 from pretravel.uncertainty.gum import COVERAGE
-from pretravel.units import MICROMETRE
 
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_signals import (
     AGREEMENT,
@@ -21,7 +22,6 @@ from pretravel.laboratory.rig_signals import (
     rod_motion,
     ruler_at_edge,
 )
-from pretravel.units import MICROMETRE
 
 
 @dataclass(frozen=True, eq=False)

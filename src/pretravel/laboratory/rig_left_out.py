@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig_calibration import RigCalibration
-from pretravel.units import MICROMETRE
 
 
 def left_out_sentences(calibration: RigCalibration) -> list[str]:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.rig_budget import (
     LengthComponent,
     length_budget,

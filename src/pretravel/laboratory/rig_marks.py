@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.rig_events import wrong_order
 from pretravel.laboratory.rig_signals import AGREEMENT
-from pretravel.units import MICROMETRE
 
 MARKS = ("r0", "r1", "r2", "r3")
 """The events: contact made, trigger, rod stopped, contact lost."""

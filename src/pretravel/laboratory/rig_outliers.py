@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.units import MICROMETRE
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.units import MICROMETRE
 
 FALSE_ALARM_LEVEL = 0.01
 """Probability that any touch of a good set is named (Bonferroni over all touches)."""

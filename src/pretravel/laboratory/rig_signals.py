@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig import LEAST_TRAVEL, RigTrace
-from pretravel.units import MICROMETRE
 
 SETTLED = 10e-3
 """A signal that keeps its level for this long has settled; shorter changes are bounce or

@@ -9,8 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.forms import ShownInNotebooks
+from pretravel.base.quantities import extent
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,
@@ -26,9 +29,7 @@ from pretravel.laboratory.separation_variances import (
     pair_variance_of,
     restricted_likelihood_variances,
 )
-from pretravel.other_forms import ShownInNotebooks, extent
 from pretravel.uncertainty.gum import COVERAGE, coverage_factor
-from pretravel.units import MICROMETRE
 
 Method = Literal["reml", "least-squares"]
 METHODS: tuple[Method, ...] = ("reml", "least-squares")

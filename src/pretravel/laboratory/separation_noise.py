@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, frozen
 from pretravel.laboratory.multi_step_readings import MultiStepDesign, weighted_residuals
 
 TAILS: FloatArray = frozen([0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.335, 0.37])

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.multi_step_readings import (
     MultiStepDesign,
     check_connected,
@@ -29,7 +30,6 @@ from pretravel.laboratory.separation_variances import (
     likelihood_information,
     squared_scales,
 )
-from pretravel.units import MICROMETRE
 
 READING_OUTLIER_LEVEL = 0.01
 """Probability that any reading of a good test is named (Bonferroni over all readings)."""

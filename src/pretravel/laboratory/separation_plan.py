@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COUNT, UNCERTAINTY, VARIANCE, checked
+from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation_variances import direction_variance_uncertainty
-from pretravel.quantities import COUNT, UNCERTAINTY, VARIANCE, checked
-from pretravel.units import MICROMETRE
 
 MOST_DIRECTIONS = 72
 MOST_REPEATS = 50

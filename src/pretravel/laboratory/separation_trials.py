@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
 from pretravel.laboratory.separation import Separation, rows_of_readings
 from pretravel.laboratory.separation_variances import equally_shared

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,

@@ -10,16 +10,16 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.compensation.compensation import apply
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
+from pretravel.base.units import DEGREE
 from pretravel.laboratory.tip_offset import TipOffset
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.quantities import REFERENCE_DIAMETER, UNCERTAINTY, check_numbers, checked
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit
 from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget, Component
-from pretravel.units import DEGREE
 
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""

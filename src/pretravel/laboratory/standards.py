@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.iso10360_5 import check_iso10360_5

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.units import DEGREE
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 
 SMALLEST_TURN = 30.0 * DEGREE
 """Largest difference between two orientations must reach this, to tell offset from place. [rad]"""

@@ -10,7 +10,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.maps.support import DirectionSupport
 
 BLOCK = 8192
@@ -20,7 +20,7 @@ BLOCK = 8192
 class CondensedProbe(Protocol):
     """Trigger force, tip deflection and pretravel in closed form, for any direction.
 
-    Implemented by `pretravel.trigger.response.ProbeResponse`, which states the attributes.
+    Implemented by `pretravel.prediction.response.ProbeResponse`, which states the attributes.
     """
 
     @property

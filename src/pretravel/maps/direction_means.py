@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.directions import grid, polar_angle
+from pretravel.base.directions import grid, polar_angle
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import DEGREE, MICROMETRE
 
 
 def map_grid(

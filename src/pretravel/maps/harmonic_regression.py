@@ -24,12 +24,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.direction_means import DirectionMeans, Smoothing
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
-from pretravel.units import DEGREE, MICROMETRE
 
 LOBE_DEGREES = (15, 24)
 """Largest degree of zonal and three-lobed harmonics, for few and for many directions.
@@ -358,7 +358,7 @@ def fit_harmonics(
     -------
     HarmonicFit
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.spherical_harmonics import real_spherical_harmonics
     >>> n = sphere_pattern_25()
     >>> values = 0.010 + 0.002 * real_spherical_harmonics(n, [(3, 3)])[:, 0]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.maps.basis import MapBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.uncertainty.covariance import Covariance

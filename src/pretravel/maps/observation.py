@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.directions import unit
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.directions import unit
 
 _MANY = 5_000  # touches from which functions are evaluated once for each direction
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that

@@ -13,15 +13,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.directions import checked_unit, describe
-from pretravel.errors import ExtrapolationError, PretravelError
-from pretravel.frames import Placement, checked_rotation
-from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
-from pretravel.maps.provenance import Provenance
-from pretravel.maps.support import MARGIN, DirectionSupport
-from pretravel.other_forms import ShownInNotebooks, WithDataset
-from pretravel.quantities import (
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.directions import checked_unit, describe
+from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.forms import ShownInNotebooks, WithDataset
+from pretravel.base.frames import Placement, checked_rotation
+from pretravel.base.quantities import (
     DELAY,
     FEED_OR_NONE,
     MEASURED_DELAY,
@@ -29,8 +26,11 @@ from pretravel.quantities import (
     UNCERTAINTY,
     check_numbers,
 )
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
+from pretravel.maps.provenance import Provenance
+from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE, MICROMETRE
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
 
@@ -70,7 +70,7 @@ class PretravelMap(ShownInNotebooks, WithDataset):
         Standard deviation of a touch that repeats in its direction do not reduce: hysteresis, the
         step of a scale, what the map misses from one direction to the next. [mm]
     rotation : (3, 3) float
-        Probe to machine frame; see `pretravel.frames`.
+        Probe to machine frame; see `pretravel.base.frames`.
     feed : float, optional
         Feed rate of the touches that the map was made from; the map contains the delay travel at
         this feed. Zero where the signal delay was separated. [mm/min]
@@ -90,7 +90,7 @@ class PretravelMap(ShownInNotebooks, WithDataset):
     PretravelError
         Sizes that do not fit, values that are not finite.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.mean import MeanBasis
     >>> from pretravel.uncertainty.covariance import Covariance
     >>> pretravel_map = PretravelMap(
@@ -101,7 +101,7 @@ class PretravelMap(ShownInNotebooks, WithDataset):
     >>> pretravel_map.pretravel([[0.0, 0.0, -1.0]])
     Traceback (most recent call last):
     ...
-    pretravel.errors.ExtrapolationError: 1 of 1 directions lie outside the map, \
+    pretravel.base.errors.ExtrapolationError: 1 of 1 directions lie outside the map, \
 the first at polar 180.0°, azimuth 0.0° (90.0° away from the nearest supported one). \
 Touch the reference there too, or allow extrapolation.
     """

@@ -11,7 +11,7 @@ from typing import Any, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.quantities import (
+from pretravel.base.quantities import (
     PRETRAVEL,
     REFERENCE_DIAMETER,
     TEMPERATURE_DIFFERENCE,
@@ -20,7 +20,7 @@ from pretravel.quantities import (
     check_numbers,
     checked,
 )
-from pretravel.units import MICROMETRE
+from pretravel.base.units import MICROMETRE
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
 """Pretravel along the probe axis that a harmonic map is given where nothing better is known. [mm]

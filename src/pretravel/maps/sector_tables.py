@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import DEGREE
 
 RESAMPLING_CRITERIA = ("max", "rms")
 _STEP = 0.5  # degrees, boundaries of sectors among them

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import azimuth_angle, polar_angle
+from pretravel.base.errors import PretravelError
 
 _BLOCK = 4096  # directions at a time
 
@@ -54,7 +54,7 @@ def checked_terms(terms: npt.ArrayLike) -> IntArray:
     >>> checked_terms([[3, -4]])
     Traceback (most recent call last):
     ...
-    pretravel.errors.PretravelError: harmonics of a map have degrees 0 to 60 and orders from \
+    pretravel.base.errors.PretravelError: harmonics of a map have degrees 0 to 60 and orders from \
 -degree to degree, each once
     """
     given = np.asarray(terms)

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.directions import checked_unit
-from pretravel.errors import PretravelError
-from pretravel.units import DEGREE
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.directions import checked_unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 
 LARGEST_HOLE = 60.0 * DEGREE
 """Triangles with a wider circumscribed circle than this are holes, not support. [rad]
@@ -96,7 +96,7 @@ class DirectionSupport:
     nodes : (n, 3) float
         Unit vectors, all with polar angle below 170°.
 
-    >>> from pretravel.directions import grid
+    >>> from pretravel.base.directions import grid
     >>> ring = DirectionSupport(grid(np.pi / 2, np.radians(np.arange(0, 360, 30))))
     >>> ring.supports([[0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]).tolist()
     [True, False]

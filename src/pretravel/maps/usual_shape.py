@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.observation import Observation
 from pretravel.maps.provenance import AXIAL_PRETRAVEL
-from pretravel.units import MICROMETRE
 
 _USUAL_ACROSS = 10.0 * MICROMETRE
 _MOST_ACROSS = 30.0 * MICROMETRE
@@ -44,7 +44,7 @@ def usual_shift_covariance(observation: Observation, left: float = 1.0) -> Float
     beside a constant. The least-squares sphere takes a part of each for a shift. A follows from
     the level of that sphere and from pretravel along the axis, which is small.
 
-    >>> from pretravel.directions import fibonacci_cap
+    >>> from pretravel.base.directions import fibonacci_cap
     >>> n = fibonacci_cap(60, np.pi / 2)
     >>> x, y = n[:, 0], n[:, 1]
     >>> pretravel = 1e-3 * (1.0 + 9.0 * (x**2 + y**2) + 3.0 * (x**3 - 3.0 * x * y**2))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.directions import polar_angle, unit
-from pretravel.errors import PretravelError
-from pretravel.quantities import (
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.directions import polar_angle, unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import (
     ANGLE,
     COORDINATE,
     DISTANCE,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.probe.description import Probe
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.prediction.description import Probe
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
@@ -55,7 +55,7 @@ def stylus_outline(probe: Probe, axis: FloatArray) -> StylusOutline:
     -------
     StylusOutline
 
-    >>> from pretravel.probe.catalogue import load_probe
+    >>> from pretravel.prediction.catalogue import load_probe
     >>> outline = stylus_outline(load_probe("omp40-2"), np.array([0.0, 0.0, 1.0]))
     >>> float(outline.above[-1, 1]) >= 50.0
     True

@@ -8,26 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
-from pretravel.frames import Placement
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement
+from pretravel.base.quantities import DELAY, FEED, NOISE, check_numbers
+from pretravel.base.units import delay_travel
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import Material
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.materials import Material
 from pretravel.probing.obstacles import StylusOutline, stylus_outline
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus, describe_failures
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, tip_of
 from pretravel.probing.touching import CLEARANCE, touch
-from pretravel.quantities import DELAY, FEED, NOISE, check_numbers
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.specification import surface_of
 from pretravel.touches import Touches
-from pretravel.units import delay_travel
 
 _FAR = 1.0
 """Distance of a target from the surface above which its unit and frame are doubtful. [mm]"""
@@ -158,9 +158,9 @@ def simulate(
         Machine frame; a str is a specification as on the command line.
     targets : Targets
     model : str
-        For a description; see `pretravel.trigger.compliance.MODELS`.
+        For a description; see `pretravel.prediction.compliance.MODELS`.
     gravity : (3,) float, optional
-        For a description; see `pretravel.trigger.predict.predict`.
+        For a description; see `pretravel.prediction.predict.predict`.
     setup : PartSetup, optional
         Steel without friction when not given.
     latch : Latch, optional
@@ -176,7 +176,7 @@ def simulate(
     PretravelError
         A target that cannot be touched, with the reason.
 
-    >>> from pretravel.probe.catalogue import load_probe
+    >>> from pretravel.prediction.catalogue import load_probe
     >>> from pretravel.surface.shapes import Plane
     >>> floor = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     >>> touches = simulate(load_probe("omp40-2"), floor, Targets([[0, 0, 0]], [[0, 0, 1]]))

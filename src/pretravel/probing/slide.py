@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.errors import PretravelError
-from pretravel.probe.description import Probe
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COUNT, STEP, check_numbers, checked
+from pretravel.prediction.description import Probe
 from pretravel.probing.slide_curved import FirstContact, slide_with_model, slide_with_rays
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.slide_one_normal import golden_section_slide, stepped_slide
 from pretravel.probing.tip import LateralTip, PredictedTip, tip_of
-from pretravel.quantities import COUNT, STEP, check_numbers, checked
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import face_of
 
@@ -134,7 +134,7 @@ def slide(
     ----------
     Rodrigues 2021, sections 3.2 to 3.4 and 4.2; Tables 4.10 and 4.11.
 
-    >>> from pretravel.probe.catalogue import load_probe
+    >>> from pretravel.prediction.catalogue import load_probe
     >>> from pretravel.probing.tip import predicted_tip
     >>> from pretravel.surface.parametric import Convex
     >>> tip = predicted_tip(load_probe("omp40-2"))

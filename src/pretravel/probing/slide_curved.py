@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.model.hertz import curved_part_factor
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.prediction.hertz import curved_part_factor
 from pretravel.probing.slide_history import SlideHistory, SlideStep, slide_history
 from pretravel.probing.tip import LateralTip, PredictedTip
 from pretravel.surface.contact import TANGENCY, Contact, Lines, ball_center, solve_contact

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.probing.tip import PredictedTip
 from pretravel.surface.local_geometry import LocalGeometry
 

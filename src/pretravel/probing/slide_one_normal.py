@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import ConvergenceError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import ConvergenceError
 from pretravel.probing.slide_history import SlideHistory, SlideStep, slide_history
 from pretravel.probing.tip import LateralTip, PredictedTip
 from pretravel.surface.local_geometry import LocalGeometry

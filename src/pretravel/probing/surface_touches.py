@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import checked_unit
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import checked_unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COORDINATE, as_numbers
 from pretravel.probing.inspection import InspectionPlan
-from pretravel.quantities import COORDINATE, as_numbers
 from pretravel.touches import refuse_glancing
 
 

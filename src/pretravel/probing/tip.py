@@ -8,16 +8,16 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.errors import PretravelError
 from pretravel.maps.basis import CondensedProbe
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.model.hertz import contact_modulus
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
-from pretravel.probe.materials import Material, default_workpiece, material
-from pretravel.trigger.compliance.base import ComplianceModel
-from pretravel.trigger.response import probe_response
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import ComplianceModel
+from pretravel.prediction.description import Probe
+from pretravel.prediction.hertz import contact_modulus
+from pretravel.prediction.materials import Material, default_workpiece, material
+from pretravel.prediction.response import probe_response
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +126,13 @@ def predicted_tip(
     Parameters
     ----------
     probe, model, workpiece, gravity
-        As for `pretravel.trigger.predict.predict`.
+        As for `pretravel.prediction.predict.predict`.
 
     Returns
     -------
     PredictedTip
 
-    >>> from pretravel.probe.catalogue import load_probe
+    >>> from pretravel.prediction.catalogue import load_probe
     >>> tip = predicted_tip(load_probe("omp40-2"))
     >>> float(tip.state(np.array([[1.0, 0.0, 0.0]])).force[0].round(3))
     0.75

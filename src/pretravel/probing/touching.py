@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import DISTANCE, checked
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.model.hertz import curved_part_factor
-from pretravel.probe.description import Probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.hertz import curved_part_factor
 from pretravel.probing.obstacles import (
     StylusOutline,
     first_obstacle,
@@ -24,7 +25,6 @@ from pretravel.probing.obstacles import (
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
-from pretravel.quantities import DISTANCE, checked
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -91,7 +91,7 @@ def touch(
     Rodrigues 2021, sections 3.2 to 3.4, as one system; K. L. Johnson, Contact
     Mechanics, section 7.2, for the tip that sticks or slips.
 
-    >>> from pretravel.probe.catalogue import load_probe
+    >>> from pretravel.prediction.catalogue import load_probe
     >>> from pretravel.probing.tip import predicted_tip
     >>> from pretravel.surface.shapes import Sphere
     >>> pole = Targets([[0.0, 0.0, 12.5]], [[0.0, 0.0, 1.0]])

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.change_tests import (
     TouchesAndMap,
@@ -21,7 +22,6 @@ from pretravel.qualification.change_tests import (
     turned_value,
     without_center,
 )
-from pretravel.units import DEGREE, MICROMETRE
 
 PRELOAD, STYLUS_LENGTH, TURNED = "spring preload", "stylus length", "turn about the axis"
 TIP_SIZE, LOOSE, SOFT_SIDE = "tip size", "loose stylus or tip", "softer to one side"

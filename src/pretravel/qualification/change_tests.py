@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
-from pretravel.units import DEGREE
 
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import DEGREE, MICROMETRE, SECONDS_PER_MINUTE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.change_tests import TouchesAndMap, separable_columns
@@ -25,7 +26,6 @@ from pretravel.qualification.prepare import prepare
 from pretravel.qualification.probe_drift import slope_around_axis
 from pretravel.qualification.verification import touches_beside_map
 from pretravel.touches import Touches
-from pretravel.units import DEGREE, MICROMETRE, SECONDS_PER_MINUTE
 
 _MEAN_ROOT = 1.25
 """Variance of a normal quantity over that of the signed root of its size, in its deviation:

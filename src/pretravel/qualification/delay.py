@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE, SECONDS_PER_MINUTE
 from pretravel.maps.kinds.harmonic import HarmonicMapFit
 from pretravel.maps.observation import Scatter
 from pretravel.touches import Touches
-from pretravel.units import MICROMETRE, SECONDS_PER_MINUTE
 
 SAME_FEED = 0.01
 """Feeds that differ by less than this, relatively, are one feed."""

@@ -14,8 +14,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.errors import PretravelError
 from pretravel.qualification.series_breaks import Break, breaks_of
 from pretravel.qualification.series_courses import Course, DueDate, course_of, due_date
 from pretravel.qualification.time_series import FEWEST_VALUES, series_of

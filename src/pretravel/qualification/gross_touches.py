@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import describe
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import describe
+from pretravel.base.units import MICROMETRE
 from pretravel.qualification.change_tests import TouchesAndMap
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.touches import Touches
-from pretravel.units import MICROMETRE
 
 _LEVEL = 0.001
 """Probability that any touch is named although all are good."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.qualification.within_directions import centred_within, tested_touches
 
 _DRAWN, _DRAWN_NUMBERS = 999, 2_000_000

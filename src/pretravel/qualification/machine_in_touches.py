@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.observation import Observation, scatter_of_repeats
 from pretravel.qualification.machine_effects import (
     between_predecessors,
@@ -26,7 +27,6 @@ from pretravel.qualification.machine_effects import (
     quantisation_step,
     repeat_step,
 )
-from pretravel.units import MICROMETRE
 
 DRIFT_LEVEL = 0.01
 """Probability that a drift is subtracted although there is none."""
@@ -88,7 +88,7 @@ def machine_effects(
     -------
     MachineEffects
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = np.repeat(sphere_pattern_25(), 2, axis=0)
     >>> positions = n * (15.49 + np.random.default_rng(1).normal(0.0, 1e-4, 50))[:, None]
     >>> seen = Observation(positions, np.repeat(np.arange(25), 2), np.zeros(3), 12.5, 3.0, False)

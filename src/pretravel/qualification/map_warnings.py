@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import describe, fibonacci_cap, from_angles, polar_angle
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import describe, fibonacci_cap, from_angles, polar_angle
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import USUAL_U_DIAMETER, QualificationSetup
-from pretravel.units import DEGREE, MICROMETRE
 
 MOST_LOOKED_AT = 5000
 """Touched directions in which a map is evaluated for a report; a map is smooth between them."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import azimuth_angle, polar_angle
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import azimuth_angle, polar_angle
 from pretravel.qualification.within_directions import centred_within
 
 UNEVEN_LEVEL = 0.01

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import describe
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import describe
+from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.maps.observation import Observation
 from pretravel.maps.plausibility import (
     LARGEST_PRETRAVEL,
@@ -19,7 +20,6 @@ from pretravel.maps.plausibility import (
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
-from pretravel.units import DEGREE, INCH, MICROMETRE
 
 NORMAL_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a given normal and that of the fitted sphere or ring. [rad]"""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import describe
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import describe
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation, scatter_of_repeats
@@ -19,7 +20,6 @@ from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.qualification.within_directions import centred_within
 from pretravel.touches import Touches
-from pretravel.units import MICROMETRE
 
 FEWEST_OTHER_DIRECTIONS = 8
 """With fewer directions left, the others do not predict one well enough."""

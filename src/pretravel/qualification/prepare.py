@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kind import KindOfMap
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
@@ -98,7 +98,7 @@ def prepare(
     PretravelError
         As `pretravel.qualification.observe.observe`; an impossible signal delay.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
     >>> ready = prepare(Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0))
     >>> bool(ready.used.all()), ready.delay is None
@@ -172,7 +172,7 @@ def without_machine(
     MachineEffects
         Estimated without gross errors.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
     >>> touches, setup = Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0)
     >>> without_machine(touches, observe(touches, setup), setup, np.eye(3))[0].positions.shape

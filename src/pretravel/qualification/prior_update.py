@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray, frozen
-from pretravel.directions import describe
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.directions import describe
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
@@ -19,7 +20,6 @@ from pretravel.qualification.own_touches import own_touches_warnings, touch_dige
 from pretravel.qualification.probe_drift import DriftedMap, ProbeDrift, drifted_map
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import MICROMETRE
 
 MOST_TOUCHES = 2000
 """With more touches the covariances of all their pairs need more than a gigabyte."""
@@ -135,7 +135,7 @@ def update_map(
     stays in the convention that separated it from the centre. Contact normals depend on the
     centre, which is therefore iterated.
 
-    >>> from pretravel.directions import five_point_pattern, sphere_pattern_25
+    >>> from pretravel.base.directions import five_point_pattern, sphere_pattern_25
     >>> from pretravel.maps.kinds.harmonic import HarmonicBasis
     >>> from pretravel.maps.support import DirectionSupport
     >>> flat = PretravelMap(

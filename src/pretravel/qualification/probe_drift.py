@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import fibonacci_cap, polar_angle
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import fibonacci_cap, polar_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.units import DEGREE, MICROMETRE
 
 _SPREAD = 600
 """Directions over which functions of direction are compared."""

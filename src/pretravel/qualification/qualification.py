@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.forms import ShownInNotebooks
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import values_in_blocks
 from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
@@ -18,7 +20,6 @@ from pretravel.maps.observation import Scatter, scatter_of_repeats
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.other_forms import ShownInNotebooks
 from pretravel.qualification.delay import SignalDelay, travel_per_second
 from pretravel.qualification.machine_in_touches import MachineEffects
 from pretravel.qualification.map_warnings import (
@@ -30,7 +31,6 @@ from pretravel.qualification.map_warnings import (
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches, at_rest
-from pretravel.units import MICROMETRE
 
 _LOG = logging.getLogger(__name__)
 
@@ -154,7 +154,7 @@ def qualify(touches: Touches, setup: QualificationSetup, kind: KindOfMap) -> Qua
     ----------
     The sphere as reference: Woźniak, section 4; Rodrigues 2021, equation 2.1.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.mean import MeanKind
     >>> n = sphere_pattern_25()
     >>> touches = Touches(n * (12.5 + 3.0 - 0.010) + [100.0, 0.0, 0.0], n)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.qualification.within_directions import (
     WithinDirections,
     centred_within,

@@ -10,8 +10,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.qualification.time_series import (
     FEWEST_VALUES,
     SeriesNoise,

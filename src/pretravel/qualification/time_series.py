@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.errors import PretravelError
 
 FEWEST_VALUES = 3
 """A line through two values leaves nothing that tells its uncertainty."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.qualification.reference_drift import drift_columns, drift_is_separable
 from pretravel.qualification.within_directions import (
     WithinDirections,

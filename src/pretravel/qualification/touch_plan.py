@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.directions import azimuth_angle
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base.directions import azimuth_angle
+from pretravel.base.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.probe_drift import (
     DriftedMap,
@@ -108,7 +108,7 @@ def plan_touches(
     Fedorov, Theory of Optimal Experiments, 1972 (exchange); Atkinson, Donev and Tobias, Optimum
     Experimental Designs, with SAS, 2007.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.harmonic import HarmonicBasis
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.uncertainty.covariance import Covariance

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import PROBABILITY, checked
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.change_causes import LikelyCause, likely_causes
@@ -25,7 +26,6 @@ from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.prepare import without_machine
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.quantities import PROBABILITY, checked
 from pretravel.touches import Touches, at_rest
 
 _MOST_GROSS = 0.1

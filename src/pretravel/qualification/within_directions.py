@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 
 _LEAST_INFORMATION = 1e-6
 """Of a column's variation, the share within directions below which it is rounding."""

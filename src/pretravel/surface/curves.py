@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.quantities import REAL, checked_values
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.quantities import REAL, checked_values
 
 
 class Curve(ABC):

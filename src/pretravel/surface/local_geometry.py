@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.directions import unit
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.directions import unit
 
 _DEGENERATE = 1e-10
 """sin² of the angle between du and dv, or length ratio, below which they span no plane."""

@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.local_geometry import (
     Domain,

@@ -9,10 +9,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.errors import InputError, PretravelError
-from pretravel.quantities import NUMBER, checked
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.quantities import NUMBER, checked
+from pretravel.base.units import DEGREE
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import CAD_ENDINGS, read_part
 from pretravel.surface.local_geometry import Surface
@@ -20,7 +21,6 @@ from pretravel.surface.parametric import Convex
 from pretravel.surface.placed_shape import axes_about
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
-from pretravel.units import DEGREE
 
 _REQUIRED = math.nan
 _PLACE = {"x": 0.0, "y": 0.0, "z": 0.0}

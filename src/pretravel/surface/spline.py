@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.quantities import COORDINATE, REAL, checked_values
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COORDINATE, REAL, checked_values
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Parametric, SecondOrder
 

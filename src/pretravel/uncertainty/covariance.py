@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
 
 _ROUNDING = 1e-9  # of the largest eigenvalue: what rounding may take a zero eigenvalue below zero
 

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import BoolArray, FloatArray, frozen
-from pretravel.errors import PretravelError
-from pretravel.quantities import REAL, check_numbers
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import REAL, check_numbers
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.gum import COVERAGE, Model, Propagated
 

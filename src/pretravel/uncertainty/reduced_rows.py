@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 
 MOST_CLASSES = 64
 """Different variances that are kept apart; more of them are put into classes of similar ones."""

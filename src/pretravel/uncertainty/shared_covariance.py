@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 
 _FEW = 2.0  # values for each shared error from which the narrow form is used
 

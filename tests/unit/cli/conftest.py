@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from pretravel.base.units import DEGREE
 from pretravel.controls import lookup
-from pretravel.units import DEGREE
 
 
 @pytest.fixture(scope="package", autouse=True)

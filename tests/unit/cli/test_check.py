@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.formats.touches_csv import read_touches, write_touches
+from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.laboratory.iso230_10 import plane_pattern_36
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import grid
-from pretravel.jobs.compare_designs import DesignComparison, compare_designs
-from pretravel.probe.catalogue import description_text, load_probe
-from pretravel.report.chart import PlaneChart, PolarChart, TopView
-from pretravel.report.chart_marks import Area, Bars, LineMark
-from pretravel.report.design_comparison_report import (
+from pretravel.base.directions import grid
+from pretravel.base.units import MICROMETRE
+from pretravel.prediction.catalogue import description_text, load_probe
+from pretravel.prediction.predict import predict
+from pretravel.show.chart import PlaneChart, PolarChart, TopView
+from pretravel.show.chart_marks import Area, Bars, LineMark
+from pretravel.tasks.compare_designs import DesignComparison, compare_designs
+from pretravel.tasks.reports.design_comparison_report import (
     description_of,
     design_comparison_view,
     results_of,
 )
-from pretravel.trigger.predict import predict
-from pretravel.units import MICROMETRE
 from tests.support.commands import rows, run
 from tests.support.pictures import coloured_share
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.formats.logs.fusion import read_fusion
-from pretravel.formats.logs.qif import read_point_sets
-from pretravel.formats.map_file import read_map
-from pretravel.formats.touches_csv import read_touches
+from pretravel.files.logs.fusion import read_fusion
+from pretravel.files.logs.qif import read_point_sets
+from pretravel.files.map_file import read_map
+from pretravel.files.touches_csv import read_touches
+from pretravel.measurement.compensation import apply
 from tests.support.commands import both_outputs, positions, run
 from tests.support.control_logs import (
     OWN_LOG,

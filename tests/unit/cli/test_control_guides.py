@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.formats.map_file import read_map
+from pretravel.files.map_file import read_map
 from pretravel.maps.pretravel_map import PretravelMap
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES

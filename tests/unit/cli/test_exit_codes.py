@@ -14,9 +14,9 @@ from types import SimpleNamespace
 import pytest
 
 from pretravel.cli import main, verify
-from pretravel.formats.map_file import write_map
-from pretravel.formats.probe_history import add_verification
-from pretravel.formats.touches_csv import write_touches
+from pretravel.files.map_file import write_map
+from pretravel.files.probe_history import add_verification
+from pretravel.files.touches_csv import write_touches
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import check, old_map, touches
@@ -140,7 +140,7 @@ class TestAcceptedMaps:
         def full(*_: object) -> None:
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("pretravel.formats.map_file.write_map", full)
+        monkeypatch.setattr("pretravel.files.map_file.write_map", full)
         monkeypatch.setattr(
             "pretravel.identification.kind_registry.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.directions import ring_pattern
+from pretravel.base.units import DEGREE
 from pretravel.controls.exports import CONTROLS
-from pretravel.directions import ring_pattern
-from pretravel.formats.map_file import write_map
+from pretravel.files.map_file import write_map
 from pretravel.maps.support import DirectionSupport
-from pretravel.units import DEGREE
 from tests.support.commands import rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from pretravel.cli.main import app
-from pretravel.formats.csv_table import read_csv_table
-from pretravel.probe.catalogue import description_text
+from pretravel.files.csv_table import read_csv_table
+from pretravel.prediction.catalogue import description_text
 from tests.support.coarse_models import models_by_name_are_coarse
 from tests.support.pictures import coloured_share
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.formats.map_file import write_map
-from pretravel.formats.probe_history import add_verification
-from pretravel.formats.touches_csv import write_touches
+from pretravel.files.map_file import write_map
+from pretravel.files.probe_history import add_verification
+from pretravel.files.touches_csv import write_touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share

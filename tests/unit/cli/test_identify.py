@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.probe.catalogue import load_probe
+from pretravel.prediction.catalogue import load_probe
 from tests.support.commands import run
 
 
@@ -15,7 +15,7 @@ class TestIdentify:
     @pytest.mark.parametrize("ending", ["nc", pytest.param("csv", marks=pytest.mark.slow)])
     def test_description_from_a_map(self, tmp_path: Path, ending: str) -> None:
         """From a map predicted with a changed description, that description is identified."""
-        from pretravel.probe.catalogue import description_text, rewritten
+        from pretravel.prediction.catalogue import description_text, rewritten
 
         changed = tmp_path / "changed.toml"
         text = rewritten(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.formats.laboratory_file import laboratory_values, read_laboratory
+from pretravel.files.laboratory_file import laboratory_values, read_laboratory
 from tests.support.commands import both_outputs, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES, SPHERE
@@ -43,8 +43,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def points(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from pretravel.compensation.compensation import apply, embed
-    from pretravel.formats.point_files import write_points
+    from pretravel.files.point_files import write_points
+    from pretravel.measurement.compensation import apply, embed
 
     outward, _ = around(12)
     path = tmp_path_factory.mktemp("points") / "points.csv"

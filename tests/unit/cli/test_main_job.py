@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from typer.testing import CliRunner
 
 from pretravel.cli import main
-from pretravel.formats.touches_csv import read_touches
+from pretravel.files.touches_csv import read_touches
 from tests.support.commands import rows, run
 from tests.support.examples import PART, SPHERE
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply, embed
-from pretravel.formats.point_files import write_points
+from pretravel.files.point_files import write_points
+from pretravel.measurement.compensation import apply, embed
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map

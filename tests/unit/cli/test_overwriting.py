@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.formats.map_file import write_map
+from pretravel.files.map_file import write_map
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import old_map
@@ -118,7 +118,7 @@ def test_a_group_that_may_write_to_the_folders_of_a_user_is_usual(tmp_path: Path
 
 
 def test_a_long_list_forgets_its_older_half(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pretravel.made_files._LARGEST", 1000)
+    monkeypatch.setattr("pretravel.base.made_files._LARGEST", 1000)
     for turn in range(20):
         run(*PATTERN, "--turn", turn, "-o", f"{turn}.csv")
     assert Path("kept/made-files.txt").stat().st_size < 1200

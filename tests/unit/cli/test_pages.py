@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import pretravel
-from pretravel.report.page_pdf import BROWSERS
+from pretravel.show.page_pdf import BROWSERS
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.cli import main
-from pretravel.formats.map_file import read_map
+from pretravel.files.map_file import read_map
 from tests.support.commands import positions, rows, run
 from tests.support.examples import EXAMPLES
 
@@ -92,7 +92,7 @@ def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
 ) -> None:
     from netgen.occ import Cylinder, Pnt, Z
 
-    from pretravel.errors import PretravelError
+    from pretravel.base.errors import PretravelError
     from pretravel.surface.cad import brep_geometry
 
     def broken(*_: object) -> None:

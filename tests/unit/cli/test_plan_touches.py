@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.directions import fibonacci_cap
-from pretravel.formats.map_file import read_map, write_map
-from pretravel.formats.touches_csv import read_targets, write_touches
+from pretravel.base.directions import fibonacci_cap
+from pretravel.files.map_file import read_map, write_map
+from pretravel.files.touches_csv import read_targets, write_touches
 from pretravel.qualification.prior_update import update_map
 from tests.support.commands import run
 from tests.support.example_maps import example_map

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from pretravel.formats.machine_file import read_machine
-from pretravel.formats.map_file import write_map
+from pretravel.files.machine_file import read_machine
+from pretravel.files.map_file import write_map
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import mean_map
 from tests.support.examples import ROOT

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.formats.map_file import read_map
+from pretravel.files.map_file import read_map
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import PART, SPHERE
 from tests.support.pictures import coloured_share

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.formats.csv_table import read_csv_table
-from pretravel.report.page_content import read_page
+from pretravel.files.csv_table import read_csv_table
+from pretravel.show.page_content import read_page
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
@@ -105,8 +105,8 @@ class TestRig:
 
     def test_map_to_compensate_with(self, tmp_path: Path) -> None:
         """In its directions the map has their mean pretravel; between them it is linear."""
-        from pretravel.directions import from_angles
-        from pretravel.formats.map_file import read_map
+        from pretravel.base.directions import from_angles
+        from pretravel.files.map_file import read_map
 
         run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.nc",
             "--tip-diameter", 6)  # fmt: skip

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.study.definition import STUDIES, load_study, study_in
-from pretravel.study.plan import Plan
-from pretravel.toml_file import parse_toml
+from pretravel.base.toml_file import parse_toml
+from pretravel.studies.definition import STUDIES, load_study, study_in
+from pretravel.studies.plan import Plan
 from tests.support.commands import both_outputs, run
 from tests.support.pictures import coloured_share
 

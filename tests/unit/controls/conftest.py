@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from pretravel.base.units import DEGREE
 from pretravel.controls import lookup
-from pretravel.units import DEGREE
 
 
 @pytest.fixture(autouse=True)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.errors import PretravelError
 from pretravel.controls.axis_radii import TRAVELS, axis_radii
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import write_map
+from pretravel.files.map_file import write_map
 from pretravel.maps.support import DirectionSupport
 from tests.support.commands import run
 from tests.support.example_maps import example_map, lobes

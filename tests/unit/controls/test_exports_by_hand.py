@@ -9,6 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.base.directions import from_angles, ring_pattern
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls import exports, heidenhain
 from pretravel.controls.axis_radii import axis_radii
 from pretravel.controls.control_table import TableSettings, check_radii, control_table, plain_number
@@ -19,15 +23,11 @@ from pretravel.controls.lookup_formula import LookupSeries
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.macro_b import FANUC, fanuc_macro, free_variables, renishaw_variables
 from pretravel.controls.map_identity import check_map_of_program, map_identity
-from pretravel.directions import from_angles, ring_pattern
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.example_maps import mean_map
 
 AROUND = DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24))

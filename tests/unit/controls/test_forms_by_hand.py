@@ -11,7 +11,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import (
+    azimuth_angle,
+    from_angles,
+    polar_angle,
+    sphere_pattern_25,
+)
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls import lookup, lookup_formula, lookup_table
 from pretravel.controls.lookup import (
     Band,
@@ -22,18 +31,9 @@ from pretravel.controls.lookup import (
 )
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup, recurrence
 from pretravel.controls.lookup_table import LookupTable
-from pretravel.directions import (
-    azimuth_angle,
-    from_angles,
-    polar_angle,
-    sphere_pattern_25,
-)
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.units import DEGREE
 from tests.support.example_maps import lobes, mean_map
 
 BAND = Band(20.0 * DEGREE, 80.0 * DEGREE)

@@ -5,6 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.base.directions import (
+    fibonacci_cap,
+    from_angles,
+    grid,
+    ring_pattern,
+    sphere_pattern_25,
+)
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.controls.lookup import supported_band
 from pretravel.controls.lookup_formula import (
     LookupSeats,
@@ -14,17 +23,14 @@ from pretravel.controls.lookup_formula import (
     sectoral_factor,
 )
 from pretravel.controls.lookup_table import LookupTable, lookup_table
-from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
-from pretravel.errors import PretravelError
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import predict
-from pretravel.trigger.response import probe_response, response_map
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
+from pretravel.prediction.response import probe_response, response_map
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.example_maps import example_map, lobes
 
 

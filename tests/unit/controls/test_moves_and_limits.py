@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.arrays import BoolArray, FloatArray
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.directions import from_angles, unit
+from pretravel.base.errors import PretravelError
 from pretravel.controls.linuxcnc_program import _moves, check_line_lengths, linuxcnc_program
 from pretravel.controls.machine import WORK_OFFSETS, Machine, work_placement, work_turn
 from pretravel.controls.program import ProbingProgram, plan_program
@@ -23,8 +25,6 @@ from pretravel.controls.ways import (
     ways_between,
     ways_down,
 )
-from pretravel.directions import from_angles, unit
-from pretravel.errors import PretravelError
 from pretravel.probing.targets import Targets
 
 MACHINE = Machine()

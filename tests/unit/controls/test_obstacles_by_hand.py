@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.errors import PretravelError
 from pretravel.controls import surroundings
 from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Obstacle, PartObstacle, SphereObstacle, Surroundings
-from pretravel.errors import PretravelError
 from pretravel.probing.obstacles import StylusOutline
 
 MACHINE = Machine(

@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Lookup
@@ -18,13 +21,10 @@ from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import PretravelError
 from pretravel.maps.provenance import Provenance
 from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
-from pretravel.units import DEGREE
 from tests.support.example_maps import mean_map
 from tests.support.examples import ROOT
 

@@ -11,6 +11,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls.control_table import TableSettings, check_radii, plain_number
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.haas import HAAS, haas_macro
@@ -19,12 +23,8 @@ from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import fanuc_macro, free_variables, renishaw_variables
 from pretravel.controls.map_identity import map_identity
 from pretravel.controls.siemens import siemens_cycle
-from pretravel.directions import fibonacci_cap, from_angles, ring_pattern
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.units import DEGREE
 from tests.support.example_maps import example_map, lobes, mean_map
 from tests.support.macro_b_interpreter import MacroAlarm, MacroControl, MacroSyntaxError
 from tests.support.siemens_interpreter import SiemensAlarm, SiemensControl, SiemensSyntaxError

@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls import heidenhain
 from pretravel.controls.axis_radii import axis_radii, axis_radii_text
 from pretravel.controls.control_table import (
@@ -34,14 +37,11 @@ from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.macro_b import fanuc_macro, free_variables, renishaw_variables
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.siemens import siemens_cycle
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.example_maps import mean_map
 from tests.support.siemens_interpreter import SiemensAlarm, SiemensControl
 

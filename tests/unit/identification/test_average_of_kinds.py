@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.identification import kind_registry
 from pretravel.identification.average import _averaged, _disagreement, qualify_on_average
 from pretravel.identification.kind_choice import KindScore

@@ -10,8 +10,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, grid, sphere_pattern_25
-from pretravel.errors import DescriptionError, PretravelError
+from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25
+from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.identification.description_text import identified_description
 from pretravel.identification.free_numbers import FREE, free_numbers
 from pretravel.identification.probe_from_map import (
@@ -24,9 +24,9 @@ from pretravel.identification.probe_from_map import (
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.catalogue import description_text, load_probe, parse_probe
-from pretravel.probe.description import Probe
-from pretravel.trigger.predict import predict, predicted_map
+from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
 
 NODES = grid(np.radians([20.0, 50.0, 70.0, 90.0]), np.radians(np.arange(4.0, 360.0, 30.0)))

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pretravel.directions import grid, sphere_pattern_25
-from pretravel.formats.touches_csv import read_touches
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import grid, sphere_pattern_25
+from pretravel.base.frames import probe_rotation
+from pretravel.files.touches_csv import read_touches
 from pretravel.identification.average import _disagreement
 from pretravel.identification.kind_choice import distances_from_reference
 from pretravel.identification.kind_registry import KINDS, choose, qualify

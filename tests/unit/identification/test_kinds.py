@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import read_map, write_map
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import read_map, write_map
 from pretravel.identification.kind_registry import KINDS, kind_named, qualify, qualify_like
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.identification import kind_choice
 from pretravel.identification.kind_choice import (
     KindScore,
@@ -24,10 +24,10 @@ from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.catalogue import load_probe
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 from pretravel.qualification.prepare import PreparedTouches, prepare
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
 
 UM = 1e-3
 STEP, FIXED = 0.3 * UM, 0.4 * UM  # scatter by a step of the scales and by hysteresis

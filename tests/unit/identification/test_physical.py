@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.formats.touches_csv import read_touches
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.files.touches_csv import read_touches
 from pretravel.identification.kind_registry import qualify
 from pretravel.identification.physical import PhysicalMapFit
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from tests.support.example_maps import example_qualification
 from tests.support.examples import PART as PART_TOUCHES

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from scipy.stats import f as fisher
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.identification import physical
 from pretravel.identification.physical import PhysicalKind, PhysicalMapFit, fit_physical
 from pretravel.identification.scale_weights import WeightedScales, averaged_unknowns
 from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem, most_probable
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.trigger.six_seat_slopes import six_seat_pretravel
-from pretravel.trigger.six_seats import PARAMETERS
+from pretravel.prediction.six_seat_slopes import six_seat_pretravel
+from pretravel.prediction.six_seats import PARAMETERS
 from tests.support.made_up_probes import made_up_response
 
 UM = 1e-3

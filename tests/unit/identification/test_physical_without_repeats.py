@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.identification.kind_registry import qualify
 from pretravel.identification.physical import PhysicalMapFit, fit_physical
 from pretravel.identification.six_seat_fit import SixSeatProblem, most_probable

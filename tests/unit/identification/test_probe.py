@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import grid
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import read_map
+from pretravel.base.directions import grid
+from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import read_map
 from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import (
     _directions_per_independent_error,
@@ -19,8 +19,8 @@ from pretravel.identification.probe_from_map import (
     _with_nearest_rotation,
     identify,
 )
-from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import predict, predicted_map
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
 from tests.support.example_maps import example_map

@@ -16,8 +16,8 @@ from pretravel.identification.probe_from_map import (
     _uncertainty,
     _with_nearest_rotation,
 )
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
 
 DEGREE = math.pi / 180.0
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import halfcauchy, multivariate_normal, norm
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.identification.scale_weights import (
     ASYMMETRY_SCALES,
     CORRECTIONS,
@@ -23,7 +23,7 @@ from pretravel.identification.scale_weights import (
 )
 from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.trigger.six_seats import PARAMETERS
+from pretravel.prediction.six_seats import PARAMETERS
 
 UM = 1e-3
 UNKNOWN = [0.3 * UM * 1.6**step for step in range(-6, 7)]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.formats.laboratory_file import laboratory_template, read_laboratory
-from pretravel.formats.rig_csv import read_rig_trace
+from pretravel.files.laboratory_file import laboratory_template, read_laboratory
+from pretravel.files.rig_csv import read_rig_trace
 from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.formats.plan_csv import pattern_table
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.files.plan_csv import pattern_table
 from pretravel.laboratory.standards import plane_pattern_36
 from tests.support.commands import rows, run
 

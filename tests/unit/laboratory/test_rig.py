@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.errors import PretravelError
-from pretravel.formats.rig_csv import read_budget, read_rig_trace
+from pretravel.base.errors import PretravelError
+from pretravel.files.rig_csv import read_budget, read_rig_trace
 from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent, length_budget
 from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.rig_calibration import calibrate_rig
 from pretravel.laboratory.rig_left_out import left_out_sentences

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.laboratory.rig_outliers import (
     OutlyingRows,
     _harmonics,

@@ -13,8 +13,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.certificate import (
     CalibratedItem,
     LaboratoryStatements,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import (
     MultiStepReadings,
     check_connected,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, stats
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,

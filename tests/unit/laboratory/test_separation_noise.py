@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation import separate
 

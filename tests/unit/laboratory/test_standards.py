@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.jobs.check import CheckSetup, not_stated, stated_limits
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso10360_5 import check_iso10360_5
 from pretravel.laboratory.standard_check import (
@@ -17,6 +16,7 @@ from pretravel.laboratory.standard_check import (
     StandardFigure,
     refuse_other_unit,
 )
+from pretravel.tasks.check import CheckSetup, not_stated, stated_limits
 from pretravel.touches import Touches
 
 UM = 1e-3

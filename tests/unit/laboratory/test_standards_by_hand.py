@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.iso10360_5 import check_iso10360_5

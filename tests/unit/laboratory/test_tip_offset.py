@@ -12,17 +12,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardCheck
 from pretravel.laboratory.tip_offset import fit_tip_offset, turns_the_other_way
-from pretravel.report.chart import PlaneChart
-from pretravel.report.chart_marks import Dots
-from pretravel.report.standards_report import check_view, standards_document
+from pretravel.show.chart import PlaneChart
+from pretravel.show.chart_marks import Dots
+from pretravel.tasks.reports.standards_report import check_view, standards_document
 from pretravel.touches import Touches
 
 UM = 1e-3

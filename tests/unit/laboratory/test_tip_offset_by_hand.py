@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.iso230_10_tip_offset import _circles, _figures, check_tip_offset
 from pretravel.laboratory.standard_check import CalibratedSphere, StandardCheck
 from pretravel.laboratory.tip_offset import fit_tip_offset, turns_the_other_way

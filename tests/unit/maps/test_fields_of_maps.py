@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
-from pretravel.errors import ExtrapolationError, PretravelError
-from pretravel.frames import Placement, probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
+from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.frames import Placement, probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.grid import effective_radius_table, map_grid
 from pretravel.maps.kind import MapFit
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
@@ -24,7 +25,6 @@ from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
 from pretravel.maps.support import DirectionSupport
 from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.example_maps import mean_map
 
 NOTHING = Scatter(0.0, 0.0)

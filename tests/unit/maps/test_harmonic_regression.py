@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import sphere_pattern_25
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.harmonic_regression import _Problem, sphere_terms
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics

@@ -10,9 +10,16 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, grid, ring_pattern, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import (
+    fibonacci_cap,
+    from_angles,
+    grid,
+    ring_pattern,
+    sphere_pattern_25,
+)
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.maps import direction_means
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.direction_means import DirectionMeans, Smoothing
@@ -33,7 +40,6 @@ from pretravel.maps.spherical_harmonics import (
 )
 from pretravel.maps.support import DirectionSupport
 from pretravel.maps.usual_shape import usual_shift_covariance
-from pretravel.units import DEGREE
 
 NOTHING = Scatter(0.0, 0.0)
 POLE = np.array([[0.0, 0.0, 1.0]])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.harmonic_regression import Amplitudes, _Problem, fit_harmonics, sphere_terms
 from pretravel.maps.observation import Observation
 from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics

@@ -10,10 +10,11 @@ from typing import Any, ClassVar, Self, cast
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, ring_pattern
-from pretravel.errors import ExtrapolationError, PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
+from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps import basis as basis_module
 from pretravel.maps import plausibility, pretravel_map
 from pretravel.maps.basis import (
@@ -45,7 +46,6 @@ from pretravel.maps.provenance import (
 from pretravel.maps.sector_tables import resampled_sectors, taken_opposite, touched_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 HALF = DirectionSupport(ring_pattern(np.radians([0.0, 30.0, 60.0, 90.0]), 24))
 TURN = probe_rotation((0.6, 0.0, 0.8), 0.3)

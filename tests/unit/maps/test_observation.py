@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.direction_means import DirectionMeans
 from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,

@@ -7,17 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
-from pretravel.probe.catalogue import load_probe
-from pretravel.trigger.predict import predict
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 from pretravel.uncertainty.covariance import Covariance
 
 

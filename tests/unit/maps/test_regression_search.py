@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.maps import harmonic_regression as regression
 from pretravel.maps.harmonic_regression import (
     Amplitudes,

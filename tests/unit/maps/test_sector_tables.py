@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 
+from pretravel.base.directions import from_angles
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.controls.macro_b import renishaw_variables
-from pretravel.directions import from_angles
-from pretravel.frames import probe_rotation
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.sector_tables import resampled_sectors, touched_sectors
-from pretravel.units import DEGREE
 from tests.support.example_maps import example_map, lobes
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.maps import support as module
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.materials import material
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.materials import material
 from pretravel.probing.simulation import Latch, PartSetup, _advice, simulate, simulate_some
 from pretravel.probing.slide import SlideSettings
 from pretravel.probing.surface_touches import TouchStatus

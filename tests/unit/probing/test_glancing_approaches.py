@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import embed
-from pretravel.directions import fibonacci_cap
-from pretravel.errors import InputError, PretravelError
-from pretravel.formats.touches_csv import read_targets
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.files.touches_csv import read_targets
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
+from pretravel.measurement.compensation import embed
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.probing.targets import Targets
 from pretravel.surface.shapes import Plane
 from pretravel.touches import GLANCING, Touches
-from pretravel.trigger.predict import predict, predicted_map
 
 UP = np.array([[0.0, 0.0, 1.0]])
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.probing.inspection import InspectionRegion, _grid, plan_inspection
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Domain

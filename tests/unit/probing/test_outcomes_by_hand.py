@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
-from pretravel.frames import Placement, probe_rotation
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.materials import material
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement, probe_rotation
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.described_map import described_map
+from pretravel.prediction.materials import material
 from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.simulation import (
     Latch,
@@ -37,7 +38,6 @@ from pretravel.probing.tip import MeasuredTip, PredictedTip, mapped_tip, predict
 from pretravel.surface.cad.part import Part
 from pretravel.surface.shapes import Plane
 from pretravel.touches import Touches
-from pretravel.trigger.described_map import described_map
 from tests.support.example_maps import lobes, mean_map
 
 UP = [0.0, 0.0, 1.0]

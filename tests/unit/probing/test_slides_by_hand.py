@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pretravel.directions import from_angles
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.frames import probe_rotation
-from pretravel.probe.catalogue import load_probe
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.tip import LateralTip, PredictedTip, predicted_tip

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.directions import from_angles
-from pretravel.errors import PretravelError
-from pretravel.probe.catalogue import load_probe
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
 from pretravel.probing.simulation import (
     Latch,
@@ -262,8 +262,8 @@ class TestOthers:
         assert moved == pytest.approx(draws[[0, 2]], abs=1e-12)
 
     def test_the_stem_of_a_map_is_not_known(self) -> None:
-        from pretravel.directions import fibonacci_cap
-        from pretravel.trigger.predict import predict, predicted_map
+        from pretravel.base.directions import fibonacci_cap
+        from pretravel.prediction.predict import predict, predicted_map
 
         probe = load_probe("omp40-2")
         table = predicted_map(probe, predict(probe, fibonacci_cap(100)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.identification.kind_registry import qualify
 from pretravel.qualification.qualification import Qualification
 from tests.support.made_up_probes import made_up_response, touches_of

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.units import DEGREE
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
-from pretravel.probe.description import Probe
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
+from pretravel.prediction.predict import predict
 from pretravel.qualification.change_causes import (
     CAUSES,
     CHANCE,
@@ -27,10 +29,8 @@ from pretravel.qualification.change_causes import (
     TURNED,
 )
 from pretravel.qualification.verification import Verification, verify
-from pretravel.report.verification_report import cause_text, verification_document
+from pretravel.tasks.reports.verification_report import cause_text, verification_document
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict
-from pretravel.units import DEGREE
 
 REPEATS = 3
 DIRECTIONS = sphere_pattern_25()

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.directions import fibonacci_cap
+from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy import linalg, optimize, stats
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.errors import ExtrapolationError, PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
@@ -32,7 +33,6 @@ from pretravel.qualification.change_tests import (
 )
 from pretravel.qualification.touch_noise import TouchNoise
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 UM = 1e-3
 TERMS = np.array([[0, 0], [2, 0], [3, 3], [3, -3]])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.maps.kinds.harmonic import HarmonicBasis, fit_harmonic
 from pretravel.maps.observation import Scatter, scatter_of_repeats
 from pretravel.maps.pretravel_map import PretravelMap

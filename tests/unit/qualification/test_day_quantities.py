@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap
@@ -32,7 +33,6 @@ from pretravel.qualification.touch_order import between_predecessors
 from pretravel.qualification.verification import touches_beside_map, verify
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 UM = 1e-3
 N = sphere_pattern_25()

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.base.units import DEGREE
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.day_terms import DayTerms, day_quantities, day_terms, radius_beside
 from pretravel.touches import Touches
-from pretravel.units import DEGREE
 from tests.unit.qualification.test_verification import old_map, touches
 
 SPHERE = QualificationSetup(25.0, tip_diameter=6.0)

@@ -9,23 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply, embed
-from pretravel.compensation.point_errors import point_sources
-from pretravel.directions import sphere_pattern_25, unit
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import read_map, write_map
+from pretravel.base.directions import sphere_pattern_25, unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import delay_travel
+from pretravel.files.map_file import read_map, write_map
 from pretravel.identification import kind_registry
 from pretravel.identification.kind_registry import KINDS
 from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, QualificationSetup
-from pretravel.probe.catalogue import load_probe
+from pretravel.measurement.compensation import apply, embed
+from pretravel.measurement.point_errors import point_sources
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict
 from pretravel.qualification.delay import signal_delay
 from pretravel.qualification.observe import observe
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, at_rest
-from pretravel.trigger.predict import predict
-from pretravel.units import delay_travel
 
 # One kind, and a perfect sphere: the average of kinds and the usual u have tests of their own.
 qualify = partial(

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import fibonacci_cap
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.change_tests import TouchesAndMap
 from pretravel.qualification.gross_touches import _left_out, gross_touch

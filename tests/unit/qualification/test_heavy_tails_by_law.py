@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
 

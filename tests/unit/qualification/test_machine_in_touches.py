@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import fibonacci_cap, from_angles
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_in_touches import (
     MachineEffects,

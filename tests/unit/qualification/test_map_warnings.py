@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import describe, fibonacci_cap, polar_angle
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import describe, fibonacci_cap, polar_angle
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
@@ -24,7 +25,6 @@ from pretravel.qualification.map_warnings import (
     some_directions,
 )
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 NODES = fibonacci_cap(40, 90.0 * DEGREE)
 UM = 1e-3  # mm

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles, sphere_pattern_25
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles, sphere_pattern_25
 from pretravel.qualification.noise_by_direction import (
     repeatability_by_direction,
     scatter_functions,

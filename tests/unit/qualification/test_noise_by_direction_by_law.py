@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap
 from pretravel.qualification.noise_by_direction import (
     repeatability_by_direction,
     scatter_functions,

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification import observe as observing
 from pretravel.qualification.observe import _numbered_cells, observe

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.formats.map_file import read_map, write_map
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.files.map_file import read_map, write_map
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
@@ -122,7 +122,7 @@ def test_verify_and_update_name_touches_of_a_renamed_file() -> None:
 
 
 def test_touches_that_were_left_out_did_not_make_the_map() -> None:
-    from pretravel.formats.touches_csv import read_touches
+    from pretravel.files.touches_csv import read_touches
 
     good = read_touches(SPHERE)
     positions = good.positions.copy()

@@ -8,9 +8,10 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -26,7 +27,6 @@ from pretravel.qualification.touch_plan import (
     plan_touches,
 )
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 
 UM = 1e-3
 TERMS = np.array([[0, 0], [1, 0], [1, 1], [1, -1], [2, 0], [3, 3], [3, -3]])

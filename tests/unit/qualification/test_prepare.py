@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.outliers import Outlier

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import describe, fibonacci_cap, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import describe, fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, fit_harmonic
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup

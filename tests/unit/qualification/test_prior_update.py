@@ -8,14 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pretravel.directions import (
+from pretravel.base.directions import (
     fibonacci_cap,
     five_point_pattern,
     polar_angle,
     sphere_pattern_25,
 )
-from pretravel.errors import PretravelError
-from pretravel.formats.map_file import read_map, write_map
+from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Scatter

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.compensation.compensation import apply
-from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
-from pretravel.errors import PretravelError
-from pretravel.formats.touches_csv import read_touches
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.base.errors import PretravelError
+from pretravel.files.touches_csv import read_touches
 from pretravel.maps.harmonic_regression import first_harmonic_variance
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicMapFit
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.usual_shape import usual_shift_covariance
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.examples import EXAMPLES
@@ -240,8 +240,8 @@ class TestQualification:
         """Rings of four and eight touches with lobes shift the least-squares sphere by 1 um, but
         not the centre of the harmonic kind: within three of its standard uncertainties, and 0.5 um.
         """
-        from pretravel.probe.catalogue import load_probe
-        from pretravel.trigger.predict import predict
+        from pretravel.prediction.catalogue import load_probe
+        from pretravel.prediction.predict import predict
 
         probe, n = load_probe("omp40-2-100mm"), np.repeat(sphere_pattern_25(), 3, axis=0)
         rng = np.random.default_rng(1)

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import Origin, QualificationSetup

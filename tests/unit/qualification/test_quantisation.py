@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import from_angles, sphere_pattern_25, unit
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles, sphere_pattern_25, unit
 from pretravel.qualification.machine_effects import quantisation_step, repeat_step
 from pretravel.qualification.quantisation import _USUAL_STEPS, _common_divisor
 

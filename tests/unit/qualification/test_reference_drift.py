@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.qualification.reference_drift import (
     drift_columns,
     drift_is_separable,

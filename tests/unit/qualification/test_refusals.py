@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.formats.touches_csv import read_touches
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.files.touches_csv import read_touches
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
 from pretravel.touches import Touches

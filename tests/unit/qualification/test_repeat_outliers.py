@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import describe, fibonacci_cap
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import describe, fibonacci_cap
 from pretravel.maps.observation import Observation
 from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.outliers import (

@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.qualification.drift_over_time import DailyQuantity, drift_over_time
 from pretravel.qualification.series_courses import EARLY, course_of, due_date
 from pretravel.qualification.time_series import TimeSeries

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.directions import sphere_pattern_25
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_in_touches import machine_effects
 from pretravel.qualification.reference_drift import relative_times

@@ -8,9 +8,10 @@ from typing import ClassVar, Self
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -24,7 +25,6 @@ from pretravel.qualification.touch_plan import (
     plan_touches,
 )
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.example_maps import example_map
 from tests.support.reference_touches import sphere_touches
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.errors import PretravelError
-from pretravel.frames import probe_rotation
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap

@@ -14,25 +14,25 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.directions import ring_pattern, sphere_pattern_25
-from pretravel.errors import ExtrapolationError, InputError, PretravelError
-from pretravel.formats.map_file import write_map
-from pretravel.formats.probe_history import add_verification, read_history
-from pretravel.formats.touches_csv import write_touches
-from pretravel.frames import probe_rotation
+from pretravel.base.directions import ring_pattern, sphere_pattern_25
+from pretravel.base.errors import ExtrapolationError, InputError, PretravelError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
+from pretravel.files.map_file import write_map
+from pretravel.files.probe_history import add_verification, read_history
+from pretravel.files.touches_csv import write_touches
 from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.probe.catalogue import load_probe
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.predict import predict, predicted_map
 from pretravel.qualification.verification import Verification, verify
-from pretravel.report.chart_files import drawn_figure
-from pretravel.report.verification_report import verification_view
+from pretravel.show.chart_files import drawn_figure
+from pretravel.tasks.reports.verification_report import verification_view
 from pretravel.touches import Touches
-from pretravel.trigger.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import DEGREE
 from tests.support.commands import rows, run
 from tests.support.pictures import coloured_share
 

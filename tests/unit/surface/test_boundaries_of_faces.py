@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.boundary import _band, _chained, _closed, face_boundary
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.curves import Conic, Curve, Line

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.brep import (
     Brep,
     ShapeRecord,

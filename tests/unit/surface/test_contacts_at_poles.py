@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.surface import contact as contact_module
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.probing.obstacles import _meets_edges
 from pretravel.surface.cad.boundary import _band, face_boundary
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.surface.cad import face_boxes
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.cad.brep_geometry import SurfaceRecord

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import InputError, PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.surface.cad import step_part
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.cad.brep_geometry import SurfaceRecord

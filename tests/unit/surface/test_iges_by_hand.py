@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.iges_bodies import (
     SEWING,
     _edge_numbers,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.surface.cad import iges_reader
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.part import Part

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.errors import InputError
-from pretravel.formats.map_file import read_map, write_map
+from pretravel.base.errors import InputError
+from pretravel.files.map_file import read_map, write_map
 from pretravel.surface.cad import kernel_process
 from pretravel.surface.cad.kernel_process import KernelLimit, understood
 from pretravel.surface.cad.part_file import read_part

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.directions import unit
+from pretravel.base.directions import unit
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.local_geometry import (
     Domain,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.surface.cad import face as face_module
 from pretravel.surface.cad.face import Face, _has_no_closed_form, lattice
 from pretravel.surface.cad.triangles import _lengths, _thinned, face_triangles

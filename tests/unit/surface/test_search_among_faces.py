@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.trim import Trim

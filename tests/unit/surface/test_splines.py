@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from pretravel.errors import PretravelError
-from pretravel.quantities import COORDINATE
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COORDINATE
 from pretravel.surface.spline import SplineSurface
 
 KNOTS = {

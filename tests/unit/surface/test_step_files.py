@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part

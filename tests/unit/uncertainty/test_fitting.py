@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.circle import fit_circle
 from pretravel.uncertainty.fitting.cone import fit_cone
@@ -179,7 +179,7 @@ def test_circle_in_space() -> None:
 def test_sphere_covariance_with_common_errors() -> None:
     """A common error along all normals changes the radius by its full amount and nothing else;
     independent errors follow the cofactor."""
-    from pretravel.directions import sphere_pattern_25
+    from pretravel.base.directions import sphere_pattern_25
 
     n = np.concatenate([sphere_pattern_25(), -sphere_pattern_25()])
     points = 10.0 * n

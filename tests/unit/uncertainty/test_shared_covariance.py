@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.errors import PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 from pretravel.uncertainty.shared_covariance import SharedCovariance
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.directions import fibonacci_cap, sphere_pattern_25, unit
-from pretravel.errors import PretravelError
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 
 

@@ -12,8 +12,8 @@ from typing import ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.uncertainty.covariance import Covariance
@@ -180,7 +180,7 @@ def averaged_map(
     about the same centre and with the same tip. The covariance is that of the mixture: Hoeting,
     Madigan, Raftery & Volinsky 1999, equation 4.
 
-    >>> from pretravel.directions import sphere_pattern_25
+    >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.mean import MeanBasis
     >>> from pretravel.maps.support import DirectionSupport
     >>> maps = [PretravelMap(MeanBasis(), np.array([p]), Covariance.independent([0.0]),

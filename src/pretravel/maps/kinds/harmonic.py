@@ -9,7 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
 from pretravel.maps.direction_means import Smoothing
 from pretravel.maps.harmonic_regression import (
@@ -27,7 +28,6 @@ from pretravel.maps.spherical_harmonics import checked_terms, real_spherical_har
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.units import MICROMETRE
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])

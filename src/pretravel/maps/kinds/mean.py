@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
+from pretravel.base.arrays import FloatArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.observation import Observation, Scatter

@@ -7,14 +7,14 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import azimuth_angle, polar_angle
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import azimuth_angle, polar_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import averaged
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.units import DEGREE
 
 SECTOR_NAMES = ("X", "Y", "30", "60", "120", "150", "210", "240", "300", "330")
 """Radii of the vector table of a control: one for both X directions, one for both Y directions,

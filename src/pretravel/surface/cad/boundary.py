@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.curves import polyline
 from pretravel.surface.local_geometry import Domain, Surface

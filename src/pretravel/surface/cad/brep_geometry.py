@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.arrays import FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.curves import (
     Conic,
     Curve,

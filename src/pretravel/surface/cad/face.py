@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.trim import Trim
 from pretravel.surface.contact import Lines, ball_center, solve_contact
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface

@@ -8,7 +8,9 @@ import shutil
 import warnings
 from pathlib import Path
 
-from pretravel.errors import InputError, PretravelError
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.units import MICROMETRE
+from pretravel.base.whole_file import temporary_folder
 from pretravel.surface.cad.iges_bodies import SEWING
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.kernel_process import (
@@ -17,8 +19,6 @@ from pretravel.surface.cad.kernel_process import (
     kernel_message,
     run_kernel,
 )
-from pretravel.units import MICROMETRE
-from pretravel.whole_file import temporary_folder
 
 _logger = logging.getLogger("pretravel")
 

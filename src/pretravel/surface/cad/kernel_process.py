@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pretravel.errors import InputError, PretravelError
-from pretravel.own_process import module_folders
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.own_process import module_folders
 from pretravel.surface.cad.brep import Brep, parse_brep
 
 _NEEDED_NEXT = ("scipy.interpolate", "scipy.spatial", "shapely")

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.arrays import FloatArray, IntArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
 

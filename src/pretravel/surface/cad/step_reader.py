@@ -9,7 +9,8 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from pretravel.errors import InputError
+from pretravel.base.errors import InputError
+from pretravel.base.whole_file import temporary_folder
 from pretravel.surface.cad.kernel_process import (
     CadContent,
     kernel_content,
@@ -17,7 +18,6 @@ from pretravel.surface.cad.kernel_process import (
     run_kernel,
 )
 from pretravel.surface.cad.step_text import with_names
-from pretravel.whole_file import temporary_folder
 
 _logger = logging.getLogger("pretravel")
 

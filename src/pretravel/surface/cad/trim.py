@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.arrays import BoolArray, FloatArray
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.surface.local_geometry import Domain
 
 if TYPE_CHECKING:

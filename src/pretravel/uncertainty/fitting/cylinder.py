@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray, frozen
-from pretravel.directions import unit
-from pretravel.errors import PretravelError
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import unit
+from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.fitting.feature import (
     Fit,
     ScaledPoints,

@@ -10,10 +10,10 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.arrays import FloatArray
-from pretravel.directions import fibonacci_cap, unit
-from pretravel.errors import ConvergenceError, PretravelError
-from pretravel.quantities import as_numbers
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, unit
+from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.base.quantities import as_numbers
 
 FLAT = 1e-4
 """Ratio of the smallest to the largest extent of points below which they lie in one plane or line.

@@ -1,0 +1,117 @@
+"""Public names: the one list of what `pretravel` offers; each is imported when it is first used."""
+
+# foundations
+from .base.errors import DescriptionError as DescriptionError
+from .base.errors import ExtrapolationError as ExtrapolationError
+from .base.errors import InputError as InputError
+from .base.errors import PretravelError as PretravelError
+from .base.frames import Placement as Placement
+from .controls.linuxcnc_program import linuxcnc_program as linuxcnc_program
+
+# the machine
+from .controls.machine import Machine as Machine
+from .controls.program import plan_program as plan_program
+from .controls.surroundings import PartObstacle as PartObstacle
+from .controls.surroundings import SphereObstacle as SphereObstacle
+from .files.file_format import FileReadings as FileReadings
+from .files.file_format import ReadingOptions as ReadingOptions
+from .files.machine_file import read_machine as read_machine
+from .files.map_file import read_map as read_map
+from .files.map_file import write_map as write_map
+from .files.point_files import write_points as write_points
+from .files.points_reading import read_points as read_points
+from .files.readings import read_readings as read_readings
+from .files.readings import write_readings as write_readings
+from .files.rig_csv import read_rig_trace as read_rig_trace
+from .files.separation_csv import read_multi_step_readings as read_multi_step_readings
+from .files.source_file import SourceFile as SourceFile
+from .files.touches_csv import read_plan as read_plan
+
+# files
+from .files.touches_csv import read_targets as read_targets
+from .files.touches_csv import read_touches as read_touches
+from .files.touches_csv import write_touches as write_touches
+from .identification.kind_registry import choose as choose
+
+# measured branch
+from .identification.kind_registry import qualify as qualify
+from .identification.kind_registry import qualify_like as qualify_like
+
+# both branches
+from .identification.probe_from_map import identify as identify
+from .laboratory.multi_step_readings import MultiStepReadings as MultiStepReadings
+from .laboratory.multi_step_readings import RepeatedPair as RepeatedPair
+from .laboratory.rig import RigTouch as RigTouch
+from .laboratory.rig import RigTrace as RigTrace
+from .laboratory.rig_calibration import RigCalibration as RigCalibration
+from .laboratory.rig_calibration import calibrate_rig as calibrate_rig
+from .laboratory.rig_events import rig_touch as rig_touch
+from .laboratory.separation import Separation as Separation
+from .laboratory.separation import separate as separate
+from .maps.kind import KindOfMap as KindOfMap
+from .maps.kinds.wozniak import WozniakKind as WozniakKind
+from .maps.pretravel_map import PretravelMap as PretravelMap
+from .maps.provenance import Provenance as Provenance
+from .maps.provenance import QualificationSetup as QualificationSetup
+from .measurement.comparison import compare_corrections as compare_corrections
+from .measurement.compensation import apply as apply
+from .measurement.compensation import embed as embed
+from .measurement.conformity import form_conformity as form_conformity
+from .measurement.conformity import position_conformity as position_conformity
+from .measurement.conformity import size_conformity as size_conformity
+from .measurement.measured_feature import MeasuredFeature as MeasuredFeature
+from .measurement.measured_feature import measure_feature as measure_feature
+from .measurement.measured_sphere import measured_sphere as measured_sphere
+from .measurement.measured_sphere import sphere_by_trials as sphere_by_trials
+from .measurement.point_errors import point_sources as point_sources
+from .measurement.points import Points as Points
+from .measurement.tolerances import FeatureTolerances as FeatureTolerances
+from .measurement.tolerances import inspect_feature as inspect_feature
+from .prediction.catalogue import load_probe as load_probe
+
+# virtual branch
+from .prediction.description import Probe as Probe
+from .prediction.elastic_field import field_at_trigger as field_at_trigger
+from .prediction.fem.condensation import ReducedModel as ReducedModel
+from .prediction.fem.mesh import MeshSettings as MeshSettings
+from .prediction.fem.reduction_cache import reduced_model as reduced_model
+from .prediction.friction import friction_cycle as friction_cycle
+from .prediction.materials import material as material
+from .prediction.predict import Trigger as Trigger
+from .prediction.predict import predict as predict
+from .prediction.predict import predicted_map as predicted_map
+from .probing.inspection import InspectionRegion as InspectionRegion
+from .probing.inspection import plan_inspection as plan_inspection
+from .probing.simulation import Latch as Latch
+from .probing.simulation import PartSetup as PartSetup
+from .probing.simulation import simulate as simulate
+from .probing.slide import SlideSettings as SlideSettings
+from .probing.slide import slide as slide
+from .probing.surface_touches import SurfaceTouches as SurfaceTouches
+from .probing.surface_touches import TouchStatus as TouchStatus
+from .probing.targets import Targets as Targets
+from .probing.tip import predicted_tip as predicted_tip
+from .probing.touching import touch as touch
+from .qualification.qualification import Qualification as Qualification
+from .qualification.verification import verify as verify
+from .surface.cad.part_file import read_part as read_part
+from .surface.cad.step_part import read_step_part as read_step_part
+from .surface.parametric import FunctionSurface as FunctionSurface
+from .surface.specification import parse_surface as parse_surface
+
+# the two shared types
+from .touches import Touches as Touches
+from .uncertainty.covariance import Covariance as Covariance
+from .uncertainty.fitting.circle import fit_circle as fit_circle
+from .uncertainty.fitting.cone import fit_cone as fit_cone
+from .uncertainty.fitting.cylinder import fit_cylinder as fit_cylinder
+from .uncertainty.fitting.plane import fit_plane as fit_plane
+from .uncertainty.fitting.sphere import fit_sphere as fit_sphere
+from .uncertainty.gum import propagate as propagate
+from .uncertainty.monte_carlo import Input as Input
+from .uncertainty.monte_carlo import independent as independent
+from .uncertainty.monte_carlo import joint_normal as joint_normal
+from .uncertainty.monte_carlo import monte_carlo as monte_carlo
+from .uncertainty.monte_carlo import validate as validate
+
+__version__: str

@@ -1,0 +1,101 @@
+"""Buttons that give result files to the user."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import zipfile
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.tasks import Work, flaw_message, without_folder
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import temporary_folder
+
+
+def download_button(label: str, name: str, write: Callable[[Path], object]) -> ui.button:
+    """A button that makes a file and gives it to the browser.
+
+    Parameters
+    ----------
+    label : str
+    name : str
+        Of the file, with its ending.
+    write : callable
+        Writes the file to the path that it is given, as the writers of the library do:
+        ``lambda path: write_map(path, result.map)``. It runs in a thread.
+    """
+
+    async def given() -> Callable[[Path], object]:
+        return write
+
+    return prepared_button(label, name, given)
+
+
+def result_button(
+    work: Work, label: str, name: str, write: Callable[[Path, Any], object]
+) -> ui.button:
+    """As `download_button`, for the newest result of a work: a click during a run waits for it.
+
+    So a file is never that of earlier inputs. `write` gets the path and the result. The button
+    belongs into `outcome.kept`.
+    """
+
+    async def newest() -> Callable[[Path], object]:
+        result = (await work.finished()).result
+        return lambda path: write(path, result)
+
+    return prepared_button(label, name, newest)
+
+
+def prepared_button(
+    label: str, name: str, prepare: Callable[[], Awaitable[Callable[[Path], object]]]
+) -> ui.button:
+    """As `download_button`, with a writer that is made at the click, on the event loop."""
+
+    async def give() -> None:
+        client = ui.context.client  # the button is gone when a new result comes meanwhile
+        button.disable()
+        try:
+            content = await asyncio.to_thread(written_file, name, await prepare())
+        except Exception as error:
+            problem = str(error) if isinstance(error, PretravelError) else flaw_message()
+            with client:
+                ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+        else:
+            client.download(content, name)
+        finally:
+            if not button.is_deleted:
+                button.enable()
+
+    button = ui.button(label, icon="download", on_click=give).props("no-caps outline")
+    return button
+
+
+def result_folder_button(
+    work: Work, label: str, name: str, write: Callable[[Path, Any], object]
+) -> ui.button:
+    """As `result_button`, for several files: `write` gets a folder; a .zip is downloaded."""
+
+    def write_zip(path: Path, result: Any) -> None:
+        folder = path.parent / "files"
+        folder.mkdir()
+        write(folder, result)
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for file in sorted(folder.rglob("*")):
+                archive.write(file, file.relative_to(folder))
+
+    return result_button(work, label, name, write_zip)
+
+
+def written_file(name: str, write: Callable[[Path], object]) -> bytes:
+    """What a writer of the library writes."""
+    with temporary_folder() as folder:
+        try:
+            write(folder / name)
+        except PretravelError as error:
+            raise PretravelError(without_folder(str(error), folder)) from error
+        return io.BytesIO((folder / name).read_bytes()).getvalue()

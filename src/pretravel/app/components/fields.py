@@ -1,0 +1,215 @@
+"""Fields of a form, bound to settings of a screen: each tab shows what another one typed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.components.layout import here
+from pretravel.app.project import ScreenState
+
+
+def typed_number(given: str) -> float:
+    """A number as it was typed.
+
+    Raises
+    ------
+    ValueError
+        It is no finite number; the text teaches.
+
+    >>> typed_number(" 25.4 ")
+    25.4
+    >>> typed_number("25,4")
+    Traceback (most recent call last):
+        ...
+    ValueError: 25,4 has a comma: write 25.4
+    """
+    content = given.strip()
+    try:
+        value = float(content)
+    except ValueError:
+        if content.count(",") == 1 and "." not in content:
+            raise ValueError(f"{content} has a comma: write {content.replace(',', '.')}") from None
+        raise ValueError(f"{content!r} is no number: write for example 25.4") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{content} is not finite")
+    return value
+
+
+def number_text(value: float | None) -> str:
+    """A number as it stands in a field."""
+    return "" if value is None else f"{value:.12g}"
+
+
+def number_field(
+    state: ScreenState,
+    name: str,
+    label: str,
+    *,
+    unit: str = "",
+    default: float | None = None,
+    limits: tuple[float, float] = (-math.inf, math.inf),
+    hint: str = "",
+) -> ui.input:
+    """A field for a number; what is no number within the limits is said below it and not stored.
+
+    An empty field removes the setting, so that the default applies.
+
+    Parameters
+    ----------
+    state : ScreenState
+    name : str
+        Of the setting.
+    label, unit, hint : str
+    default : float or None
+        Shown where nothing is set. It is not stored.
+    limits : tuple of float
+        Smallest and largest value.
+    """
+
+    def problem(given: str) -> str | None:
+        if not given.strip():
+            return None
+        try:
+            value = typed_number(given)
+        except ValueError as error:
+            return str(error)
+        if not limits[0] <= value <= limits[1]:
+            return f"{value:g} {unit} is not between {limits[0]:g} and {limits[1]:g}".strip()
+        return None
+
+    def commit() -> None:
+        given = str(field.value or "")
+        if problem(given) is None:
+            if given.strip():
+                state.settings[name] = typed_number(given)
+            else:
+                state.settings.pop(name, None)
+
+    def shown() -> str:
+        return number_text(state.settings.get(name, default))
+
+    field = ui.input(f"{label} [{unit}]" if unit else label, value=shown(), validation=problem)
+    field.props('outlined inputmode="decimal" debounce="250" autocomplete="off"')
+    field.classes("field").on_value_change(commit)
+    if hint:
+        field.props["hint"] = hint
+
+    def refresh() -> None:
+        given = str(field.value or "")
+        if problem(given) is not None:
+            return  # what is being corrected is not taken away
+        stored = state.settings.get(name, default)
+        if (typed_number(given) if given.strip() else default) != stored:
+            field.set_value(number_text(stored))
+
+    here([state.listen], refresh)
+    return field
+
+
+def text_field(
+    state: ScreenState, name: str, label: str, *, default: str = "", hint: str = ""
+) -> ui.input:
+    """A field for a line of text."""
+    field = ui.input(label, value=state.settings.get(name, default))
+    field.props('outlined debounce="250" autocomplete="off" maxlength="1000"').classes("field")
+    if hint:
+        field.props["hint"] = hint
+
+    def commit() -> None:
+        state.settings[name] = str(field.value or "")
+
+    field.on_value_change(commit)
+    _follow(state, name, default, field)
+    return field
+
+
+def choice_field(
+    state: ScreenState,
+    name: str,
+    label: str,
+    options: Mapping[Any, str] | Sequence[Any],
+    *,
+    default: Any = None,
+    hint: str = "",
+) -> ui.select:
+    """A choice of one among several; a mapping gives each value the text that is shown."""
+    shown = dict(options) if isinstance(options, Mapping) else {value: value for value in options}
+    value = state.settings.get(name, default)
+    field = ui.select(shown, label=label, value=value if value in shown else default)
+    field.props('outlined behavior="menu"').classes("field")
+    if hint:
+        field.props["hint"] = hint
+
+    def commit() -> None:
+        state.settings[name] = field.value
+
+    field.on_value_change(commit)
+    _follow(state, name, default, field)
+    return field
+
+
+def switch_field(state: ScreenState, name: str, label: str, *, default: bool = False) -> ui.switch:
+    """Yes or no."""
+    field = ui.switch(label, value=bool(state.settings.get(name, default))).classes("field")
+
+    def commit() -> None:
+        state.settings[name] = bool(field.value)
+
+    field.on_value_change(commit)
+    _follow(state, name, default, field)
+    return field
+
+
+def slider_field(
+    state: ScreenState,
+    name: str,
+    label: str,
+    *,
+    limits: tuple[float, float],
+    step: float,
+    default: float,
+    unit: str = "",
+) -> ui.slider:
+    """A number with a slider and, beside it, a field to type it."""
+    with ui.element("div").classes("slider-field"):
+        number_field(state, name, label, unit=unit, default=default, limits=limits)
+        return bare_slider(state, name, label, limits=limits, step=step, default=default)
+
+
+def bare_slider(
+    state: ScreenState,
+    name: str,
+    label: str,
+    *,
+    limits: tuple[float, float],
+    step: float,
+    default: float,
+) -> ui.slider:
+    """A slider without a field; one beside it can take numbers beyond the ends of the slider."""
+    slider = ui.slider(
+        min=limits[0], max=limits[1], step=step, value=state.settings.get(name, default)
+    )
+    slider.props["aria-label"] = label
+
+    def commit() -> None:
+        if slider.value is not None:
+            state.settings[name] = float(slider.value)
+
+    slider.on("update:model-value", commit, throttle=0.1)
+    _follow(state, name, default, slider)
+    return slider
+
+
+def _follow(state: ScreenState, name: str, default: Any, field: Any) -> None:
+    """Show what another tab has set."""
+
+    def refresh() -> None:
+        value = state.settings.get(name, default)
+        if field.value != value:
+            field.set_value(value)
+
+    here([state.listen], refresh)

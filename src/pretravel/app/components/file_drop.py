@@ -1,0 +1,86 @@
+"""A place to drop files, or to choose them with the keyboard; the server limits their size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nicegui import ui
+
+from pretravel.app.components.layout import live, text
+from pretravel.app.project import ScreenState
+from pretravel.app.uploads import UPLOADS, Slot
+
+_MEGABYTE = 1_000_000
+
+
+def file_drop(
+    state: ScreenState,
+    purpose: str,
+    label: str,
+    *,
+    endings: Sequence[str] = (),
+    several: bool = False,
+    limit: int = 100 * _MEGABYTE,
+    hint: str = "",
+) -> None:
+    """A place for the files of a purpose, with a list of those that are there.
+
+    Parameters
+    ----------
+    state : ScreenState
+    purpose : str
+        The files come to ``state.files[purpose]``.
+    label : str
+        What to drop, for example "Touches on the sphere".
+    endings : sequence of str
+        Of the names, such as ".csv"; empty: any.
+    several : bool
+        Whether more files are added; else a new one replaces the old one.
+    limit : int
+        Most bytes of a file.
+    hint : str
+        Below the label.
+    """
+    UPLOADS.add(Slot(state, purpose, tuple(endings), several, limit))
+    with ui.element("div").classes("file-drop"):
+        with ui.element("label"):
+            ui.icon("upload_file").props('aria-hidden="true"')
+            text("span", label, "file-drop-label")
+            text("span", hint or _allowed(endings, limit), "file-drop-hint")
+            chooser = ui.element("input").props('type="file"').classes("file-drop-input")
+            chooser.props["data-url"] = f"/upload/{state.name}/{purpose}"
+            chooser.props["accept"] = ",".join(endings)
+            if several:
+                chooser.props["multiple"] = True
+        ui.element("p").classes("file-drop-status").props('role="status"')
+        live([state.listen], lambda: _list(state, purpose), lambda: state.files[purpose])
+
+
+def _allowed(endings: Sequence[str], limit: int) -> str:
+    kinds = f"{', '.join(endings)}; " if endings else ""
+    return f"Drop or choose a file ({kinds}up to {_size_text(limit)})"
+
+
+def _list(state: ScreenState, purpose: str) -> None:
+    with ui.element("ul").classes("file-list"):
+        for file in state.files[purpose]:
+            with ui.element("li"):
+                text("span", file.name, "file-name")
+                text("span", _size_text(len(file.content)), "file-size")
+
+                def remove(gone: object = file) -> None:
+                    state.files[purpose] = tuple(f for f in state.files[purpose] if f is not gone)
+
+                button = ui.button(icon="close", on_click=remove).props("flat round")
+                button.props["aria-label"] = f"Remove {file.name}"
+
+
+def _size_text(size: int) -> str:
+    """A size in bytes as text.
+
+    >>> _size_text(900), _size_text(12_400), _size_text(2_500_000)
+    ('900 bytes', '12 kB', '2.5 MB')
+    """
+    if size < 1000:
+        return f"{size} bytes"
+    return f"{size / 1e3:.0f} kB" if size < 1e6 else f"{size / 1e6:.3g} MB"

@@ -1,0 +1,149 @@
+"""Places of a screen: what goes in on the left, what comes out on the right; below on a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.elements.mixins.text_element import TextElement
+from nicegui.slot import Slot
+
+from pretravel.app.project import Listener
+
+
+@contextmanager
+def inputs_and_results() -> Iterator[tuple[Element, Element]]:
+    """Two columns: ``with inputs_and_results() as (inputs, results)``, then ``with inputs:``."""
+    with ui.element("div").classes("two-columns"):
+        inputs = ui.element("section").classes("inputs").props('aria-label="What goes in"')
+        results = ui.element("section").classes("results").props('aria-label="What comes out"')
+    yield inputs, results
+
+
+@contextmanager
+def panel(heading: str = "", *, level: int = 2) -> Iterator[Element]:
+    """A part of a screen with a heading."""
+    with ui.element("div").classes("panel") as made:
+        if heading:
+            text(f"h{level}", heading)
+        yield made
+
+
+@contextmanager
+def folded(heading: str, *, opened: bool = False) -> Iterator[Element]:
+    """A part that opens with a click or with the Enter key."""
+    with ui.element("details").classes("folded") as made:
+        if opened:
+            made.props("open")
+        text("summary", heading)
+        yield made
+
+
+def folded_until_opened(heading: str, build: Callable[[], None]) -> Element:
+    """As `folded`, with content that is made when it is opened first: a page is there sooner."""
+    with ui.element("details").classes("folded") as made:
+        text("summary", heading)
+    done: list[bool] = []
+
+    def fill() -> None:
+        if not done:
+            done.append(True)
+            with made:
+                build()
+
+    made.on("toggle", fill)
+    return made
+
+
+def text(tag: str, content: str, classes: str = "") -> TextElement:
+    """An HTML element with text; nothing in the text is read as HTML."""
+    made = TextElement(tag=tag, text=content)
+    if classes:
+        made.classes(classes)
+    return made
+
+
+def note(content: str) -> Element:
+    """A remark in a quiet colour."""
+    return text("p", content, "note")
+
+
+def warning(content: str) -> Element:
+    """What limits the trust in a result."""
+    return text("p", content, "warning-note")
+
+
+def _is_gone(slot: Slot) -> bool:
+    """Whether the place was deleted: NiceGUI raises once nothing else holds it."""
+    try:
+        return bool(slot.parent.is_deleted)
+    except RuntimeError:
+        return True
+
+
+def here(subscribe: Iterable[Callable[[Listener], Listener]], handler: Listener) -> None:
+    """Call a handler in this place of this tab on changes, until the tab closes.
+
+    Parameters
+    ----------
+    subscribe : iterable of callable
+        Each takes a listener and returns the function that ends it, as `ScreenState.listen` does.
+    handler : callable
+    """
+    slot = ui.context.slot
+    client = ui.context.client
+
+    def called() -> None:
+        if client.is_deleted or _is_gone(slot):
+            end()
+            return
+        with slot:
+            handler()
+
+    ends = [add(called) for add in subscribe]
+
+    def end() -> None:
+        for one in ends:
+            one()
+
+    client.on_delete(end)
+
+
+def live(
+    subscribe: Iterable[Callable[[Listener], Listener]],
+    build: Callable[[], None],
+    key: Callable[[], object] = lambda: object(),
+) -> Element:
+    """A place whose content is built again when something changes.
+
+    Parameters
+    ----------
+    subscribe : iterable of callable
+        For example ``[state.listen]``.
+    build : callable
+        Makes the content.
+    key : callable
+        What the content depends on; built again only when it has changed.
+
+    Returns
+    -------
+    Element
+        The place; it stays.
+    """
+    place = ui.element("div").classes("live")
+    last: list[object] = []
+
+    def rebuild() -> None:
+        now = key()
+        if last and last[0] == now:
+            return
+        last[:] = [now]
+        place.clear()
+        with place:
+            build()
+
+    rebuild()
+    here(subscribe, rebuild)
+    return place

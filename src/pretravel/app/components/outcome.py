@@ -1,0 +1,171 @@
+"""The result of a task in a screen: what is missing, progress with cancel, error, or result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+from nicegui.element import Element
+
+from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.project import ScreenState
+from pretravel.app.tasks import WORKS, Task, Work
+
+
+def outcome(
+    state: ScreenState,
+    task: Task,
+    show: Callable[[Any], None],
+    *,
+    missing: str = "",
+    button: str = "Compute",
+) -> Work:
+    """Show the work of a task, and its result when it is there.
+
+    Parameters
+    ----------
+    state : ScreenState
+    task : Task
+    show : callable
+        Builds the content for a result. It is called again, in an empty place, for each new one.
+    missing : str
+        What to do while files are missing.
+    button : str
+        Text of the button of a task that does not start by itself.
+
+    Returns
+    -------
+    Work
+    """
+    work = WORKS.of(state, task)
+    if not task.automatic:
+        # Above the status, whose height changes: a click that ends the typing must not miss it.
+        _start_button(work, button)
+    status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
+    place = ui.element("div").classes("live")
+    shown: list[Any] = []
+    said: list[object] = []
+
+    def refresh() -> None:
+        _mark(place, work)
+        now = (work.running, work.started, work.error, work.cancelled, work.stale, work.ready())
+        if not said or said[0] != now:
+            said[:] = [now]
+            status.clear()
+            with status:
+                _show_status(work, missing)
+        if not shown or shown[0] is not work.result:
+            shown[:] = [work.result]
+            place.clear()
+            if work.result is not None:
+                with place:
+                    for said_by_library in work.warnings:
+                        warning(said_by_library)
+                    show(work.result)
+
+    refresh()
+    here([work.listen], refresh)
+    return work
+
+
+def _mark(place: Element, work: Work) -> None:
+    """Show on a place with a result whether the result is that of the fields."""
+    waiting = work.stale or work.running
+    place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
+    # The files of an old result are not those of the fields: they cannot be taken.
+    place.props("inert" if work.error else "", remove="" if work.error else "inert")
+
+
+def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
+    """A place for buttons of a result, there with the first one, that stays while others come.
+
+    What `outcome` shows is made anew for each result; a click on a button in it that has just been
+    replaced would be lost, as after a typed value: the click itself ends the typing.
+
+    Parameters
+    ----------
+    work : Work
+    build : callable
+        Makes the buttons (`downloads.result_button`, `page_button`).
+    key : callable
+        Takes the result; the buttons are made anew when what it returns has changed.
+    """
+
+    def filled() -> tuple[object, ...]:
+        return () if work.result is None else (key(work.result) if key else "",)
+
+    place = live([work.listen], lambda: build() if filled() else None, filled)
+    _mark(place, work)
+    here([work.listen], lambda: _mark(place, work))
+
+
+def _start_button(work: Work, label: str) -> None:
+    """It stays while the status changes, for the same reason as those in `kept`."""
+    button = ui.button(label, on_click=work.start).props("no-caps unelevated")
+
+    def show() -> None:
+        button.set_visibility(work.ready() and not work.running)
+
+    show()
+    here([work.listen], show)
+
+
+def follow(state: ScreenState, task: Task, handler: Callable[[Any], None]) -> Work:
+    """Call a handler in this tab with the result, now if there is one, and with each new one.
+
+    For pictures that are changed in place instead of built again (``plot.update_figure``).
+    """
+    work = WORKS.of(state, task)
+    shown: list[Any] = []
+
+    def refresh() -> None:
+        if work.result is not None and (not shown or shown[0] is not work.result):
+            shown[:] = [work.result]
+            handler(work.result)
+
+    refresh()
+    here([work.listen], refresh)
+    return work
+
+
+def error_view(message: str) -> None:
+    """An error as the library says it."""
+    with ui.element("div").classes("error-view").props('role="alert"'):
+        text("strong", "This cannot be computed")
+        text("p", message)
+
+
+def _show_status(work: Work, missing: str) -> None:
+    if work.running:
+        _show_running(work)
+        return
+    if not work.ready():
+        if missing:
+            note(missing)
+        return
+    if work.error:
+        error_view(work.error)
+        if work.result is not None:
+            note("What stands below is the result of earlier inputs. It cannot be used.")
+    if work.cancelled:
+        note(work.cancelled)
+    if work.stale and not work.task.automatic:
+        note("The settings have changed since this result.")
+
+
+def _show_running(work: Work) -> None:
+    """Progress of a run; hidden from readers of the screen except its title."""
+    with ui.element("div").classes("running"):
+        bar = ui.element("progress")
+        bar.props["aria-label"] = work.task.title
+        text("span", work.task.title, "running-title")
+        stage = text("span", "", "running-stage").props('aria-hidden="true"')
+        clock = text("span", "", "running-clock").props('aria-hidden="true"')
+        ui.button("Cancel", on_click=work.cancel).props("no-caps outline")
+
+    def tick() -> None:
+        stage.text = work.progress
+        clock.text = f"{work.elapsed():.0f} s"
+
+    ui.timer(0.5, tick)

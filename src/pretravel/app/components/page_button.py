@@ -1,0 +1,66 @@
+"""A button that gives a result as a page, with what was done with what."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.components.downloads import prepared_button
+from pretravel.app.tasks import Finished, Task, Work
+from pretravel.show.document import Document
+from pretravel.show.page import write_page
+from pretravel.show.work_record import InputFile, Setting, WorkRecord, record_now
+
+
+def page_button(
+    work: Work,
+    document: Callable[[Any], Document],
+    command: Callable[[Any], str],
+    *,
+    name: str = "report.html",
+    label: str = "Page",
+    template: str = "page.html",
+) -> ui.button:
+    """A button that gives a report as a page, to keep, to print or to send.
+
+    Parameters
+    ----------
+    work : Work
+        Whose newest result is reported, with the files and settings of that result.
+    document, command : callable
+        Take the result; the command does the same.
+    name, label : str
+        Of the file, and on the button.
+    template : str
+        A name of `write_page`.
+    """
+
+    async def newest() -> Callable[[Path], object]:
+        finished = await work.finished()
+
+        def write(path: Path) -> None:
+            record = work_record(work.task, finished, command(finished.result))
+            write_page(path, document(finished.result), record=record, template=template)
+
+        return write
+
+    return prepared_button(label, name, newest)
+
+
+def work_record(task: Task, finished: Finished, command: str) -> WorkRecord:
+    """The files with their checksums, and the settings, that a result was computed from."""
+    inputs = [
+        InputFile(purpose, file.name, len(file.content), hashlib.sha256(file.content).hexdigest())
+        for purpose in dict.fromkeys((*task.needs, *task.files))
+        for file in finished.files[purpose]
+    ]
+    settings = [
+        Setting(name.replace("_", " "), str(finished.settings[name]), given=True)
+        for name in task.settings
+        if name in finished.settings
+    ]
+    return record_now(command, inputs, settings)

@@ -1,0 +1,222 @@
+"""A project as one file: a zip archive of ``project.json`` and the user's files.
+
+The format has a number of its own. Reading is defensive: a project can come from a stranger. Only
+the entries that ``project.json`` lists are read, each with its stated size, and nothing is
+unpacked to the disk.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pretravel.app.project import (
+    LARGEST_PROJECT,
+    Project,
+    SettingValue,
+    StoredFile,
+    check_file_name,
+)
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.version import installed_version
+from pretravel.base.whole_file import whole_file
+
+PROJECT_ENDING = ".pretravel"
+_FORMAT, _VERSION = "pretravel project", 1
+_JSON = "project.json"
+_LARGEST_JSON = 20_000_000
+_MOST_ENTRIES = 2000
+_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
+"""Names of screens and of purposes of files."""
+_DAMAGED = (
+    zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError,
+    NotImplementedError, ValueError, OverflowError, KeyError,
+)  # fmt: skip
+"""What zipfile raises for archives that are damaged, encrypted or of unknown compression."""
+
+
+def project_bytes(project: Project) -> bytes:
+    """The content of the file of a project.
+
+    >>> project = Project("Probe 7")
+    >>> project.screen("engineer").files["touches"] = (StoredFile("a.csv", b"x_mm"),)
+    >>> project_of(project_bytes(project)).screen("engineer").files["touches"][0].content
+    b'x_mm'
+    """
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        screens: dict[str, Any] = {}
+        for state in project.screens:
+            listed: dict[str, Any] = {}
+            for purpose, files in state.files.items():
+                for file in files:
+                    entry = f"files/{state.name}/{purpose}/{file.name}"
+                    archive.writestr(entry, file.content)
+                listed[purpose] = [{"name": f.name, "size": len(f.content)} for f in files]
+            screens[state.name] = {"settings": state.settings.plain(), "files": listed}
+        content = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            "pretravel": installed_version(),
+            "name": project.name,
+            "identity": project.identity,
+            "screens": screens,
+        }
+        archive.writestr(_JSON, json.dumps(content, ensure_ascii=False, indent=1))
+    return target.getvalue()
+
+
+def write_project(path: str | Path, project: Project) -> None:
+    """Write a project, whole or not at all."""
+    content = project_bytes(project)
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_project(path: str | Path) -> Project:
+    """Read a project.
+
+    Raises
+    ------
+    InputError
+        It is missing, damaged, too large or no project.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST_PROJECT:
+            raise InputError(
+                f"it has more than {LARGEST_PROJECT // 10**6} MB, which no project has", path=path
+            )
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"it cannot be read: {error.strerror or error}", path=path) from error
+    return project_of(content, path)
+
+
+def project_of(content: bytes, path: str | Path = "the project") -> Project:
+    """The project of the content of a file.
+
+    Parameters
+    ----------
+    content : bytes
+    path : str or Path
+        For messages.
+
+    Raises
+    ------
+    InputError
+        It is damaged, too large or no project.
+
+    >>> project_of(b"x_mm,y_mm", "touches.csv")
+    Traceback (most recent call last):
+        ...
+    pretravel.base.errors.InputError: touches.csv: this is no project of pretravel: ...
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            return _project(_Entries(archive, path), path)
+    except PretravelError:
+        raise
+    except _DAMAGED as error:
+        reason = "this is no project of pretravel"
+        if content[:2] == b"PK":
+            reason = f"this project is damaged ({error})"
+        raise InputError(
+            f"{reason}: open a file that the workbench saved (*{PROJECT_ENDING})", path=path
+        ) from error
+
+
+class _Entries:
+    """The entries of an archive, read within limits."""
+
+    def __init__(self, archive: zipfile.ZipFile, path: str | Path) -> None:
+        self._archive = archive
+        self._path = path
+        self._left = LARGEST_PROJECT
+        names = archive.namelist()
+        if len(names) > _MOST_ENTRIES:
+            raise InputError(f"it has {len(names)} entries, more than {_MOST_ENTRIES}", path=path)
+        if _JSON not in names:
+            raise InputError(
+                f"this is no project of pretravel: it is an archive without {_JSON}", path=path
+            )
+
+    def content(self, name: str, largest: object) -> bytes:
+        """An entry; what its header says of its size is not believed."""
+        if type(largest) is not int or largest < 0:  # of a negative number zipfile reads all
+            raise PretravelError(
+                f"this project is damaged: the size of {name} is no number of bytes"
+            )
+        if name not in self._archive.NameToInfo:
+            raise InputError(f"this project is damaged: it has no entry {name}", path=self._path)
+        most = min(largest, self._left)
+        with self._archive.open(name) as entry:
+            content = entry.read(most + 1)
+        if len(content) > most:
+            raise InputError(
+                f"the entry {name} is larger than is said, or the project has more than "
+                f"{LARGEST_PROJECT // 10**6} MB",
+                path=self._path,
+            )
+        self._left -= len(content)
+        return content
+
+
+def _project(entries: _Entries, path: str | Path) -> Project:
+    try:
+        stated = json.loads(entries.content(_JSON, _LARGEST_JSON).decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, PretravelError):
+            raise
+        raise InputError(f"{_JSON} in it is no JSON", path=path) from error
+    if not isinstance(stated, dict) or stated.get("format") != _FORMAT:
+        raise InputError("this is no project of pretravel", path=path)
+    if stated.get("version") != _VERSION:
+        raise InputError(
+            f"the project has version {ascii(stated.get('version'))[:20]}, and this pretravel "
+            f"reads version {_VERSION}: use a newer pretravel",
+            path=path,
+        )
+    try:
+        return _checked(stated, entries)
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{_JSON} in it is not as pretravel writes it", path=path) from error
+
+
+def _checked(stated: Mapping[str, Any], entries: _Entries) -> Project:
+    identity = str(stated["identity"])
+    if not re.fullmatch(r"[0-9a-f]{16}", identity):
+        raise PretravelError("its identity is not 16 hexadecimal digits")
+    name = " ".join(str(stated["name"]).encode(errors="replace").decode().split())[:100]
+    project = Project(name or "Untitled", identity)
+    for name, content in stated["screens"].items():
+        state = project.screen(_checked_name(name))
+        settings: Mapping[str, SettingValue] = content["settings"]
+        for setting, value in settings.items():
+            state.settings[str(setting)] = value
+        for purpose, files in content["files"].items():
+            folder = f"files/{name}/{_checked_name(purpose)}"
+            for file in files:
+                check_file_name(file["name"])
+            state.files[purpose] = tuple(
+                StoredFile(file["name"], entries.content(f"{folder}/{file['name']}", file["size"]))
+                for file in files
+            )
+            if len({file.name for file in state.files[purpose]}) < len(state.files[purpose]):
+                raise PretravelError(f"two files of '{purpose}' have the same name")
+    return project
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        raise PretravelError(f"the name {name[:60]!r} of a screen or a purpose cannot be used")
+    return name

@@ -1,0 +1,385 @@
+"""Design a probe: its description as a form, two designs over all directions, finite elements."""
+
+from __future__ import annotations
+
+import asyncio
+import shlex
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.components.document_view import plot, table_view
+from pretravel.app.components.downloads import result_button
+from pretravel.app.components.fields import (
+    bare_slider,
+    choice_field,
+    number_field,
+    text_field,
+)
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import folded, here, live, note, panel, text
+from pretravel.app.components.outcome import error_view
+from pretravel.app.components.plot import ColouredPlot
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.screens.designer_elements import elements_view, one_at_a_time
+from pretravel.app.screens.designer_form import (
+    DesignField,
+    FieldGroup,
+    form_groups,
+    setting_names,
+    start_values,
+)
+from pretravel.app.screens.designer_work import (
+    DESIGN_FILE,
+    DESIGNS,
+    FINITE_ELEMENTS,
+    FIRST_START,
+    THE_START,
+    ComparedDesigns,
+    FiniteElementDesign,
+    digest_of,
+    probe_figure,
+    start_text,
+)
+from pretravel.app.tasks import WORKS, Work, without_folder
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import temporary_folder
+
+_FIXED_WORDS = {
+    "first_contact": "first contact: one seat loses its force",
+    "arm_lift": "arm lift: both seats of a rod lose their force",
+    "hertz": "elastic (Hertz): rod and ball deform",
+    "rigid": "rigid: rod and ball do not deform",
+}
+
+
+_PICTURES = {
+    "probe": "The probe in space",
+    "pretravel": "Pretravel around, both designs",
+    "force": "Trigger force around, both designs",
+    "parts": "Elastic parts of the pretravel, both designs",
+}
+
+
+def show(state: ScreenState) -> None:
+    """Build the screen."""
+    work = WORKS.of(state, DESIGNS)
+    with ui.element("div").classes("two-columns designer"):
+        with ui.element("section").classes("inputs").props('aria-label="The design"'):
+            _start_panel(state)
+            live([state.listen], lambda: _form(state, work), lambda: _start_of(state))
+            with ui.element("div").classes("design-strip"):  # where the pictures are out of sight
+                live([work.listen], lambda: _strip(work), lambda: id(work.result))
+        with ui.element("section").classes("results").props('aria-label="What comes out"'):
+            _results(state, work)
+
+
+def _catalogue() -> dict[str, str]:
+    from pretravel.prediction.catalogue import catalogue_names, load_probe
+
+    return {name: load_probe(name).name for name in catalogue_names()}
+
+
+def _start_of(state: ScreenState) -> tuple[str, tuple[StoredFile, ...]]:
+    return state.settings.get("start", FIRST_START), state.files["description"]
+
+
+@lru_cache(maxsize=8)
+def _text_of_start(name: str, files: tuple[StoredFile, ...]) -> str:
+    """The description of the start.
+
+    Raises
+    ------
+    PretravelError
+        A file that is no description.
+    """
+    if not files:
+        return start_text(name, None)
+    with temporary_folder() as folder:
+        path = Path(folder / files[0].name)
+        path.write_bytes(files[0].content)
+        try:
+            return start_text(name, path)
+        except PretravelError as error:
+            raise PretravelError(without_folder(str(error), folder)) from error
+
+
+def _start_panel(state: ScreenState) -> None:
+    with panel("1. Start from a probe"):
+        choice = choice_field(
+            state, "start", "Probe of the catalogue", _catalogue(), default=FIRST_START
+        )
+        file_drop(
+            state,
+            "description",
+            "Or your own description",
+            endings=(".toml",),
+            limit=1_000_000,
+            hint="Drop or choose a file .toml, as this page and pretravel write it",
+        )
+
+        def follow_file() -> None:
+            choice.set_enabled(not state.files["description"])
+
+        follow_file()
+        here([state.listen], follow_file)
+
+
+def _form(state: ScreenState, work: Work) -> None:
+    """The fields of the start; a new start has a new form."""
+    try:
+        start = _text_of_start(*_start_of(state))
+    except PretravelError as error:
+        error_view(str(error))
+        return
+    if state.settings.get("form_of") != digest_of(start):
+        _take_back(state)
+        state.settings["form_of"] = digest_of(start)
+    defaults = start_values(start)
+    with panel("2. Change it"):
+        for group in form_groups(start):
+            _group(state, work, group, defaults)
+        ui.button("Back to the start", icon="undo", on_click=lambda: _take_back(state)).props(
+            "no-caps flat"
+        )
+
+
+def _take_back(state: ScreenState) -> None:
+    for name in setting_names():
+        state.settings.pop(name, None)
+
+
+def _group(
+    state: ScreenState, work: Work, group: FieldGroup, defaults: Mapping[str, float | str]
+) -> None:
+    if group.opened:
+        text("h3", group.heading)
+        if group.remark:
+            note(group.remark)
+        for field in group.fields:
+            _field(state, work, field, defaults[field.name])
+        return
+    with folded(group.heading):
+        for field in group.fields:
+            _field(state, work, field, defaults[field.name])
+
+
+def _field(state: ScreenState, work: Work, field: DesignField, default: float | str) -> None:
+    if isinstance(default, str):
+        choice_field(state, field.name, field.label, _words(field), default=default)
+    else:
+        with ui.element("div").classes("slider-field"):
+            # The library says what a probe can be; the slider has the usual values.
+            number_field(state, field.name, field.label, unit=field.unit, default=default)
+            bare_slider(
+                state, field.name, field.label, limits=field.ends, step=field.step, default=default
+            )
+
+    def problem() -> str:
+        return work.error if field.name in work.error_inputs else ""
+
+    def show_problem() -> None:
+        if problem():
+            text("p", problem(), "field-problem").props('role="alert"')
+
+    live([work.listen], show_problem, problem)
+
+
+def _words(field: DesignField) -> dict[str, str]:
+    from pretravel.prediction.materials import known_materials
+
+    known = known_materials()
+    return {
+        choice: f"{choice} (E = {known[choice].youngs_modulus / 1e3:g} GPa)"
+        if choice in known
+        else _FIXED_WORDS.get(choice, choice)
+        for choice in field.choices
+    }
+
+
+def _results(state: ScreenState, work: Work) -> None:
+    live([work.listen], lambda: _show_error(work), lambda: work.error)
+    with ui.element("div").classes("live") as place, panel("3. Compare"):
+        _comparison(state, work)
+    with panel("4. Take it with you"):
+        _downloads(state, work)
+    with panel("Finite elements"):
+        elements_view(state)
+
+    def grey() -> None:
+        place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")
+
+    grey()
+    here([work.listen], grey)
+
+
+def _show_error(work: Work) -> None:
+    if work.error:
+        error_view(work.error)
+        if work.result is not None:
+            note("The pictures show the last design that was possible.")
+
+
+def _comparison(state: ScreenState, work: Work) -> None:
+    with ui.element("div").classes("field-row"):
+        choice_field(
+            state,
+            "against",
+            "Compare with (A)",
+            {THE_START: "the start, unchanged", **_catalogue()},
+            default=THE_START,
+        )
+        choice_field(
+            state,
+            "polar",
+            "Polar angle of the surface",
+            {float(angle): _polar_words(angle) for angle in range(0, 91, 5)},
+            default=90.0,
+        )
+    live([work.listen], lambda: _verdict(work), lambda: id(work.result))
+    with ui.element("div").classes("charts"):
+        plots = {name: plot({"data": [], "layout": {}}, words) for name, words in _PICTURES.items()}
+    live([work.listen], lambda: _tables(work), lambda: id(work.result))
+    last: list[Any] = []
+
+    def redraw() -> None:
+        now = _shown(state, work)
+        if work.result is None or now == last:
+            return
+        last[:] = now
+        for name, figure in _figures(state, work).items():
+            plots[name].update_figure(figure)
+
+    _draw_probe(work, plots["probe"])
+    redraw()
+    here([work.listen, WORKS.of(state, FINITE_ELEMENTS).listen, state.listen], redraw)
+
+
+def _draw_probe(work: Work, picture: ColouredPlot) -> None:
+    """The probe in space, when a slider rests: it takes longer than the other pictures."""
+    drawn: list[Any] = [None]
+
+    async def draw() -> None:
+        await asyncio.sleep(0.1)
+        result: ComparedDesigns | None = work.result
+        if result is None or result.design.probe == drawn[0]:
+            return
+        drawn[0] = result.design.probe
+        figure = await asyncio.to_thread(probe_figure, drawn[0])
+        if not picture.is_deleted:
+            picture.update_figure(figure)
+
+    request = one_at_a_time(draw)
+    request()
+    here([work.listen], lambda: None if work.running else request())
+
+
+def _polar_words(angle: int) -> str:
+    return {90: "90° (vertical wall)", 0: "0° (floor)"}.get(angle, f"{angle}°")
+
+
+def _shown(state: ScreenState, work: Work) -> list[Any]:
+    """What the pictures depend on."""
+    elements = WORKS.of(state, FINITE_ELEMENTS)
+    return [
+        id(work.result),
+        state.settings.get("polar", 90.0),
+        id(elements.result),
+        elements.stale,
+    ]
+
+
+def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
+    from pretravel.app.screens.designer_pictures import design_figures
+
+    result: ComparedDesigns = work.result
+    elements = WORKS.of(state, FINITE_ELEMENTS)
+    model: FiniteElementDesign | None = None if elements.stale else elements.result
+    polar = float(state.settings.get("polar", 90.0))
+    against = state.settings.get("against", THE_START)
+    other = "A: the start" if against == THE_START else "A: compared with"
+    predicted = model.predicted if model else None
+    return dict(design_figures((other, result.other), result.design, predicted, polar))
+
+
+def _strip(work: Work) -> None:
+    from pretravel.app.screens.designer_pictures import change_in_words
+
+    if work.result is not None:
+        for line in change_in_words(work.result.other, work.result.design):
+            text("p", line)
+
+
+def _verdict(work: Work) -> None:
+    result: ComparedDesigns | None = work.result
+    if result is None:
+        note("Predicting …")
+    elif result.changes or result.other.probe != result.design.probe:
+        text("p", result.document().verdict, "verdict")
+    else:
+        note("B is still the start: move a slider, and B follows.")
+
+
+def _tables(work: Work) -> None:
+    result: ComparedDesigns | None = work.result
+    if result is None:
+        return
+    document = result.document()
+    for table in document.tables:
+        table_view(table)
+    for remark in document.notes:
+        note(remark)
+
+
+def _downloads(state: ScreenState, work: Work) -> None:
+    text_field(state, "name", "Name of the design", hint="Empty: the name of the start, changed")
+    with ui.element("div").classes("button-row"):
+        result_button(
+            work,
+            "Description (.toml)",
+            DESIGN_FILE,
+            lambda path, result: path.write_text(result.text(), encoding="utf-8"),
+        )
+        for ending in ("nc", "csv"):
+            result_button(work, f"Map (.{ending})", f"design-map.{ending}", _write_map)
+        result_button(work, "Page (.html)", "design.html", _write_page)
+    live([work.listen], lambda: _same(work.result), lambda: work.result and work.result.other_name)
+
+
+def _same(result: ComparedDesigns | None) -> None:
+    other = result.other_name if result else FIRST_START
+    same_elsewhere(
+        shlex.join(["pretravel", "compare", other, DESIGN_FILE, "-o", "design.html"])
+        + "\npretravel predict design.toml -o design-map.csv",
+        "from pathlib import Path\n"
+        "from pretravel import load_probe\n"
+        "from pretravel.tasks.compare_designs import compare_designs\n"
+        "from pretravel.tasks.predict import predict_probe, write_prediction\n"
+        f'print(compare_designs({other!r}, "design.toml").document(("A", "B")).verdict)\n'
+        'write_prediction(Path("design-map.csv"), predict_probe(load_probe("design.toml")))',
+    )
+
+
+def _write_map(path: Path, result: ComparedDesigns) -> None:
+    from pretravel.tasks.predict import write_prediction
+
+    write_prediction(path, result.design)
+
+
+def _write_page(path: Path, result: ComparedDesigns) -> None:
+    from pretravel.show.page import write_page
+    from pretravel.show.work_record import input_file, record_now
+
+    with temporary_folder() as folder:
+        description = folder / DESIGN_FILE
+        description.write_text(result.text(), encoding="utf-8")
+        read = replace(input_file(description, "PROBE"), name=description.name)
+    command = shlex.join(
+        ["pretravel", "compare", result.other_name, DESIGN_FILE, "-o", "design.html"]
+    )
+    write_page(path, result.document(), record=record_now(command, [read]))

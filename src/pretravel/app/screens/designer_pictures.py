@@ -1,0 +1,140 @@
+"""Pictures of two designs at a chosen polar angle, which follow a slider."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE
+from pretravel.prediction.predict import Trigger
+from pretravel.show.chart import Axis, PlaneChart, PolarChart
+from pretravel.show.chart_marks import Bars, Dots, LineMark
+from pretravel.show.chart_plotly import plotly_figure
+from pretravel.show.colours import Colour
+from pretravel.show.formatting import (
+    number_text,
+    value_text,
+)
+from pretravel.show.plotly_parts import PlotlyFigure
+from pretravel.tasks.predict import PredictedProbe
+from pretravel.tasks.reports.design_comparison_report import A, B, results_of
+
+DESIGN, ELEMENTS = "B: your design", "B by finite elements"
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    name: str
+    predicted: PredictedProbe
+    colour: Colour
+    dashed: bool = False
+    dots: bool = False
+
+
+def design_figures(
+    other: tuple[str, PredictedProbe],
+    design: PredictedProbe,
+    elements: PredictedProbe | None = None,
+    polar_deg: float = 90.0,
+) -> Mapping[str, PlotlyFigure]:
+    """Force and pretravel around, and the parts of the pretravel, as Plotly's figures.
+
+    Parameters
+    ----------
+    other : (str, PredictedProbe)
+        With its name for legends.
+    design : PredictedProbe
+    elements : PredictedProbe or None
+        The design by finite elements.
+    polar_deg : float
+        Of the wish of all predictions.
+
+    Returns
+    -------
+    mapping of str to dict
+        force, pretravel, parts.
+    """
+    shown = [
+        _Shown(*other, A),
+        _Shown(DESIGN, design, B, dashed=True),
+    ]
+    if elements is not None:
+        shown.append(_Shown(ELEMENTS, elements, "series3", dots=True))
+    return {
+        "force": plotly_figure(_around("Trigger force", "N", shown, polar_deg)),
+        "pretravel": plotly_figure(_around("Pretravel", "µm", shown, polar_deg)),
+        "parts": plotly_figure(_parts(shown[:2], polar_deg)),
+    }
+
+
+def _rows(predicted: PredictedProbe, polar_deg: float) -> slice:
+    """The directions of one polar angle."""
+    polar = np.asarray(predicted.wish.polar_deg)
+    count = len(np.asarray(predicted.wish.azimuth_deg))
+    level = int(np.argmin(np.abs(polar - polar_deg)))
+    return slice(level * count, (level + 1) * count)
+
+
+def _values(trigger: Trigger, unit: str) -> FloatArray:
+    return trigger.force if unit == "N" else trigger.pretravel / MICROMETRE
+
+
+def _around(name: str, unit: str, shown: Sequence[_Shown], polar_deg: float) -> PolarChart:
+    marks: list[LineMark | Dots] = []
+    for one in shown:
+        azimuth = np.radians(np.asarray(one.predicted.wish.azimuth_deg))
+        values = _values(one.predicted.trigger, unit)[_rows(one.predicted, polar_deg)]
+        if one.dots:
+            marks.append(Dots(azimuth[::2], values[::2], one.name, one.colour, symbol="ring"))
+            continue
+        closed = np.append(azimuth, azimuth[0]), np.append(values, values[0])
+        marks.append(LineMark(*closed, one.name, one.colour, width=2.0, dashed=one.dashed))
+    # Stated, so that it follows a slider: Plotly keeps a range that it has chosen itself.
+    highest = max(
+        float(_values(one.predicted.trigger, unit)[_rows(one.predicted, polar_deg)].max())
+        for one in shown
+    )
+    title = f"{name} around, polar angle {polar_deg:g}°"
+    return PolarChart(title, Axis(name.lower(), unit, 0.0, 1.05 * highest), tuple(marks))
+
+
+def _parts(shown: Sequence[_Shown], polar_deg: float) -> PlaneChart:
+    """Mean contribution of each elastic part at a polar angle."""
+    names = list(shown[0].predicted.trigger.shares)
+    marks = []
+    for offset, one in zip((-0.2, 0.2), shown, strict=True):
+        rows = _rows(one.predicted, polar_deg)
+        shares = one.predicted.trigger.shares
+        values = np.array([shares[name][rows].mean() for name in names]) / MICROMETRE
+        marks.append(
+            Bars(
+                np.arange(float(len(names))) + offset,
+                values,
+                one.name,
+                one.colour,
+                width=0.36,
+                horizontal=True,
+                texts=tuple(number_text(value) for value in values.tolist()),
+            )
+        )
+    return PlaneChart(
+        f"Elastic parts of the pretravel, polar angle {polar_deg:g}°",
+        Axis("mean pretravel", "µm", low=0.0),
+        Axis("", categories=tuple(name.replace("_", " ") for name in names)),
+        tuple(marks),
+    )
+
+
+def change_in_words(other: PredictedProbe, design: PredictedProbe) -> tuple[str, ...]:
+    """Mean pretravel and largest force on walls, of one design and the other, in a line each."""
+    before, after = results_of(other.trigger), results_of(design.trigger)
+    return tuple(
+        f"{words}: {number_text(before[name])} → {value_text(after[name], unit)}"
+        for words, name, unit in (
+            ("Pretravel", "pretravel on walls, mean / µm", "µm"),
+            ("Trigger force", "trigger force on walls, largest / N", "N"),
+        )
+    )

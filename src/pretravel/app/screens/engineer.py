@@ -1,0 +1,43 @@
+"""Engineer: touches on a reference → map, verdict, values for the control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pretravel.app.components.examples import example_button
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import inputs_and_results, panel
+from pretravel.app.components.plot import load_plots_ahead
+from pretravel.app.project import ScreenState, SettingValue
+from pretravel.app.screens.engineer_control import control_panel
+from pretravel.app.screens.engineer_inputs import no_touches_yet, reference_panel, understood
+from pretravel.app.screens.engineer_next import next_step
+from pretravel.app.screens.engineer_results import results
+from pretravel.app.screens.engineer_settings import DEFAULTS
+from pretravel.app.screens.engineer_work import load_ahead
+
+EXAMPLE: Mapping[str, SettingValue] = {**DEFAULTS, "diameter": 24.9987, "tip_diameter": 6.0}
+"""Settings that belong to the example data."""
+
+
+def show(state: ScreenState) -> None:
+    """Build the screen."""
+    load_ahead()
+    load_plots_ahead()
+    next_step(state)
+    with inputs_and_results() as (left, right):
+        with left:
+            with panel("1 Touches"):
+                file_drop(
+                    state,
+                    "touches",
+                    "Touches on the reference sphere",
+                    hint="Drop or choose a table (CSV, TXT …) or a log of the control",
+                )
+                example_button(state, {"touches": ["sphere_touches.csv"]}, EXAMPLE)
+                understood(state)
+                no_touches_yet()
+            reference_panel(state)
+            control_panel(state)
+        with right:
+            results(state)

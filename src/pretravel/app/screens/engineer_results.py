@@ -1,0 +1,200 @@
+"""What comes out for the engineer: verdict, touches in space, errors that corrections leave."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+from pretravel.app.components.document_view import document_view
+from pretravel.app.components.downloads import result_button
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import (
+    folded,
+    folded_until_opened,
+    here,
+    live,
+    note,
+    panel,
+    text,
+    warning,
+)
+from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.plot import plot
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.project import ScreenState
+from pretravel.app.screens.engineer_settings import command_lines, python_lines
+from pretravel.app.screens.engineer_touches import touches_table
+from pretravel.app.screens.engineer_work import (
+    EXPORT,
+    FIT,
+    LOOK,
+    PART,
+    ExportResult,
+    FitResult,
+    LookResult,
+    TouchesPicture,
+    TriedMap,
+)
+from pretravel.app.tasks import WORKS, Work
+from pretravel.show.chart import PolarChart, SpaceChart
+from pretravel.show.chart_plotly import plotly_figure
+
+_MISSING = "Here you see your touches on the sphere, a verdict on the probe, and what it costs."
+_LONGEST_TEXT = 20_000
+
+
+def results(state: ScreenState) -> None:
+    """Everything on the right."""
+    outcome(state, FIT, lambda result: _verdict(result), missing=_MISSING)
+    _touches_in_space(state)
+    fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
+    live([export.listen], lambda: _control_files(export.result), lambda: export.result)
+    live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
+    live([fit.listen], lambda: _part(state), lambda: fit.result is None)
+    live([fit.listen, export.listen], lambda: _same(state), lambda: (fit.result, export.result))
+
+
+def _verdict(result: FitResult | None) -> None:
+    if result is None:
+        return
+    report = result.report
+    with panel("Verdict"):
+        sentence = result.compared.sentence() if result.compared is not None else ""
+        text("p", f"{sentence or report.verdict}.", "verdict")
+        if sentence:
+            text("p", f"{report.verdict}.")
+        if result.problem:
+            note(f"Corrections of controls cannot be compared: {result.problem}")
+        for words in report.warnings:
+            warning(words[0].upper() + words[1:])
+
+
+def _touches_in_space(state: ScreenState) -> None:
+    """The picture stays in place while touches are ticked; only its content changes."""
+    look, fit = WORKS.of(state, LOOK), WORKS.of(state, FIT)
+
+    def there() -> bool:
+        return _shown(look.result, fit.result) is not None
+
+    def build() -> None:
+        if there():
+            with panel("Touches"):
+                _picture(state)
+                touches_table(state)
+
+    live([look.listen, fit.listen], build, there)
+
+
+def _shown(look: LookResult | None, fit: FitResult | None) -> TouchesPicture | None:
+    """The newest picture of the touches."""
+    if fit is not None:
+        return fit.picture
+    return None if look is None else look.picture
+
+
+def _picture(state: ScreenState) -> None:
+    look, fit = WORKS.of(state, LOOK), WORKS.of(state, FIT)
+    first = _shown(look.result, fit.result)
+    assert first is not None
+    drawn = [first]
+    picture = plot(first.figure, "Touches on the reference in space, colours: residuals")
+
+    def refresh() -> None:
+        now = _shown(look.result, fit.result)
+        if now is not None and now is not drawn[0]:
+            drawn[0] = now
+            picture.update_figure(now.figure)
+
+    def clicked(event: GenericEventArguments) -> None:
+        if fit.result is not None:
+            point = event.args["points"][0]
+            toggle_point(state, fit.result, point["curveNumber"], point["pointNumber"])
+
+    here([look.listen, fit.listen], refresh)
+    picture.on("plotly_click", clicked)
+
+
+def toggle_point(state: ScreenState, result: FitResult, trace: int, point: int) -> None:
+    """Leave out the touch that was clicked, or use it again.
+
+    Parameters
+    ----------
+    state : ScreenState
+    result : FitResult
+    trace, point : int
+        The last three traces of the picture are the rows of `TouchesInSpace.rows`.
+    """
+    from pretravel.app.screens.engineer_touches import set_used
+
+    rows = result.touches.rows()
+    of_points = trace - 2  # a surface and the bars come first
+    if 0 <= of_points < len(rows) and 0 <= point < len(rows[of_points]):
+        row = int(rows[of_points][point])
+        set_used(state, result.names[row], used=bool(result.touches.left_out[row]))
+
+
+def _costs(result: FitResult | None) -> None:
+    if result is None:
+        return
+    with panel("The lobes of the probe"), ui.element("div").classes("charts"):
+        for chart in result.report.pictures[0].charts:
+            if isinstance(chart, PolarChart | SpaceChart) and chart.title.startswith("pretravel"):
+                plot(plotly_figure(chart), chart.title)
+    if result.costs is not None:
+        with panel("What a simpler correction leaves"):
+            for chart in result.costs.pictures[0].charts[1:2]:
+                plot(plotly_figure(chart), chart.title)
+            costs = result.costs
+            folded_until_opened(
+                "All corrections, over the azimuth and in a table", lambda: document_view(costs)
+            )
+    folded_until_opened("Full report of the qualification", lambda: document_view(result.report))
+
+
+def _control_files(result: ExportResult | None) -> None:
+    if result is None:
+        return
+    with panel("Files for the control"):
+        head = [words for words in result.files.remarks if words.startswith(("(", ";"))]
+        for words in result.files.remarks:
+            if words not in head:
+                text("p", words)
+        if head:
+            text("pre", "\n".join(head), "file-text").props('tabindex="0"')
+        for name, content in result.files.texts.items():
+            folded_until_opened(name or "Text of the file", partial(_file_text, content))
+
+
+def _file_text(content: str) -> None:
+    shown = content[:_LONGEST_TEXT]
+    text("pre", shown, "file-text").props('tabindex="0"')
+    if len(shown) < len(content):
+        note(f"The first {len(shown)} of {len(content)} signs.")
+
+
+def _part(state: ScreenState) -> None:
+    if WORKS.of(state, FIT).result is None:
+        return
+    with folded("Try the map on a part", opened=bool(state.files["part"])):
+        file_drop(state, "part", "Touches on a part, to compensate with this map")
+        work = outcome(
+            state, PART, lambda made: document_view(made.compensated.document(made.name))
+        )
+        kept(work, lambda: _points_to_keep(work))
+
+
+def _points_to_keep(work: Work) -> None:
+    def write(path: Path, result: TriedMap) -> None:
+        result.write(path)
+
+    result_button(work, "Surface points", "points.csv", write)
+
+
+def _same(state: ScreenState) -> None:
+    fit, export = WORKS.of(state, FIT).result, WORKS.of(state, EXPORT).result
+    if fit is not None:
+        settings = fit.settings if export is None else export.settings
+        same_elsewhere(command_lines(fit.name, settings), python_lines(fit.name, settings))

@@ -1,0 +1,426 @@
+"""What the screen of the engineer computes: a look at the file, the fit, the files of a control."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from datetime import date
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.app.screens.engineer_settings import (
+    DEFAULTS,
+    EXPORT_DEFAULTS,
+    MAP_NAME,
+    OF_FILE,
+    EngineerSettings,
+    command_lines,
+    file_mark,
+)
+from pretravel.app.tasks import Inputs, Task
+from pretravel.base.errors import InputError, PretravelError
+
+if TYPE_CHECKING:
+    from pretravel.base.arrays import BoolArray, FloatArray
+    from pretravel.controls.exports import ExportedFiles
+    from pretravel.files.file_format import FileReadings
+    from pretravel.show.document import Document
+    from pretravel.show.plotly_parts import PlotlyFigure
+    from pretravel.show.touch_sphere_chart import TouchesInSpace
+    from pretravel.show.work_record import WorkRecord
+    from pretravel.tasks.compare import ComparedMap
+    from pretravel.tasks.compensate import CompensatedTouches
+    from pretravel.tasks.look import ColumnsOfTable, LookedAt
+    from pretravel.tasks.qualify import QualifiedProbe
+
+QUESTIONS = ("units", "decimal", "columns")
+"""What a file can lack that one click on the page states."""
+_ROUND = 0.01
+"""Largest share of its radius by which touches on a sphere deviate from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class TouchesPicture:
+    """Touches in space, drawn.
+
+    Attributes
+    ----------
+    touches : TouchesInSpace
+    figure : PlotlyFigure
+    """
+
+    touches: TouchesInSpace
+    figure: PlotlyFigure
+
+
+@dataclass(frozen=True, eq=False)
+class LookResult:
+    """What was understood of the file.
+
+    Attributes
+    ----------
+    name : str
+    found : LookedAt or None
+        None where a question is open.
+    question : str
+        What is not clear, in the words of the library; empty where all is.
+    asked : tuple of str
+        Of `QUESTIONS`.
+    lines : tuple of str
+        First lines of the file as they are.
+    columns : ColumnsOfTable or None
+    picture : TouchesPicture or None
+        About the sphere that fits them best; None where they lie on none.
+    """
+
+    name: str
+    found: LookedAt | None
+    question: str
+    asked: tuple[str, ...]
+    lines: tuple[str, ...]
+    columns: ColumnsOfTable | None
+    picture: TouchesPicture | None
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """A qualification with all touches of the file, those too that were unticked.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    settings : EngineerSettings
+    qualified : QualifiedProbe
+    names : tuple of str
+        By which each touch of the file can be left out.
+    directions : (n, 3) float
+        From the centre to each touch.
+    picture : TouchesPicture
+        All touches of the file.
+    report : Document
+        Of the qualification, as the command makes it.
+    compared : ComparedMap or None
+    costs : Document or None
+        Of the comparison.
+    problem : str
+        Why there is no comparison.
+    record : WorkRecord
+    """
+
+    name: str
+    settings: EngineerSettings
+    qualified: QualifiedProbe
+    names: tuple[str, ...]
+    directions: FloatArray
+    picture: TouchesPicture
+    report: Document
+    compared: ComparedMap | None
+    costs: Document | None
+    problem: str
+    record: WorkRecord
+
+    @property
+    def touches(self) -> TouchesInSpace:
+        """All touches of the file."""
+        return self.picture.touches
+
+
+@cache
+def load_ahead() -> None:
+    """Load what the first file needs, once and beside, while the user looks for the file."""
+    names = ("look", "qualify", "compare", "export", "compensate")
+    threading.Thread(
+        target=lambda: [import_module(f"pretravel.tasks.{name}") for name in names], daemon=True
+    ).start()
+
+
+def _settings_of(inputs: Inputs) -> EngineerSettings:
+    return EngineerSettings.of(inputs.settings, inputs.file("touches").read_bytes())
+
+
+def look(inputs: Inputs) -> LookResult:
+    """Look at the file of touches."""
+    from pretravel.tasks.look import columns_of_table, first_lines, look_at_touches
+
+    path, options = inputs.file("touches"), _settings_of(inputs).looking()
+    found: LookedAt | None = None
+    question, asked = "", tuple[str, ...]()
+    try:
+        found = look_at_touches(path, options)
+    except InputError as error:
+        asked = tuple(name for name in QUESTIONS if name in error.inputs)
+        if not asked:
+            raise
+        question = str(error).replace(str(path), path.name)
+    if found is not None and not found.unit_known:
+        asked = ("units",)
+    return LookResult(
+        path.name,
+        found,
+        question,
+        asked,
+        first_lines(path),
+        columns_of_table(path, options),
+        None if found is None else _about_best_sphere(found),
+    )
+
+
+def _drawn(touches: TouchesInSpace, title: str, unit: str = "mm") -> TouchesPicture:
+    from pretravel.show.chart_plotly import plotly_figure
+    from pretravel.show.touch_sphere_chart import touches_chart
+
+    chart = touches_chart(touches, title, unit=unit)
+    return TouchesPicture(touches, plotly_figure(chart))
+
+
+def _about_best_sphere(found: LookedAt) -> TouchesPicture | None:
+    from pretravel.base.units import MICROMETRE
+    from pretravel.show.touch_sphere_chart import TouchesInSpace
+    from pretravel.uncertainty.fitting.sphere import fit_sphere
+
+    positions = found.positions
+    try:
+        fit = fit_sphere(positions)
+    except PretravelError:
+        return None
+    off = fit.radius - np.linalg.norm(positions - fit.center, axis=1)
+    if np.max(np.abs(off)) > _ROUND * fit.radius:
+        return None
+    none = np.zeros(len(positions), dtype=bool)
+    labels = tuple(str(row + 1) for row in range(len(positions)))
+    return _drawn(
+        TouchesInSpace(positions, fit.center, fit.radius, off / MICROMETRE, none, none, labels),
+        "Touches on the sphere that fits them best",
+        "mm" if found.unit_known else "unit of the file",
+    )
+
+
+class _LastFits:
+    """The last fits of this server, so that several tasks compute one only once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._fits: OrderedDict[str, FitResult | PretravelError] = OrderedDict()
+
+    def get(self, path: Path, settings: EngineerSettings) -> FitResult:
+        """The fit of a file; computed where it is new."""
+        content = file_mark(path.read_bytes())
+        used = sorted((name, repr(settings[name])) for name in (*DEFAULTS, *OF_FILE))
+        key = f"{path.name} {content} {used}"
+        with self._lock:
+            if key not in self._fits:
+                self._fits[key] = _fitted(path, settings)
+                while len(self._fits) > 2:
+                    self._fits.popitem(last=False)
+            found = self._fits[key]
+        if isinstance(found, PretravelError):
+            raise found
+        return replace(found, settings=settings)
+
+
+_LAST_FITS = _LastFits()
+
+
+def fit(inputs: Inputs) -> FitResult | None:
+    """Qualify the probe; None while the reference is not stated or the file has a question."""
+    settings = _settings_of(inputs)
+    if settings["diameter"] is None or look(inputs).question:
+        return None
+    return _LAST_FITS.get(inputs.file("touches"), settings)
+
+
+def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelError:
+    from pretravel.files.several_files import read_series
+    from pretravel.show.work_record import input_file, record_now
+    from pretravel.tasks.compare import compare_map
+    from pretravel.tasks.qualify import qualify_probe
+    from pretravel.tasks.reports.preview_report import with_reading_note
+
+    try:
+        whole = read_series([path], settings.reading()).in_machine_axes()
+        left_out = settings.left_out
+        kept = read_series([path], settings.reading(left_out)).in_machine_axes()
+        qualified = qualify_probe(kept, settings.setup(), settings.kind())
+    except PretravelError as error:
+        return error
+    names = touch_names(path, whole)
+    compared, problem = None, ""
+    try:
+        compared = compare_map(qualified.pretravel_map)
+    except PretravelError as error:  # a map that does not hold all around
+        problem = str(error)
+    touches = _touches_of(qualified, whole, np.isin(names, left_out), names)
+    report = qualified.document(path.name, excluded=left_out, saved=False)
+    report = with_reading_note(report, kept)
+    costs = None if compared is None else compared.document()
+    for document in (report, costs):
+        for picture in () if document is None else document.pictures:
+            _ = picture.charts  # made here, because the page must not wait
+    return FitResult(
+        path.name,
+        settings,
+        qualified,
+        names,
+        whole.touches.normals,
+        _drawn(touches, "Touches, coloured by residual"),
+        report,
+        compared,
+        costs,
+        problem,
+        record_now(
+            command_lines(path.name, settings).splitlines()[0],
+            [replace(input_file(path, "TOUCHES"), name=path.name)],
+        ),
+    )
+
+
+def touch_names(path: Path, readings: FileReadings) -> tuple[str, ...]:
+    """By which each touch can be left out: file and line, or its label or number.
+
+    Parameters
+    ----------
+    path : Path
+    readings : FileReadings
+    """
+    touches = readings.touches
+    if touches.lines is not None:
+        return tuple(f"{path.name}:{line}" for line in touches.lines)
+    if touches.labels is not None and len(set(touches.labels)) == len(touches.labels):
+        return touches.labels
+    return tuple(str(row + 1) for row in range(len(touches)))
+
+
+def _touches_of(
+    qualified: QualifiedProbe, whole: FileReadings, out: BoolArray, names: tuple[str, ...]
+) -> TouchesInSpace:
+    """All touches of the file, with what the map leaves of them."""
+    from pretravel.base.units import MICROMETRE
+    from pretravel.identification.kind_choice import distances_from_reference
+    from pretravel.show.touch_sphere_chart import TouchesInSpace
+
+    made, touches = qualified.qualification, whole.touches
+    kept = ~out
+    if int(kept.sum()) != len(made.residuals):
+        raise PretravelError("a touch that was unticked is not in this file: use all touches again")
+    distance, _ = distances_from_reference(made, touches)
+    residuals = distance if made.setup.ring else -distance
+    residuals[kept] = made.residuals
+    named = np.zeros(len(kept), dtype=bool)
+    rows = [row for outlier in made.outliers for row in outlier.rows]
+    named[np.flatnonzero(kept)[rows]] = True
+    radius = float(np.mean(np.linalg.norm(touches.positions - made.center, axis=1)))
+    labels = touches.labels or tuple(
+        f"line {name.rpartition(':')[2]}" if ":" in name else name for name in names
+    )
+    return TouchesInSpace(
+        touches.positions,
+        made.center,
+        radius,
+        residuals / MICROMETRE,
+        named,
+        ~kept,
+        labels,
+        made.setup.ring,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ExportResult:
+    """The files of a control.
+
+    Attributes
+    ----------
+    settings : EngineerSettings
+        Its map was made with them.
+    files : ExportedFiles
+    """
+
+    settings: EngineerSettings
+    files: ExportedFiles
+
+    @property
+    def to(self) -> str:
+        """The control."""
+        return str(self.settings["control"])
+
+
+def export(inputs: Inputs) -> ExportResult | None:
+    """Files for the control that is chosen; None without one, or without a map."""
+    from pretravel.tasks.export import export_map
+
+    settings = _settings_of(inputs)
+    if settings["control"] is None:
+        return None
+    try:
+        made = fit(inputs)
+    except PretravelError:
+        return None  # shown at the fit
+    if made is None:
+        return None
+    files = export_map(
+        made.qualified.pretravel_map,
+        settings["control"],
+        settings.export(),
+        written=date.today().isoformat(),
+    )
+    return ExportResult(settings, files)
+
+
+@dataclass(frozen=True, eq=False)
+class TriedMap:
+    """Touches of a part, compensated with the map.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    compensated : CompensatedTouches
+    """
+
+    name: str
+    compensated: CompensatedTouches
+
+    def write(self, path: Path) -> None:
+        """Write the points."""
+        self.compensated.write(path, self.name, MAP_NAME)
+
+
+def compensate(inputs: Inputs) -> TriedMap | None:
+    """Compensate the touches of a part with the map; None without a map."""
+    from pretravel.files.file_format import ReadingOptions
+    from pretravel.files.several_files import read_series
+    from pretravel.tasks.compensate import compensate_readings
+
+    made = fit(inputs)
+    if made is None:
+        return None
+    pretravel_map, part = made.qualified.pretravel_map, inputs.file("part")
+    options = ReadingOptions(units=made.settings["units"], tip_radius=pretravel_map.tip_radius)
+    return TriedMap(part.name, compensate_readings(read_series([part], options), pretravel_map))
+
+
+_OF_FIT = (*DEFAULTS, "answers", "left_out")
+LOOK = Task("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
+FIT = Task("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
+EXPORT = Task(
+    "export",
+    export,
+    "Making the files of the control",
+    settings=(*_OF_FIT, *EXPORT_DEFAULTS),
+    files=("touches",),
+    needs=("touches",),
+)
+PART = Task(
+    "part",
+    compensate,
+    "Compensating",
+    settings=_OF_FIT,
+    files=("touches", "part"),
+    needs=("touches", "part"),
+)

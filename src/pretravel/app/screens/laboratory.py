@@ -1,0 +1,270 @@
+"""Laboratory: traces of a rig → calibration and certificate; readings → machine and probe apart."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.components.document_view import document_view
+from pretravel.app.components.downloads import result_button
+from pretravel.app.components.examples import example_button
+from pretravel.app.components.fields import choice_field, number_field
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import (
+    folded,
+    inputs_and_results,
+    live,
+    note,
+    panel,
+)
+from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.page_button import page_button
+from pretravel.app.components.plot import plot
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.statements import statements_form
+from pretravel.app.project import ScreenState
+from pretravel.app.screens.laboratory_work import (
+    RIG_SETTINGS,
+    SEPARATION_SETTINGS,
+    RigResult,
+    SeparationResult,
+    calibrate_rig_traces,
+    moved_marks,
+    separate_readings,
+    shown_events,
+)
+from pretravel.app.tasks import Task, Work
+from pretravel.base.units import MICROMETRE
+from pretravel.base.whole_file import write_json
+from pretravel.files.csv_table import write_csv_table
+from pretravel.files.laboratory_file import with_laboratory_values
+from pretravel.files.separation_csv import separation_json, separation_table
+from pretravel.show.chart_plotly import plotly_figure
+from pretravel.tasks.reports.certificate_report import TEMPLATE
+from pretravel.tasks.reports.rig_report import trace_view
+
+RIG = Task(
+    "rig",
+    calibrate_rig_traces,
+    "Evaluating the traces",
+    settings=RIG_SETTINGS,
+    files=("traces", "budget"),
+    needs=("traces",),
+)
+SEPARATION = Task(
+    "separate",
+    separate_readings,
+    "Separating machine and probe",
+    settings=SEPARATION_SETTINGS,
+    files=("readings",),
+    needs=("readings",),
+)
+WORK = {"rig": "Traces of a calibration rig", "separation": "Machine and probe apart"}
+METHOD_NAMES = {
+    "reml": "restricted maximum likelihood",
+    "least-squares": "the paper's least squares",
+}
+EXAMPLE_TRACES = tuple(
+    f"rig/rig_{azimuth:03d}_{repeat}.csv" for azimuth in (0, 60, 90) for repeat in (1, 2)
+)
+_MOVABLE = {
+    "displaylogo": False,
+    "responsive": True,
+    "scrollZoom": False,
+    "edits": {"shapePosition": True},
+}
+
+
+def show(state: ScreenState) -> None:
+    """Build the screen."""
+    choice_field(state, "work", "What do you have?", WORK, default="rig")
+    live(
+        [state.listen],
+        lambda: _separation(state) if _work(state) == "separation" else _rig(state),
+        key=partial(_work, state),
+    )
+
+
+def _work(state: ScreenState) -> str:
+    return str(state.settings.get("work", "rig"))
+
+
+def _rig(state: ScreenState) -> None:
+    with inputs_and_results() as (inputs, results):
+        with inputs:
+            file_drop(
+                state, "traces", "Traces of the rig", endings=(".csv",), several=True,
+                hint="rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger",
+            )  # fmt: skip
+            example_button(state, {"traces": EXAMPLE_TRACES}, {"marks": {}, "excluded": []})
+            file_drop(state, "budget", "Budget of your rig", endings=(".csv",))
+            with folded("Ruler"):
+                number_field(state, "temperature", "Temperature of the ruler", unit="°C",
+                             default=20.0, limits=(-50.0, 100.0))  # fmt: skip
+                number_field(state, "expansion", "Thermal expansion of the ruler", unit="1e-6/K",
+                             default=8.0, limits=(0.0, 100.0))  # fmt: skip
+            statements_form(state, certificate=True)
+        with results:
+            work = outcome(
+                state, RIG, partial(_show_rig, state),
+                missing="Drop the traces of the rig, one file for each touch.",
+            )  # fmt: skip
+            kept(work, lambda: _rig_to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
+
+
+def _show_rig(state: ScreenState, result: RigResult) -> None:
+    traces = {trace.name for trace in result.rig.traces}  # a trace has a panel of its own
+    pictures = tuple(
+        picture for picture in result.document.pictures if picture.view.title not in traces
+    )
+    document_view(replace(result.document, pictures=pictures))
+    with panel("One trace"):
+        _trace_chooser(state, result)
+        live(
+            [state.listen],
+            lambda: _show_trace(state, result),
+            key=lambda: state.settings.get("trace"),
+        )
+
+
+def _rig_to_keep(work: Work) -> None:
+    with panel("To keep"), ui.element("div").classes("buttons"):
+        page_button(
+            work, lambda result: result.certificate, lambda result: result.command,
+            name="certificate.html", label="Certificate (page)", template=TEMPLATE,
+        )  # fmt: skip
+        result_button(
+            work, "rig.csv", "rig.csv",
+            lambda path, result: write_csv_table(path, result.rig.table()),
+        )  # fmt: skip
+        result_button(
+            work, "rig.json", "rig.json",
+            lambda path, result: write_json(path, result.rig.values(result.statements)),
+        )  # fmt: skip
+
+
+def _same(result: RigResult | SeparationResult | None) -> None:
+    if result is not None:
+        same_elsewhere(result.command, result.python)
+
+
+def _trace_chooser(state: ScreenState, result: RigResult) -> None:
+    names = {}
+    for touch in result.rig.touches:
+        why = result.rig.calibration.not_used.get(touch.trace)
+        left_out = f", left out: {why}" if why else ""
+        pretravel = f"{touch.pretravel / MICROMETRE:.2f} µm"
+        names[touch.trace] = f"{touch.trace}: pretravel {pretravel}{left_out}"
+    choice_field(state, "trace", "Trace", names, default=result.rig.touches[0].trace)
+
+
+def _show_trace(state: ScreenState, result: RigResult) -> None:
+    trace, touch = result.trace(str(state.settings.get("trace", "")))
+    marks = state.settings.get("marks", {}).get(trace.name, {})
+    whole, signals, contact = trace_view(trace, touch).charts
+    note("Drag r0, r1, r2 or r3 to where you see it, or type its place below the picture.")
+    figure = plotly_figure(contact) | {"config": _MOVABLE}
+    shown = plot(figure, f"{trace.name}: {contact.title}")
+    shown.on("plotly_relayout", partial(_dragged, state, trace.name, shown_events(touch)))
+    with ui.element("div").classes("field-grid"):
+        for event in shown_events(touch):
+            _mark_field(state, trace.name, event, float(getattr(touch, event)))
+    with ui.element("div").classes("buttons"):
+        if marks:
+            taken = partial(_without_marks, state, trace.name)
+            ui.button("Take my marks away", icon="undo", on_click=taken).props("no-caps outline")
+        excluded = trace.name in state.settings.get("excluded", [])
+        ui.button(
+            "Include this trace" if excluded else "Leave this trace out",
+            icon="add" if excluded else "remove",
+            on_click=partial(_exclude, state, trace.name, not excluded),
+        ).props("no-caps outline")
+    for line in touch.notes:
+        note(line)
+    with ui.element("div").classes("charts"):
+        for chart in (whole, signals):
+            plot(plotly_figure(chart), f"{trace.name}: {chart.title}")
+
+
+def _dragged(state: ScreenState, trace: str, events: list[str], event: Any) -> None:
+    """A line was dragged: shapes have the order of the events; places are in µm."""
+    for key, place in event.args.items():
+        found = re.fullmatch(r"shapes\[(\d+)\]\.x0", key)
+        if found and int(found[1]) < len(events) and isinstance(place, (int, float)):
+            _set_mark(state, trace, events[int(found[1])], round(place * MICROMETRE, 9))
+
+
+def _set_mark(state: ScreenState, trace: str, event: str, place: float | None) -> None:
+    marks = state.settings.get("marks", {})
+    state.settings["marks"] = moved_marks(marks, trace, event, place)
+
+
+def _without_marks(state: ScreenState, trace: str) -> None:
+    marks = state.settings.get("marks", {})
+    state.settings["marks"] = {name: moved for name, moved in marks.items() if name != trace}
+
+
+def _exclude(state: ScreenState, trace: str, leave_out: bool) -> None:
+    others = [name for name in state.settings.get("excluded", []) if name != trace]
+    state.settings["excluded"] = [*others, trace] if leave_out else others
+
+
+def _mark_field(state: ScreenState, trace: str, event: str, place: float) -> None:
+    shown = f"{place / MICROMETRE:.4f}"
+    field = ui.input(f"{event} [µm]", value=shown).props('outlined inputmode="decimal"')
+    field.classes("field")
+
+    def commit() -> None:
+        try:
+            typed = float(str(field.value))
+        except ValueError:
+            field.set_value(shown)
+            return
+        if str(field.value) != shown:
+            _set_mark(state, trace, event, round(typed * MICROMETRE, 9))
+
+    field.on("keydown.enter", commit).on("blur", commit)
+
+
+def _separation(state: ScreenState) -> None:
+    with inputs_and_results() as (inputs, results):
+        with inputs:
+            file_drop(
+                state, "readings", "Multi-step readings", endings=(".csv",),
+                hint="machine index, probe index, reading: the error of the machine minus that of "
+                "the probe",
+            )  # fmt: skip
+            example_button(state, {"readings": ["redundancy_24x24.csv"]}, {})
+            choice_field(state, "method", "Method of the variances", METHOD_NAMES, default="reml")
+            statements_form(state)
+        with results:
+            work = outcome(
+                state, SEPARATION, lambda result: document_view(result.document),
+                missing="Drop the readings of a multi-step test.",
+            )  # fmt: skip
+            kept(work, lambda: _separation_to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
+
+
+def _separation_to_keep(work: Work) -> None:
+    with panel("To keep"), ui.element("div").classes("buttons"):
+        page_button(
+            work, lambda result: result.document, lambda result: result.command,
+            name="separation.html",
+        )  # fmt: skip
+        result_button(
+            work, "separation.csv", "separation.csv",
+            lambda path, result: write_csv_table(path, separation_table(result.separation)),
+        )  # fmt: skip
+        result_button(
+            work, "separation.json", "separation.json",
+            lambda path, result: write_json(
+                path, with_laboratory_values(separation_json(result.separation), result.statements)
+            ),
+        )  # fmt: skip
+    note("A reading is the error of the machine minus that of the probe.")

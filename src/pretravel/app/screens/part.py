@@ -1,0 +1,272 @@
+"""Part: touches on a part → before and after, single points, features, points to download."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from pretravel.app.components.document_view import (
+    document_view,
+    key_figures,
+    table_view,
+)
+from pretravel.app.components.downloads import result_button
+from pretravel.app.components.fields import (
+    choice_field,
+    number_field,
+    switch_field,
+    text_field,
+)
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.layout import (
+    folded,
+    inputs_and_results,
+    live,
+    note,
+    panel,
+)
+from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.page_button import page_button
+from pretravel.app.components.plot import plot
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.screens.part_work import (
+    FEATURE_SETTINGS,
+    PART_SETTINGS,
+    PartFeatures,
+    PartResult,
+    compensate_part,
+    example_map,
+    measure_part,
+)
+from pretravel.app.tasks import WORKS, Inputs, Task, Work
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import MICROMETRE
+from pretravel.files.tables import write_table
+from pretravel.measurement.association import ASSOCIATIONS
+from pretravel.prediction.catalogue import catalogue_names
+from pretravel.show.chart_plotly import plotly_figure
+from pretravel.show.document import KeyFigure
+from pretravel.show.formatting import decimals, signed_decimals
+from pretravel.tasks.example_data import example_folder
+from pretravel.tasks.reports.budget_report import budget_table
+
+COMPENSATION = Task(
+    "compensate",
+    compensate_part,
+    "Compensating the touches",
+    settings=PART_SETTINGS,
+    files=("touches", "map", "part"),
+    needs=("touches",),
+    own_process=True,
+)
+ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")
+
+
+def show(state: ScreenState) -> None:
+    """Build the screen."""
+    with inputs_and_results() as (inputs, results):
+        with inputs:
+            _inputs(state)
+        with results:
+            work = outcome(
+                state,
+                COMPENSATION,
+                lambda result: _show_result(state, result),
+                missing="1. Drop the touches on the part.  2. Drop the map of the probe (from "
+                "Qualify a probe), or choose a probe.  3. With the part as a STEP file the contact "
+                "is computed on its faces.",
+            )
+            kept(work, lambda: _to_keep(work))
+            live([work.listen], lambda: _same(work.result), lambda: work.result)
+
+
+def _inputs(state: ScreenState) -> None:
+    file_drop(
+        state, "touches", "1. Touches on the part",
+        hint="A table (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a log of the control",
+    )  # fmt: skip
+    file_drop(state, "map", "2. Map of the probe", endings=(".nc", ".csv", ".json", ".toml"))
+    probes = {"": "the map above"} | {name: name for name in catalogue_names()}
+    choice_field(state, "probe", "Without a map: a probe of the catalogue", probes, default="")
+    file_drop(
+        state, "part", "3. The part (if you have it)",
+        endings=(".step", ".stp", ".iges", ".igs"),
+    )  # fmt: skip
+    _example(state)
+    with folded("More settings"):
+        units = {"": "as the file states", "mm": "mm", "inch": "inch"}
+        choice_field(state, "units", "Unit of the touches", units, default="")
+        number_field(
+            state, "feed", "Feed of the touches", unit="mm/min", limits=(1e-3, 1e5),
+            hint="Only where the file does not state it",
+        )  # fmt: skip
+        switch_field(state, "extrapolate", "Allow directions outside the map")
+
+
+def _example(state: ScreenState) -> None:
+    async def fill() -> None:
+        folder = example_folder()
+        button.disable()
+        name, content = await asyncio.to_thread(example_map, folder)
+        state.settings["probe"] = ""
+        for purpose, file in (("part", "part.step"), ("touches", "part_touches.csv")):
+            state.files[purpose] = (StoredFile(file, (folder / file).read_bytes()),)
+        state.files["map"] = (StoredFile(name, content),)
+        button.enable()
+
+    async def fill_bores() -> None:
+        """The same map; labelled touches in two bores, and what is measured of them."""
+        await fill()
+        state.settings["feature"], state.settings["by_prefix"] = "bore", True
+        state.files["part"] = ()
+        state.files["touches"] = (
+            StoredFile("bore_touches.csv", (example_folder() / "bore_touches.csv").read_bytes()),
+        )
+
+    button = ui.button("Try it with example data", icon="school", on_click=fill)
+    button.props("no-caps flat")
+    bores = ui.button("Example with two bores to measure", icon="school", on_click=fill_bores)
+    bores.props("no-caps flat")
+
+
+def _show_result(state: ScreenState, result: PartResult) -> None:
+    document_view(replace(result.document, pictures=()))
+    with panel("On the part"):
+        note("Click a point for its slide and its budget.")
+        for picture in result.document.pictures:
+            with ui.element("div").classes("charts"):
+                for chart in picture.charts:
+                    _clickable(state, plotly_figure(chart), f"{picture.caption}: {chart.title}")
+    with panel("One point"):
+        live(
+            [state.listen],
+            lambda: _show_point(state, result),
+            key=lambda: state.settings.get("point"),
+        )
+    with panel("Features"):
+        _show_features(state, result)
+
+
+def _to_keep(work: Work) -> None:
+    def write(path: Path, result: PartResult) -> None:
+        result.compensated.write(path, result.touches_name, result.map_name)
+
+    with panel("Points to download"), ui.element("div").classes("buttons"):
+        for ending in ENDINGS_OF_POINTS:
+            result_button(work, f"points{ending}", f"points{ending}", write)
+        page_button(
+            work, lambda result: result.document, lambda result: result.command(),
+            name="points.html",
+        )  # fmt: skip
+
+
+def _same(result: PartResult | None) -> None:
+    if result is not None:
+        same_elsewhere(result.command(), result.python())
+
+
+def _clickable(state: ScreenState, figure: dict[str, Any], description: str) -> None:
+    """A chart whose points can be chosen with a click."""
+
+    def choose(event: Any) -> None:
+        for point in event.args.get("points", ()):
+            rows = figure["data"][point["curveNumber"]].get("customdata", ())
+            if point["pointNumber"] < len(rows):
+                state.settings["point"] = rows[point["pointNumber"]]
+                return
+
+    plot(figure, description).on("plotly_click", choose)
+
+
+def _show_point(state: ScreenState, result: PartResult) -> None:
+    points = result.compensated.points
+    names = {row: f"{row + 1}: {label}" for row, label in enumerate(points.labels[:5000])}
+    choice_field(state, "point", "Point", names, default=0)
+    row = state.settings.get("point", 0)
+    if not isinstance(row, int) or not 0 <= row < len(points):
+        row = 0
+    budget = result.budget(row)
+    figures = [
+        KeyFigure("position", tuple(points.positions[row].tolist()), "mm", decimals(4)),
+        KeyFigure("pretravel", float(points.pretravel[row]) / MICROMETRE, "µm"),
+        KeyFigure("u", float(points.standard_uncertainty[row]) / MICROMETRE, "µm"),
+    ]
+    if points.deviation is not None:
+        deviation = float(points.deviation[row]) / MICROMETRE
+        figures.insert(1, KeyFigure("deviation", deviation, "µm", signed_decimals(2)))
+    if result.slide is not None:
+        slide = float(result.slide[row]) / MICROMETRE
+        figures.append(
+            KeyFigure("slide", slide, "µm", remark="of the contact, from first contact to trigger")
+        )
+    key_figures(figures)
+    if budget.components:
+        table_view(replace(budget_table(budget, title="Budget of this point"), detail=False))
+    else:
+        note("The map states no uncertainty, so there is no budget.")
+
+
+def _features_task(state: ScreenState) -> Task:
+    """The measurement of features; it uses the points of the newest compensation."""
+
+    def compute(inputs: Inputs) -> PartFeatures:
+        result = WORKS.of(state, COMPENSATION).result
+        if result is None:
+            raise PretravelError("there are no compensated points yet")
+        return measure_part(result, inputs)
+
+    return Task(
+        "features",
+        compute,
+        "Measuring the features",
+        settings=FEATURE_SETTINGS,
+        files=("touches",),
+        needs=("touches",),
+        automatic=False,
+    )
+
+
+def _show_features(state: ScreenState, result: PartResult) -> None:
+    with ui.element("div").classes("field-grid"):
+        choice_field(state, "feature", "Feature", list(ASSOCIATIONS), default="plane")
+        text_field(
+            state, "labels", "Points by label", hint="bore1* bore2*: each is one; empty: all points"
+        )
+        switch_field(state, "by_prefix", "One feature for each name before a number")
+        number_field(state, "lower", "Lower limit of the diameter", unit="mm")
+        number_field(state, "upper", "Upper limit of the diameter", unit="mm")
+        number_field(
+            state, "form_tolerance", "Tolerance of the form", unit="mm", limits=(1e-6, 1e3)
+        )
+        number_field(
+            state, "u_machine_um", "u of the machine", unit="µm", limits=(0.0, 1e4),
+            hint="Geometry, temperature and clamping, for one length",
+        )  # fmt: skip
+    labels = ", ".join(result.compensated.points.labels[:8])
+    note(f"Labels of the points: {labels} …")
+    task = _features_task(state)
+    work = outcome(state, task, lambda result: document_view(result.document), button="Measure")
+    kept(work, lambda: _features_to_keep(work))
+    live([work.listen], lambda: _command_of_features(work.result), lambda: work.result)
+
+
+def _features_to_keep(work: Work) -> None:
+    def write(path: Path, result: PartFeatures) -> None:
+        write_table(path, result.features.table())
+
+    with ui.element("div").classes("buttons"):
+        result_button(work, "features.csv", "features.csv", write)
+        page_button(
+            work, lambda result: result.document, lambda result: result.command,
+            name="features.html",
+        )  # fmt: skip
+
+
+def _command_of_features(result: PartFeatures | None) -> None:
+    if result is not None:
+        note(result.command)

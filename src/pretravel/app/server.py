@@ -1,0 +1,130 @@
+"""The server of the workbench: pages, uploads, and how it starts and ends."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from urllib.parse import quote
+
+from fastapi import Request
+from fastapi.responses import JSONResponse, Response
+from nicegui import app, background_tasks, ui
+from nicegui.server import Server
+
+from pretravel.app.access import Access, Guard
+from pretravel.app.project import LARGEST_PROJECT
+from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
+from pretravel.app.project_page import project_page, reload_all_tabs
+from pretravel.app.screens import SCREENS, Screen
+from pretravel.app.session import SESSION
+from pretravel.app.shell import STATIC, help_page, home_page, screen_page
+from pretravel.app.tasks import WORKS, listen_to_library
+from pretravel.app.uploads import UPLOADS, limited_content
+from pretravel.base.errors import PretravelError
+
+
+def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[], None]) -> None:
+    """Run the server until it is interrupted.
+
+    Parameters
+    ----------
+    access : Access
+    port : int
+    show : str or bool
+        The page that a browser opens, or False.
+    listening : callable
+        Called when the server answers.
+    """
+    _add_pages()
+    app.add_middleware(Guard, access=access)
+    # Its bar has no name for readers of a screen; uploads and work show their own progress.
+    app.config.quasar_config["loadingBar"]["skipHijack"] = True
+    listen_to_library()
+
+    async def announce() -> None:
+        while not Server.instance.started:
+            await asyncio.sleep(0.02)
+        listening()
+
+    app.on_startup(lambda: background_tasks.create(announce()))
+    app.on_shutdown(_end)
+    with suppress(KeyboardInterrupt):  # the way to end it
+        ui.run(
+            host=access.host,
+            port=port,
+            title="pretravel",
+            language="en-US",
+            dark=None,
+            reload=False,
+            show=show,
+            show_welcome_message=False,
+            tailwind=False,
+            favicon=Path(__file__).parent / "static" / "icon.svg",
+            uvicorn_logging_level="error",
+            timeout_graceful_shutdown=2,
+            # A browser that is busy with a picture in space, or a computer with finite elements,
+            # answers late; it must not load the page again while something is typed.
+            reconnect_timeout=60.0,
+            server_header=False,
+        )
+
+
+def _end() -> None:
+    WORKS.cancel_all()
+    SESSION.save_now()
+
+
+def _add_pages() -> None:
+    app.add_static_files(STATIC, str(Path(__file__).parent / "static"))
+    ui.page("/")(home_page)
+    ui.page("/help")(help_page)
+    ui.page("/project")(project_page)
+    for screen in SCREENS:
+        ui.page(f"/{screen.name}")(_page_of(screen))
+    app.post("/upload/{screen}/{purpose}")(receive_file)
+    app.post("/project/open")(receive_project)
+    app.get("/project/download")(send_project)
+
+
+def _page_of(screen: Screen) -> Callable[[], None]:
+    def show() -> None:
+        screen_page(screen)
+
+    return show
+
+
+async def receive_file(screen: str, purpose: str, name: str, request: Request) -> JSONResponse:
+    """Take a file for a slot; the answer to a fault is its text."""
+    try:
+        slot = UPLOADS.slot(screen, purpose)
+        slot.check_name(name)
+        content = await limited_content(request.stream(), slot.limit, name)
+        if slot.state is not SESSION.project.screen(screen):  # while it came, or before
+            raise PretravelError(f"another project is open now: give {name} again")
+        slot.store(name, content, SESSION.project.size)
+    except PretravelError as error:
+        return JSONResponse({"error": str(error)}, status_code=422)
+    return JSONResponse({"error": ""})
+
+
+async def receive_project(name: str, request: Request) -> JSONResponse:
+    """Open a project that the browser sends."""
+    try:
+        content = await limited_content(request.stream(), LARGEST_PROJECT, name)
+        project = await asyncio.to_thread(project_of, content, name)
+        SESSION.take(project)
+    except PretravelError as error:
+        return JSONResponse({"error": str(error)}, status_code=422)
+    reload_all_tabs()
+    return JSONResponse({"error": ""})
+
+
+async def send_project() -> Response:
+    """The project as a file."""
+    project = SESSION.project.snapshot()
+    content = await asyncio.to_thread(project_bytes, project)
+    name = quote("".join(c if c.isalnum() else "-" for c in project.name) + PROJECT_ENDING)
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{name}"}
+    return Response(content, media_type="application/zip", headers=headers)

@@ -1,0 +1,185 @@
+"""What all pages share: header, navigation, and the place of a screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from nicegui import ui
+from nicegui.element import Element
+
+from pretravel.app.components.layout import here, panel, text, warning
+from pretravel.app.project import ScreenState
+from pretravel.app.screens import SCREENS, Screen
+from pretravel.app.session import SESSION
+from pretravel.app.tasks import flaw_message
+from pretravel.base.version import installed_version
+
+THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
+STATIC = f"/static/{installed_version()}"
+"""Address of our own style sheet and script."""
+
+
+@contextmanager
+def page_frame(title: str, current: str = "") -> Iterator[None]:
+    """The frame of a page; its content comes into ``main``.
+
+    Parameters
+    ----------
+    title : str
+        Of the page; its heading of level 1.
+    current : str
+        Name of the screen, for the navigation.
+    """
+    request = ui.context.client.request
+    theme = request.cookies.get("pretravel_theme", "auto")
+    ui.dark_mode({"dark": True, "light": False}.get(theme))
+    ui.colors(primary="#0b5394", negative="#a4161a", positive="#1b6e3c", warning="#8a5a00")
+    ui.page_title(f"{title} – pretravel")
+    ui.add_head_html(f'<link rel="stylesheet" href="{STATIC}/workbench.css">')
+    ui.add_body_html(f'<script src="{STATIC}/workbench.js" defer></script>')
+    client = ui.context.client
+    main = client.content.parent_slot.parent if client.content.parent_slot else client.content
+    main.props["tabindex"] = -1
+    with client.layout:  # beside main, not in it
+        skip = text("a", "Skip to the content", "skip")
+        skip.props["href"] = f"#{main.html_id}"
+        with ui.element("header").classes("top") as header:
+            home = text("a", "pretravel", "brand")
+            home.props["href"] = "/"
+            _project_name()
+            _header_actions(theme)
+        navigation = _navigation(current)
+    for place, element in enumerate((skip, header, navigation)):
+        element.move(target_index=place)
+    text("h1", title)
+    yield
+
+
+def _project_name() -> None:
+    project = SESSION.project
+    field = ui.input(value=project.name).props('dense borderless debounce="400"')
+    field.props["aria-label"] = "Name of the project"
+    field.classes("project-name")
+
+    def commit() -> None:
+        project.name = str(field.value or "")
+
+    def refresh() -> None:
+        if field.value != project.name:
+            field.set_value(project.name)
+
+    field.on_value_change(commit)
+    here([project.listen], refresh)
+    saved = text("span", "", "saved").props('role="status"')
+
+    def show_saved() -> None:
+        problem = SESSION.problem
+        saved.text = f"Not saved: {problem}" if problem else "Saved"
+        saved.classes(add="problem" if problem else "", remove="" if problem else "problem")
+
+    show_saved()
+    here([SESSION.listen], show_saved)
+
+
+def _header_actions(theme: str) -> None:
+    with ui.element("div").classes("actions"):
+        with ui.element("label").classes("theme"):
+            text("span", "Theme", "visually-hidden")
+            with ui.element("select").props('id="theme"'):
+                for value, shown in THEMES.items():
+                    option = text("option", shown)
+                    option.props["value"] = value
+                    if value == theme:
+                        option.props["selected"] = True
+        for label, address in (("Project", "/project"), ("Help", "/help")):
+            link = text("a", label, "action")
+            link.props["href"] = address
+
+
+def _navigation(current: str) -> Element:
+    made = ui.element("nav").classes("side").props('aria-label="Screens"')
+    with made, ui.element("ul"):
+        _entry("/", "home", "Home", "", current == "")
+        for screen in SCREENS:
+            address = f"/{screen.name}"
+            _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
+    return made
+
+
+def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
+    with ui.element("li"), ui.element("a") as link:
+        link.props["href"] = address
+        if chosen:
+            link.props["aria-current"] = "page"
+        ui.icon(icon).props('aria-hidden="true"')
+        with ui.element("span").classes("" if person else "nav-alone"):
+            text("span", title, "nav-title")
+            if person:
+                text("span", person, "nav-person")
+
+
+def home_page() -> None:
+    """The jobs to choose from."""
+    with page_frame("What do you want to do?"), ui.element("ul").classes("jobs"):
+        for screen in SCREENS:
+            with ui.element("li"), ui.element("a") as link:
+                link.props["href"] = f"/{screen.name}"
+                ui.icon(screen.icon).props('aria-hidden="true"')
+                text("span", screen.person, "job-person")
+                text("h2", screen.title)
+                text("p", screen.summary)
+
+
+def screen_page(screen: Screen) -> None:
+    """A screen in its frame; settings that it cannot show can be taken away."""
+    state = SESSION.project.screen(screen.name)
+    with page_frame(screen.title, screen.name):
+        text("p", screen.summary, "summary")
+        slot = ui.context.slot
+        before = len(slot.children)
+        try:
+            screen.show(state)
+        except Exception:  # of a project that a stranger sent, settings can be anything
+            flaw_message()
+            for made in slot.children[before:]:
+                made.delete()
+            _without_settings(state)
+
+
+def _without_settings(state: ScreenState) -> None:
+    """What is said where a screen cannot be shown, with a way out."""
+
+    def clear() -> None:
+        state.settings.clear()
+        ui.navigate.reload()
+
+    with panel():
+        warning(
+            "This screen cannot be shown with the settings of this project: they are damaged, or "
+            "this is a flaw of pretravel, which the terminal shows. The files stay."
+        )
+        ui.button(
+            "Begin this screen with empty settings", icon="restart_alt", on_click=clear
+        ).props("no-caps unelevated")
+
+
+def help_page() -> None:
+    """How the workbench is used."""
+    with page_frame("Help", "help"), ui.element("div").classes("prose"):
+        for heading, paragraph in HELP.items():
+            text("h2", heading)
+            text("p", paragraph)
+
+
+HELP = {
+    "A screen": "Choose a job on the left. Drop your files, or choose them with the keyboard (Tab, "
+    "then Enter), and fill in the fields. Results follow at once; long work shows its progress and "
+    "can be cancelled.",
+    "The project": "Everything that you drop or type is one project. It is saved by itself: a "
+    "reload, a second tab or a new start shows it again.",
+    "Privacy": "Your files stay on this computer. The page loads nothing from elsewhere, and what "
+    "you drop is read as data and never executed.",
+    "The same elsewhere": "Each screen shows the command and the Python lines that give the same "
+    "result.",
+}

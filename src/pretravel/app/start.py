@@ -1,0 +1,102 @@
+"""The start of the workbench: address, project, and then the server."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+from pretravel.base.errors import PretravelError
+
+USUAL_PORT = 8765
+
+
+def start(
+    project: Path | None,
+    host: str,
+    port: int | None,
+    *,
+    browser: bool,
+    say: Callable[[str], None],
+) -> None:
+    """Start the server, and return when it is interrupted.
+
+    Parameters
+    ----------
+    project : Path or None
+        None: the last one.
+    host : str
+        Address to listen on.
+    port : int or None
+        0: any free one. None: the usual one, or any free one.
+    browser : bool
+        Whether a browser is opened.
+    say : callable
+        Prints a line.
+
+    Raises
+    ------
+    PretravelError
+        The port is in use, or the project cannot be opened.
+    """
+    chosen = free_port(host, port)
+    from pretravel.app.access import Access
+    from pretravel.app.session import SESSION
+
+    access = Access.of(host)
+    reached = own_address() if host in ("0.0.0.0", "::") else host
+    shown = f"[{reached}]" if ":" in reached else reached
+    address = f"http://{shown}:{chosen}/"
+    SESSION.start(project, address, say)
+    # NiceGUI reads it when it is imported; nothing is stored there.
+    os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
+    from pretravel.app.server import serve
+
+    page = f"?token={access.token}" if access.token else ""
+
+    def listening() -> None:
+        say(f"The workbench is at {address}{page} (Ctrl-C ends it)")
+        say(f"The project is saved in {SESSION.path}")
+
+    serve(access, chosen, show=f"/{page}" if browser else False, listening=listening)
+
+
+def own_address() -> str:
+    """The address of this computer for others in its network; of this computer without one.
+
+    >>> own_address().count(".")
+    3
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # of no computer (RFC 5737); nothing is sent
+            return str(probe.getsockname()[0])
+        except OSError:
+            return "127.0.0.1"
+
+
+def free_port(host: str, port: int | None) -> int:
+    """A port that can be listened on.
+
+    Raises
+    ------
+    PretravelError
+        The port that was asked for is in use, or the address is not of this computer.
+    """
+    reason = ""
+    for one in (USUAL_PORT, 0) if port is None else (port,):
+        try:
+            with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+                if os.name == "posix":  # a port that was left just now is free
+                    probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.bind((host, one))
+                return int(probe.getsockname()[1])
+        except OSError as error:
+            reason = error.strerror or str(error)
+    raise PretravelError(
+        f"cannot listen on {host}{'' if port is None else f', port {port}'}: {reason}. Is another "
+        "workbench running there? Choose another port (0 takes any free one), or an address of "
+        "this computer",
+        inputs=("host", "port"),
+    )

@@ -1,0 +1,407 @@
+"""Work of a screen: computed once for all tabs, off the event loop, with progress and cancel."""
+
+from __future__ import annotations
+
+import asyncio
+import contextvars
+import logging
+import sys
+import threading
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pretravel.app.project import Listener, ScreenState, SettingValue, StoredFile
+from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import temporary_folder
+
+_PAUSE = 0.15
+"""Time without a change before automatic work starts. [s]"""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a task computes from.
+
+    Attributes
+    ----------
+    settings : mapping of str to value
+        Those that were set; give the default with ``settings.get(name, default)``.
+    files : mapping of str to tuple of Path
+        Copies in a temporary folder, by purpose, with the names that the user gave them.
+    """
+
+    settings: Mapping[str, SettingValue]
+    files: Mapping[str, tuple[Path, ...]]
+
+    def file(self, purpose: str) -> Path:
+        """The only file of a purpose; `Task.needs` makes sure that it is there."""
+        return self.files[purpose][0]
+
+    def optional_file(self, purpose: str) -> Path | None:
+        """The only file of a purpose, or None."""
+        found = self.files.get(purpose, ())
+        return found[0] if found else None
+
+
+@dataclass(frozen=True)
+class Task:
+    """Work that a screen does with its settings and files.
+
+    Attributes
+    ----------
+    name : str
+        Unique within the screen.
+    compute : callable
+        Takes `Inputs` and returns any value. It touches no page. With `own_process` it is a
+        function of a module, and its result can be pickled.
+    title : str
+        What is shown while it runs.
+    settings, files : tuple of str
+        Names of settings, and purposes of files, that it uses: it is stale when one changes.
+    needs : tuple of str
+        Purposes of files without which it does not start.
+    automatic : bool
+        Whether it starts by itself when its inputs change; else with a button.
+    own_process : bool
+        Whether it runs in a process that Cancel kills: for work above a second.
+    live : bool
+        Whether it follows a slider: it starts without a pause, and changes while it runs are
+        taken together after it. For work below 0.1 s.
+    """
+
+    name: str
+    compute: Callable[[Inputs], Any]
+    title: str = "Computing"
+    settings: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    automatic: bool = True
+    own_process: bool = False
+    live: bool = False
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A result with what it was computed from.
+
+    Attributes
+    ----------
+    result : object
+    settings : mapping of str to value
+        Those that were set.
+    files : mapping of str to tuple of StoredFile
+        By purpose.
+    """
+
+    result: Any
+    settings: Mapping[str, SettingValue]
+    files: Mapping[str, tuple[StoredFile, ...]]
+
+
+@dataclass
+class Work:
+    """The state of a task, shared by all tabs.
+
+    Attributes
+    ----------
+    task : Task
+    state : ScreenState
+    running : bool
+    result : object
+        The newest one; None before the first.
+    error : str
+        Of the newest run; empty without one.
+    error_inputs : tuple of str
+        Names of the inputs that can correct the error; see `PretravelError`.
+    stale : bool
+        Whether the inputs have changed since the result.
+    warnings : tuple of str
+        What the library said while it computed the result.
+    cancelled : str
+        What to say after a cancelled run; empty without one.
+    progress : str
+        The stage of the run.
+    """
+
+    task: Task
+    state: ScreenState
+    running: bool = False
+    result: Any = None
+    error: str = ""
+    error_inputs: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    stale: bool = False
+    progress: str = ""
+    cancelled: str = ""
+    started: float = 0.0
+    _listeners: list[Listener] = field(default_factory=list)
+    _done: Any = None
+    _wanted: Any = None
+    _run: asyncio.Task[None] | None = None
+    _timer: asyncio.TimerHandle | None = None
+    _kill: Callable[[], None] | None = None
+
+    def elapsed(self) -> float:
+        """Time since the start of the run. [s]"""
+        return time.monotonic() - self.started
+
+    def ready(self) -> bool:
+        """Whether all files that it needs are there."""
+        return all(self.state.files[purpose] for purpose in self.task.needs)
+
+    async def finished(self) -> Finished:
+        """The result of the inputs as they are now; waits for a run that was begun or will be.
+
+        Raises
+        ------
+        PretravelError
+            The run failed or was cancelled, or there was none.
+        """
+        while self.running or self._timer is not None:
+            changed = asyncio.Event()
+            end = self.listen(changed.set)
+            await changed.wait()
+            end()
+        outdated = self.stale and self.task.automatic
+        if self.error or outdated or self.result is None:
+            raise PretravelError(
+                self.error or self.cancelled or "There is no result yet: fill in what is missing."
+            )
+        settings, files = self._done
+        return Finished(self.result, settings, files)
+
+    def listen(self, listener: Listener) -> Listener:
+        """Call a function after each change of the work; the result ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def inputs_changed(self) -> None:
+        """Compare the inputs with those of the result; start automatic work."""
+        wanted = self._snapshot()
+        if wanted == self._wanted:
+            return
+        self._wanted = wanted
+        self.stale = self._done is not None and wanted != self._done
+        if not self.ready():
+            self._stop()
+            self.result, self.error, self.stale, self._done = None, "", False, None
+            self.warnings = ()
+        elif self.task.live:
+            if self._run is None:
+                self.start()
+        elif self.task.automatic:
+            if self._timer is not None:
+                self._timer.cancel()
+            self._timer = asyncio.get_running_loop().call_later(_PAUSE, self.start)
+        self._tell()
+
+    def start(self) -> None:
+        """Start, or start again with the inputs as they are now."""
+        if not self.ready():
+            return
+        self._stop()
+        self._wanted = self._snapshot()
+        self.running, self.progress, self.cancelled = True, "", ""
+        if not self.task.live:  # the next result is there at once
+            self.error = ""
+        self.started = time.monotonic()
+        self._run = asyncio.get_running_loop().create_task(self._compute(self._wanted))
+        self._tell()
+
+    def cancel(self) -> None:
+        """End the run; the old result stays."""
+        if self.running:
+            self._stop()
+            self.cancelled = f"Cancelled after {self.elapsed():.0f} s. There is no new result."
+            self._tell()
+
+    def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:
+        settings, files = self.state.settings, self.state.files
+        purposes = dict.fromkeys((*self.task.files, *self.task.needs))
+        return (
+            {name: settings[name] for name in self.task.settings if name in settings},
+            {purpose: files[purpose] for purpose in purposes},
+        )
+
+    def _stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._run is not None:
+            self._run.cancel()
+        if self._kill is not None:
+            self._kill()
+        self._run = self._timer = self._kill = None
+        self.running = False
+
+    def _tell(self) -> None:
+        for listener in tuple(self._listeners):
+            listener()
+
+    async def _compute(self, inputs: Any) -> None:
+        loop = asyncio.get_running_loop()
+        this = asyncio.current_task()
+
+        def report(stage: str) -> None:
+            def set_progress() -> None:
+                if self._run is this:
+                    self.progress = stage
+                    self._tell()
+
+            loop.call_soon_threadsafe(set_progress)
+
+        def started(kill: Callable[[], None]) -> None:
+            """In the thread, when a process was started; the run may be over by then."""
+            self._kill = kill
+            if self._run is not this:
+                kill()
+
+        said: list[str] = []
+        told = _Told(report, said.append, lambda: self._run is this)
+        result, error, error_inputs = await asyncio.to_thread(
+            _run_task, self.task, inputs, told, started
+        )
+        if self._run is not this:
+            return
+        self.running, self._run, self._done = False, None, inputs
+        if not error:
+            self.result, self.warnings = result, tuple(dict.fromkeys(said))
+        self.error, self.error_inputs = error, error_inputs
+        self.stale = bool(error) and self.result is not None
+        self._tell()
+        if self.task.live and self._wanted != inputs:
+            self.start()
+
+
+@dataclass(frozen=True)
+class _Told:
+    """Where the stages and the warnings of a run go to, and whether it is still wanted."""
+
+    stage: Callable[[str], None]
+    warning: Callable[[str], None]
+    wanted: Callable[[], bool]
+
+
+_lane = threading.Lock()
+"""Threads compute one after the other: what one catches of the library's warnings is of all."""
+_told: contextvars.ContextVar[_Told | None] = contextvars.ContextVar("told", default=None)
+
+
+class StageHandler(logging.Handler):
+    """Passes the log messages of long work to the work that runs in this context."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Report the stage."""
+        told = _told.get()
+        if told is not None:
+            told.stage(record.getMessage())
+
+
+def listen_to_library() -> None:
+    """Pass stages and warnings of the library to the work in whose context they come."""
+    logger = logging.getLogger("pretravel")
+    logger.addHandler(StageHandler(logging.INFO))
+    logger.setLevel(logging.INFO)
+    warnings.simplefilter("always", UserWarning)  # in the second run as in the first
+    elsewhere = warnings.showwarning
+
+    def show(message: Warning | str, *details: Any, **more: Any) -> None:
+        told = _told.get()
+        if told is None:
+            elsewhere(message, *details, **more)
+        else:
+            told.warning(str(message))
+
+    warnings.showwarning = show
+
+
+def _run_task(
+    task: Task,
+    inputs: Any,
+    told: _Told,
+    started: Callable[[Callable[[], None]], None],
+) -> tuple[Any, str, tuple[str, ...]]:
+    """Result, error and the error's inputs; in a thread. `started` gets what kills the task."""
+    settings, files = inputs
+    with temporary_folder() as folder:
+        try:
+            paths = _on_disk(files, folder)
+            if task.own_process:
+                process = TaskProcess(task.compute, settings, paths)
+                started(process.kill)
+                return process.result(told.stage, told.warning), "", ()
+            _told.set(told)
+            with _lane:
+                if not told.wanted():
+                    return None, "", ()
+                return task.compute(Inputs(settings, paths)), "", ()
+        except PretravelError as error:
+            return None, without_folder(str(error), folder), error.inputs
+        except MemoryError:
+            return None, NO_MEMORY, ()
+        except FlawError as error:
+            return None, flaw_message(str(error)), ()
+        except Exception:
+            return None, flaw_message(), ()
+
+
+def flaw_message(details: str = "") -> str:
+    """Print the exception that is being handled in the terminal; what the page says instead."""
+    sys.stderr.write(f"{details or traceback.format_exc()}\n")
+    return "this is a flaw of pretravel; please report it with what the terminal shows"
+
+
+def _on_disk(
+    files: Mapping[str, tuple[StoredFile, ...]], folder: Path
+) -> dict[str, tuple[Path, ...]]:
+    """Write files to a folder; each purpose has a folder of its own."""
+    paths: dict[str, tuple[Path, ...]] = {}
+    for purpose, stored in files.items():
+        place = folder / purpose
+        place.mkdir()
+        for file in stored:
+            (place / file.name).write_bytes(file.content)
+        paths[purpose] = tuple(place / file.name for file in stored)
+    return paths
+
+
+def without_folder(message: str, folder: Path) -> str:
+    """A message with the user's names of files, not those of the temporary folder."""
+    for place in (*(p for p in folder.glob("*") if p.is_dir()), folder):
+        message = message.replace(f"{place}/", "").replace(f"{place}\\", "")
+    return message
+
+
+class Works:
+    """All work of a server, by screen and task."""
+
+    def __init__(self) -> None:
+        self._works: dict[tuple[int, str], Work] = {}
+
+    def of(self, state: ScreenState, task: Task) -> Work:
+        """The work of a task of a screen; made, and started where it is automatic, at first."""
+        key = (id(state), task.name)
+        if key not in self._works:
+            work = self._works[key] = Work(task, state)
+            state.listen(work.inputs_changed)
+            work.inputs_changed()
+        return self._works[key]
+
+    def cancel_all(self) -> None:
+        """End all runs."""
+        for work in self._works.values():
+            work.cancel()
+
+    def forget_all(self) -> None:
+        """End all runs and drop all results: another project comes."""
+        self.cancel_all()
+        self._works.clear()
+
+
+WORKS = Works()
+"""Of this server."""

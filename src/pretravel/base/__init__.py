@@ -1,0 +1,1 @@
+"""What every room stands on: numbers, units, errors, directions, frames, whole files."""

@@ -1,0 +1,179 @@
+"""Rotations between the probe's frame and the machine's.
+
+Probe frame: +z from the tip up to the spindle. A rotation is a (3, 3) matrix R
+whose columns are the probe's axes in machine coordinates: v_machine = R v_probe,
+for rows of an (n, 3) array ``rows_machine = rows_probe @ R.T``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import checked_unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COMPONENT, COORDINATE, NUMBER, checked_values
+from pretravel.base.units import DEGREE
+
+_ROUNDING = 1e-6
+"""Of rotations that were computed or written with few digits."""
+
+
+def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0) -> FloatArray:
+    """Rotation from probe to machine frame.
+
+    The probe is first turned by `rotation` about its own axis, then tilted
+    along the shortest way so that its axis points along `axis`.
+
+    Parameters
+    ----------
+    axis : (3,) float
+        Direction of the probe's +z (tip to spindle) in the machine; unit vector.
+    rotation : float
+        Turn about the probe axis, counter-clockwise seen from the spindle's
+        side looking down the -z direction. [rad]
+
+    Returns
+    -------
+    (3, 3) float
+        Orthonormal, determinant +1.
+
+    >>> probe_rotation((1.0, 0.0, 0.0)).round(12).tolist()
+    [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]
+    """
+    from scipy.spatial.transform import Rotation
+
+    a = checked_unit(np.atleast_2d(np.asarray(axis, dtype=np.float64)), "probe axis")[0]
+    across = math.hypot(a[0], a[1])
+    # The axis of the tilt; upside down the shortest way is not unique: then about y.
+    hinge = np.array([-a[1], a[0], 0.0]) / across if across > 0.0 else np.array([0.0, 1.0, 0.0])
+    tilt = Rotation.from_rotvec(math.atan2(across, a[2]) * hinge)
+    return np.asarray((tilt * Rotation.from_euler("z", rotation)).as_matrix())
+
+
+def checked_rotation(rotation: npt.ArrayLike) -> FloatArray:
+    """A rotation from probe to machine frame, read-only.
+
+    Parameters
+    ----------
+    rotation : (3, 3) float
+
+    Returns
+    -------
+    (3, 3) float
+
+    Raises
+    ------
+    PretravelError
+        Not a rotation: another shape, columns that are not perpendicular unit vectors, a mirror.
+
+    >>> checked_rotation(2.0 * np.eye(3))
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: the axes of the probe are not perpendicular unit vectors \
+of a right-handed system
+    """
+    given = frozen(rotation)
+    if (
+        given.shape != (3, 3)
+        or not np.all(np.abs(given) <= 1.0 + _ROUNDING)
+        or np.abs(given.T @ given - np.eye(3)).max() > _ROUNDING
+        or np.linalg.det(given) < 0.0
+    ):
+        raise PretravelError(
+            "the axes of the probe are not perpendicular unit vectors of a right-handed system"
+        )
+    return given
+
+
+def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatArray:
+    """Rotation by turns about fixed axes x, y and z, in that order: Rz Ry Rx.
+
+    Parameters
+    ----------
+    about_x, about_y, about_z : float
+        Counter-clockwise. [rad]
+
+    Returns
+    -------
+    (3, 3) float
+
+    >>> turned_about_axes(0.0, 0.0, math.pi / 2).round(12).tolist()
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler("xyz", [about_x, about_y, about_z]).as_matrix())
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """The place of a part's frame in the machine: x_machine = rotation x_part + shift.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float
+    shift : (3,) float
+        [mm]
+
+    >>> Placement().points(np.array([[1.0, 2.0, 3.0]])).tolist()
+    [[1.0, 2.0, 3.0]]
+    """
+
+    rotation: FloatArray = field(default_factory=lambda: frozen(np.eye(3)))
+    shift: FloatArray = field(default_factory=lambda: frozen(np.zeros(3)))
+
+    def __post_init__(self) -> None:
+        checked_values(self.rotation, "the rotation of a placement", COMPONENT)
+        checked_values(self.shift, "the shift of a placement", COORDINATE)
+
+    def points(self, points: FloatArray) -> FloatArray:
+        """Points of the part in the machine, (n, 3). [mm]"""
+        return np.asarray(points @ self.rotation.T + self.shift)
+
+    def vectors(self, vectors: FloatArray) -> FloatArray:
+        """Directions in the part as directions in the machine, (n, 3)."""
+        return np.asarray(vectors @ self.rotation.T)
+
+    @property
+    def inverse(self) -> Placement:
+        """From the machine to the part."""
+        return Placement(frozen(self.rotation.T), frozen(-self.rotation.T @ self.shift))
+
+
+def parse_placement(text: str) -> Placement:
+    """A placement from ``x,y,z`` or ``x,y,z,a,b,c``.
+
+    Parameters
+    ----------
+    text : str
+        Shift in mm, then rotations in degrees about the machine's x, y and z axes, in that order.
+
+    Returns
+    -------
+    Placement
+
+    Raises
+    ------
+    PretravelError
+
+    >>> parse_placement("0,0,0,0,0,90").vectors(np.array([[1.0, 0.0, 0.0]])).round(9).tolist()
+    [[0.0, 1.0, 0.0]]
+    """
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 6) or not all(math.isfinite(value) for value in numbers):
+        raise PretravelError(
+            f"placement '{text}': expected x,y,z in mm, or x,y,z,a,b,c with rotations in degrees; "
+            "the decimal sign is a point",
+            inputs=("place",),
+        )
+    checked_values(numbers, "placement", NUMBER)
+    turn = turned_about_axes(*(angle * DEGREE for angle in numbers[3:] or (0.0, 0.0, 0.0)))
+    return Placement(frozen(turn), frozen(numbers[:3]))

@@ -1,1 +1,0 @@
-"""Design: the probe that fits a wish best, within ranges and limits."""

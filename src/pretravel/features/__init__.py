@@ -1,1 +1,0 @@
-"""Features of a part from compensated points: form, size, position, conformity."""

@@ -1,0 +1,217 @@
+"""Names of the columns of tables of touches: what each means, in the words that shops use."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from functools import cache
+
+from pretravel.base.units import DEGREE
+
+POSITION_ROLES = ("x", "y", "z")
+NORMAL_ROLES = ("nx", "ny", "nz")
+APPROACH_ROLES = ("ax", "ay", "az")
+NOMINAL_ROLES = ("nominal_x", "nominal_y", "nominal_z")
+LENGTH_ROLES = (*POSITION_ROLES, *NOMINAL_ROLES)
+NUMBER_ROLES = (
+    *POSITION_ROLES, *NORMAL_ROLES, *APPROACH_ROLES, *NOMINAL_ROLES, "feed", "spindle",
+)  # fmt: skip
+ROLES = (*NUMBER_ROLES, "label")
+"""What a column of a table of touches can be."""
+
+OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
+    "feed": "feed_mm_min",
+    "spindle": "spindle_deg",
+}
+"""Names of columns with a unit, in written tables. Other columns are called as their role."""
+
+LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+"""Millimetres in the units of length that a column can state."""
+FEED_UNITS = {"mm/min": 1.0, "inch/min": 25.4, "mm/s": 60.0, "m/min": 1e3, "inch/s": 1524.0}
+"""Millimetres per minute in the units that a column of feeds can state."""
+ANGLE_UNITS = {"deg": DEGREE}
+"""Radians in the units that a column of angles can state."""
+
+_UNIT_WORDS = {
+    "mm": "mm millimeter millimeters millimetre millimetres milimetros",
+    "inch": "in inch inches zoll \" '' pouce pouces pulgada pulgadas pollici",
+    "µm": "um µm μm mikrometer micron microns micrometer micrometre",
+    "cm": "cm",
+    "m": "m meter metre",
+    "mm/min": "mm/min mm_min mmpm mm/minute",
+    "inch/min": "in/min inch/min in_min inch_min ipm",
+    "inch/s": "in/s inch/s ips",
+    "mm/s": "mm/s mm_s mm/sec",
+    "m/min": "m/min m_min",
+    "deg": "deg ° degree degrees",
+    "1": "1 - –",
+}
+_UNITS = {word: unit for unit, words in _UNIT_WORDS.items() for word in words.split()}
+
+_POSITION_WORDS = (
+    "pos", "position", "coord", "coordinate", "koordinate", "coordonnee", "coordenada",
+    "coordinata", "ist", "istwert", "istmass", "act", "actual", "meas", "measured", "mess",
+    "messwert", "gemessen", "mesure", "mesuree", "mesura", "medido", "medida", "misurato",
+    "value", "wert", "center", "centre", "tip", "point", "punkt", "pt", "p", "abs", "axis",
+    "achse", "axe",
+)  # fmt: skip
+_NOMINAL_WORDS = (
+    "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
+    "teorico", "nominale", "nominell",
+)  # fmt: skip
+_NORMAL_WORDS = (
+    "n", "norm", "normal", "normale", "normals", "normalvector", "normalvektor", "vector",
+    "vektor", "vecteur", "vec", "nvec",
+)  # fmt: skip
+_APPROACH_WORDS = ("a", "approach", "anfahrt", "antastrichtung", "approche")
+_FEED_WORDS = (
+    "feed", "feedrate", "f", "vorschub", "vorschubf", "antastvorschub", "messvorschub",
+    "probefeed", "measuringfeed", "avance", "avanzamento", "feedspeed",
+)  # fmt: skip
+_SPINDLE_WORDS = ("spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung")
+_LABEL_WORDS = (
+    "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
+    "punktid", "id", "point", "punkt", "messpunkt", "touch", "punto", "designation", "nom",
+    "nombre", "nome", "feature", "featurename", "merkmal", "element", "pointno", "pointnr",
+    "pointnumber", "punktnr", "punktnummer", "messpunktnr", "touchno", "numero", "nr", "no",
+    "num", "number", "nummer", "lfdnr", "lfd", "index", "idx", "pt", "ptno", "ptid", "n", "#",
+    "nr.",
+)  # fmt: skip
+"""The first of these is the label where a table has several."""
+_LONGEST = 200
+"""A longer text is neither the name of a column nor a unit."""
+MOST_COLUMNS = 2000
+"""A table of touches has fewer columns."""
+
+
+@dataclass(frozen=True)
+class ColumnName:
+    """What the name of a column states.
+
+    Attributes
+    ----------
+    title : str
+        As in the file.
+    role : str or None
+        One of `ROLES`, where the name is known.
+    unit : str or None
+        One of `LENGTH_UNITS`, `FEED_UNITS` or `ANGLE_UNITS`, where the name states it.
+    rank : int
+        Where several columns have one role, the lowest is taken: 0 for the names that this
+        package writes, then the order of `_LABEL_WORDS` for labels, and 1 for all others.
+    """
+
+    title: str
+    role: str | None
+    unit: str | None
+    rank: int
+
+
+def column_name(title: str) -> ColumnName:
+    """Return what the name of a column means: its role, and its unit if it states one.
+
+    >>> column_name("X [mm]").role, column_name("X [mm]").unit
+    ('x', 'mm')
+    >>> column_name("Y-Soll").role, column_name("y_in").unit, column_name("Datum").role
+    ('nominal_y', 'inch', None)
+    """
+    if len(title) > _LONGEST:
+        return ColumnName(title, None, None, 1)
+    for role in ROLES:
+        if title == OWN_NAMES.get(role, role):
+            return ColumnName(title, role, _own_unit(role), 0)
+    words, unit = _without_unit(title)
+    plain = re.sub(r"[^a-z0-9#]", "", _plain(words))
+    found = _known().get(plain)
+    if found is None:
+        return ColumnName(title, None, None, 1)
+    role, rank = found
+    if role == "label" or role in NORMAL_ROLES:
+        unit = None
+    return ColumnName(title, role, unit, rank)
+
+
+def unit_of(text: str) -> str | None:
+    """Return the unit that a word means, or None; brackets around it do not matter.
+
+    >>> unit_of("[mm]"), unit_of("Zoll"), unit_of("-"), unit_of("X")
+    ('mm', 'inch', '1', None)
+    """
+    if len(text) > _LONGEST:
+        return None
+    word = text.strip().strip("[](){}<>").strip().lower().replace(" ", "")
+    return _UNITS.get(word)
+
+
+def is_unit_row(cells: list[str]) -> bool:
+    """Whether cells are units, such as those of the second line of a header.
+
+    >>> is_unit_row(["", "[mm]", "[mm]", "-"]), is_unit_row(["", ""])
+    (True, False)
+    """
+    stated = [cell for cell in cells if cell]
+    units = [unit_of(cell) for cell in stated]
+    return any(unit not in (None, "1") for unit in units) and None not in units
+
+
+def names_known_columns(cells: list[str]) -> bool:
+    """Whether cells are a header of a table of touches: three or more coordinates are named.
+
+    >>> names_known_columns(["Nr", "X", "Y", "Z"]), names_known_columns(["1", "2", "3"])
+    (True, False)
+    """
+    roles = {column_name(cell).role for cell in cells[:MOST_COLUMNS]}
+    return len(roles & {*NUMBER_ROLES} - {"feed", "spindle"}) >= 3
+
+
+def _own_unit(role: str) -> str | None:
+    return "mm" if role in LENGTH_ROLES else {"feed": "mm/min", "spindle": "deg"}.get(role)
+
+
+def _without_unit(title: str) -> tuple[str, str | None]:
+    """Split a name into its words and its unit: "X [mm]", "x_in", "X/mm", "F mm/min"."""
+    text = title.strip()
+    bracket = re.search(r"[\[({<]([^\])}>]*)[\])}>]", text)
+    if bracket is not None:
+        unit = unit_of(bracket[1])
+        rest = text[: bracket.start()] + " " + text[bracket.end() :]
+        return (rest, unit) if unit is not None else (f"{rest} {bracket[1]}", None)
+    for separator in re.finditer(r"[\s_/,.:-]+", text):
+        unit = unit_of(text[separator.end() :])
+        if separator.start() > 0 and unit not in (None, "1"):
+            return text[: separator.start()], unit
+    return text, None
+
+
+def _plain(text: str) -> str:
+    """Lower case, without accents."""
+    folded = text.lower().replace("ß", "ss")
+    return "".join(c for c in unicodedata.normalize("NFKD", folded) if not unicodedata.combining(c))
+
+
+@cache
+def _known() -> dict[str, tuple[str, int]]:
+    """Role and rank of each known name, written without blanks and signs."""
+    known: dict[str, tuple[str, int]] = {}
+    for axis, letter in zip("xyz", "ijk", strict=True):
+        known[axis] = (axis, 1)
+        known[letter] = (f"n{axis}", 1)
+        for words, role in (
+            (_POSITION_WORDS, axis),
+            (_NOMINAL_WORDS, f"nominal_{axis}"),
+            (_NORMAL_WORDS, f"n{axis}"),
+            (_APPROACH_WORDS, f"a{axis}"),
+        ):
+            known |= {word + axis: (role, 1) for word in words}
+            if len(words[0]) > 1:
+                known |= {axis + word: (role, 1) for word in words}
+        known |= {f"{axis}{word}": (f"n{axis}", 1) for word in _NORMAL_WORDS if len(word) > 1}
+        for word in _NORMAL_WORDS:
+            known |= {word + letter: (f"n{axis}", 1)}
+            if len(word) > 1:
+                known |= {letter + word: (f"n{axis}", 1)}
+    known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
+    known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
+    known |= {word: ("label", 1 + rank) for rank, word in enumerate(_LABEL_WORDS)}
+    return known

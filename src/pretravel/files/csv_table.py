@@ -1,0 +1,352 @@
+"""CSV with a header line and # comments: reading that keeps the line numbers, and writing."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError
+from pretravel.base.units import LARGEST_NUMBER
+from pretravel.base.whole_file import whole_file
+from pretravel.files.source_file import Source, SourceFile, opened, shortened
+from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
+
+_PLAIN_CELL = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_. :/#-]*")
+SIGNIFICANT_DIGITS = 12
+"""Of the numbers that are written."""
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """Cells as text, by column, and the line of the file of each row.
+
+    Attributes
+    ----------
+    path : str
+    columns : mapping of str to tuple of str
+    lines : tuple of int
+        Line numbers of the rows, from 1.
+    header_line : int
+    decimal : str
+        Decimal sign of the numbers.
+    scales : mapping of str to float
+        Factor of the numbers of a column, where it is not 1.
+    titles : mapping of str to str
+        The file's own name of a column, for messages, where it is another.
+    unread : tuple of str
+        Names of other columns of the file.
+    """
+
+    path: str
+    columns: Mapping[str, tuple[str, ...]]
+    lines: tuple[int, ...]
+    header_line: int
+    decimal: str = "."
+    scales: Mapping[str, float] = field(default_factory=dict)
+    titles: Mapping[str, str] = field(default_factory=dict)
+    unread: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def has(self, *names: str) -> bool:
+        """Whether the table has all these columns."""
+        return all(name in self.columns for name in names)
+
+    def require(self, *names: str, what: str) -> None:
+        """Check that the table has these columns.
+
+        Raises
+        ------
+        InputError
+            A column is missing; the message lists the columns of the file.
+        """
+        missing = [name for name in names if name not in self.columns]
+        if not missing:
+            return
+        there = ", ".join([*(self.titles.get(name, name) for name in self.columns), *self.unread])
+        cased = [n for n in self.columns if n.lower() in missing]
+        hint = f" ({cased[0]} differs only in case: write {cased[0].lower()})" if cased else ""
+        raise InputError(
+            f"{what} need{'' if what.endswith('s') else 's'} the column"
+            f"{'s' if len(missing) > 1 else ''} {', '.join(missing)}; the file has {there}{hint}",
+            path=self.path,
+            line=self.header_line or None,
+            inputs=("columns",),
+        )
+
+    def numbers(self, *names: str) -> FloatArray:
+        """Return columns as numbers, (rows, len(names)).
+
+        Raises
+        ------
+        InputError
+            A cell is empty, is not a finite number, or is larger than any measured value; the
+            message contains the line.
+        """
+        result = np.empty((len(self), len(names)))
+        for index, name in enumerate(names):
+            cells: Sequence[str] = self.columns[name]
+            if self.decimal != "." or any("−" in cell for cell in cells):
+                cells = [self._plain(cell) for cell in cells]
+            try:
+                values = np.array(cells, dtype=np.float64)
+            except ValueError:
+                self._refuse_cells(name)
+            if not np.all(np.abs(values) <= LARGEST_NUMBER):
+                self._refuse_cells(name)
+            scale = self.scales.get(name, 1.0)
+            result[:, index] = values if scale == 1.0 else scale * values + 0.0
+        return result
+
+    def _plain(self, cell: str) -> str:
+        """A cell with a point as decimal sign and the minus of ASCII."""
+        if self.decimal != ".":
+            cell = "not a number" if "." in cell else cell.replace(self.decimal, ".")
+        return cell.replace("−", "-")
+
+    def _refuse_cells(self, name: str) -> NoReturn:
+        """Raise an error for the first cell of a column that is not a finite number."""
+        cells = zip(self.columns[name], self.lines, strict=True)
+        cell, line = next(pair for pair in cells if not _is_value(self._plain(pair[0])))
+        if not cell:
+            what = "is empty"
+        elif _is_finite(self._plain(cell)):
+            what = f"is '{shortened(cell)}', which is larger than any measured value"
+        else:
+            what = f"is '{shortened(cell)}', which is not a finite number"
+        sign, other = ("comma", ".") if self.decimal == "," else ("point", ",")
+        hint = f"; use a {sign} as decimal sign" if other in cell or cell.count(".") > 1 else ""
+        if not hint:
+            hint = "; correct it, or exclude the line"
+        raise InputError(
+            f"{self.titles.get(name, name)} {what}{hint}",
+            path=self.path,
+            line=line,
+            inputs=("exclude",),
+        )
+
+    def decimals(self, *names: str) -> int:
+        """The most decimals that a number of these columns is printed with.
+
+        >>> CsvTable("a.csv", {"nx": ("0.5", "1.25")}, (2, 3), 1).decimals("nx")
+        2
+        """
+        return max(_decimals(cell, self.decimal) for name in names for cell in self.columns[name])
+
+    def number(self, row: int, name: str) -> float:
+        """Return one cell as a number."""
+        return float(self.columns[name][row])
+
+
+def read_csv_table(source: Source) -> CsvTable:
+    r"""Read a CSV file: commas, a header line, # comments; blank lines are skipped.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Returns
+    -------
+    CsvTable
+
+    Raises
+    ------
+    InputError
+        The file does not exist, is not UTF-8 text, is empty, has no header, has rows of another
+        length or other separators.
+
+    >>> file = SourceFile("a.csv", b"# note\nx_mm,y_mm\n1,2\n")
+    >>> read_csv_table(file).numbers("x_mm", "y_mm").tolist()
+    [[1.0, 2.0]]
+    """
+    file = opened(source)
+    header: list[str] | None = None
+    header_line = 0
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for row, line in enumerate(_text(file).splitlines(), start=1):
+        number = file.line_in_file(row)
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        cells = _cells(file, line, number)
+        if header is None:
+            _check_header(file, cells, line.strip(), number)
+            header, header_line = cells, number
+            continue
+        if len(cells) != len(header):
+            decimal = len(cells) > len(header) and "." not in line
+            raise file.error(
+                f"{len(cells)} values, but the header names {len(header)} columns"
+                + ("; are there decimal commas? Use points" if decimal else ""),
+                number,
+            )
+        rows.append(cells)
+        lines.append(number)
+    if header is None:
+        raise file.error("the file is empty; a header line with column names and rows are needed")
+    if not rows:
+        raise file.error("the file has a header but no rows", header_line)
+    columns = dict(zip(header, zip(*rows, strict=True), strict=True))
+    return CsvTable(file.path, columns, tuple(lines), header_line)
+
+
+def _text(file: SourceFile) -> str:
+    """Decode a CSV file. Other encodings than UTF-8 are refused: labels could change."""
+    try:
+        text = file.content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if file.content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            hint = "this file is UTF-16 text; save it as CSV UTF-8"
+        elif b"\0" in file.content:
+            hint = "this is not a text file; a CSV file is needed"
+        else:
+            hint = "this file is not UTF-8 text (Latin-1, perhaps); save it as CSV UTF-8"
+        raise file.error(hint) from None
+    if "\0" in text:
+        raise file.error("this is not a text file; a CSV file is needed")
+    return text
+
+
+def _cells(file: SourceFile, line: str, number: int) -> list[str]:
+    if '"' not in line and len(line) < csv.field_size_limit():
+        found = [cell.strip() for cell in line.split(",")]
+        return found if "'" not in line else [cell_content(cell) for cell in found]
+    try:
+        return [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
+    except csv.Error as error:
+        raise file.error(
+            f"the cells cannot be told apart ({error}): is a quote that opens a cell not closed?",
+            number,
+        ) from None
+
+
+def _check_header(file: SourceFile, header: list[str], line: str, number: int) -> None:
+    if len(header) == 1 and (";" in line or "\t" in line):
+        separator = "semicolons" if ";" in line else "tabs"
+        raise file.error(
+            f"the columns are separated by {separator}; save the file with commas, and points as "
+            "decimal signs",
+            number,
+        )
+    if all(_is_number(cell) for cell in header):
+        raise file.error(
+            "the first line holds numbers; a header with the column names is needed "
+            "(x_mm,y_mm,z_mm,nx,ny,nz for touches)",
+            number,
+        )
+    repeated = sorted(name for name, count in Counter(header).items() if count > 1)
+    if repeated:
+        raise file.error(f"the column {shortened(repeated[0])} occurs twice", number)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_finite(cell: str) -> bool:
+    return _is_number(cell) and math.isfinite(float(cell))
+
+
+def _decimals(cell: str, sign: str) -> int:
+    """Decimals that a number is printed with; many for one with an exponent."""
+    if "e" in cell.lower():
+        return 9
+    return len(cell.partition(sign)[2])
+
+
+def _is_value(cell: str) -> bool:
+    return _is_number(cell) and abs(float(cell)) <= LARGEST_NUMBER
+
+
+def format_number(value: float) -> str:
+    """Format a number as a CSV cell, with twelve significant digits; an empty cell for NaN.
+
+    >>> format_number(1.0 / 3.0), format_number(25.0), format_number(math.nan)
+    ('0.333333333333', '25', '')
+    """
+    if math.isnan(value):
+        return ""
+    return f"{value:.{SIGNIFICANT_DIGITS}g}"
+
+
+def exact_number(value: float) -> str:
+    """Format a number with every digit, without an exponent; reading it returns the same number.
+
+    >>> exact_number(0.1), exact_number(-0.0), exact_number(1e-7)
+    ('0.1', '0', '0.0000001')
+    """
+    return np.format_float_positional(value + 0.0, trim="-")
+
+
+def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
+    """Write columns of equal length as CSV. An error leaves no partial file.
+
+    No comment lines are written: spreadsheets and many other readers do not skip them. Text that a
+    spreadsheet would execute is marked as text; `read_csv_table` returns it as it was.
+
+    Parameters
+    ----------
+    path : str or Path
+    columns : mapping of str to (n,) numbers or strings
+    """
+    text = csv_table_text(columns)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
+    r"""The text of a file as `write_csv_table` writes it.
+
+    >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
+    'name,x_mm\na,0.5\n'
+    """
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow([harmless_cell(name) for name in columns])
+    return header.getvalue() + csv_rows_text(columns)
+
+
+def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
+    r"""The rows alone of a file as `write_csv_table` writes it.
+
+    >>> csv_rows_text({"name": ["a", "b"], "x_mm": [0.5, math.nan]})
+    'a,0.5\nb,\n'
+    """
+    arrays = [np.asarray(values) for values in columns.values()]
+    numbers = [array.dtype.kind == "f" for array in arrays]
+    if all(
+        np.isfinite(a).all() if is_number else _is_plain(a)
+        for a, is_number in zip(arrays, numbers, strict=True)
+    ):
+        form = ",".join(f"%.{SIGNIFICANT_DIGITS}g" if number else "%s" for number in numbers)
+        rows = zip(*(array.tolist() for array in arrays), strict=True)
+        return "".join(map((form + "\n").__mod__, rows))
+    cells = [
+        [format_number(value) for value in array.tolist()]
+        if is_number
+        else [harmless_cell(str(value)) for value in array.tolist()]
+        for array, is_number in zip(arrays, numbers, strict=True)
+    ]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(zip(*cells, strict=True))
+    return text.getvalue()
+
+
+def _is_plain(cells: npt.NDArray[Any]) -> bool:
+    """Whether texts are written as they are: no quotes, no marks, none empty."""
+    return all(_PLAIN_CELL.fullmatch(str(cell)) for cell in cells.tolist())

@@ -1,0 +1,303 @@
+"""What a file format is, what its files contain, and what the user must add to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeAlias
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError
+from pretravel.base.frames import Placement, probe_rotation
+from pretravel.base.quantities import (
+    ANGLE,
+    COORDINATE,
+    DISTANCE,
+    REFERENCE_DIAMETER,
+    TIP_RADIUS,
+    check_numbers,
+    checked_values,
+)
+from pretravel.files.source_file import SourceFile
+from pretravel.measurement.points import Points
+from pretravel.probing.targets import Targets
+from pretravel.touches import Touches, moved
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingOptions:
+    """What the user states about a file, because the file does not contain it.
+
+    Attributes
+    ----------
+    plan : Targets or None
+        The targets that were run, for files that contain positions only.
+    units : str or None
+        mm or inch, for files that do not state their unit.
+    tip_radius : float or None
+        For joining positions with the plan. [mm]
+    overtravel : float or None
+        Distance from the nominal surface to the end of each move: a position there is a miss. For
+        joining positions with the plan, where the file does not mark the contacts. [mm]
+    offset : (3,) float or None
+        Origin of the work coordinates in the machine's coordinates, for grbl logs. [mm]
+    radius_taken_off : float or None
+        Radius that a DMIS file's points have had taken off; 0 where they are tip centres. [mm]
+    rotation : float or None
+        Rotation of the work coordinates about the machine's z axis, for files of positions. [rad]
+    columns : mapping of str to str, or None
+        Of a table: the column of x, y, z, nx, ny, nz, ax, ay, az, feed, spindle, label,
+        nominal_x …, by its name or its number from 1; with - before it, the numbers change their
+        sign; none: the table has no such column. Columns that are not stated are found by their
+        names.
+    decimal : str or None
+        Of a table: comma or point, where its numbers do not show it.
+    exclude : tuple of str
+        Touches to leave out, each by its label, its line, or file and line (``a.csv:17``).
+    reference_diameter : float or None
+        Diameter of the sphere or ring that was touched. A table that states no unit is then taken
+        in mm, because the qualification compares the diameters; positions without normals have the
+        normals of the sphere. [mm]
+    ring : bool
+        The reference is a ring.
+    look_only : bool
+        The file is only looked at: a table may lack its unit and its normals.
+
+    >>> ReadingOptions(units="inch").units
+    'inch'
+    """
+
+    plan: Targets | None = None
+    units: str | None = None
+    tip_radius: float | None = None
+    overtravel: float | None = None
+    offset: tuple[float, float, float] | None = None
+    radius_taken_off: float | None = None
+    rotation: float | None = None
+    columns: Mapping[str, str] | None = None
+    decimal: str | None = None
+    exclude: tuple[str, ...] = ()
+    reference_diameter: float | None = None
+    ring: bool = False
+    look_only: bool = False
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            tip_radius=TIP_RADIUS,
+            overtravel=DISTANCE,
+            radius_taken_off=DISTANCE,
+            rotation=ANGLE,
+            reference_diameter=REFERENCE_DIAMETER,
+        )
+        if self.offset is not None:
+            checked_values(self.offset, "the offset", COORDINATE)
+
+    @property
+    def completes_files(self) -> bool:
+        """Whether this can complete a log; the reference of a qualification alone does not."""
+        stated = (self.plan, self.units, self.offset, self.radius_taken_off)
+        return self.reference_diameter is None or any(value is not None for value in stated)
+
+
+@dataclass(frozen=True, eq=False)
+class FileReadings:
+    """The touches of a file, and what else the file states.
+
+    Attributes
+    ----------
+    touches : Touches
+        The touches that made contact, in work coordinates where the file has work coordinates.
+    missed : tuple of str
+        Labels of the touches that made no contact.
+    rotation : float
+        Rotation of the work coordinates about the machine's z axis. [rad]
+    warnings : tuple of str
+        Sentences for the user.
+    compensated : mapping of str to (3,) float
+        Surface points that the control computed, by label. [mm]
+    tip_radius : float or None
+        Where the file states it. [mm]
+    """
+
+    touches: Touches
+    missed: tuple[str, ...] = ()
+    rotation: float = 0.0
+    warnings: tuple[str, ...] = ()
+    compensated: dict[str, FloatArray] = field(default_factory=dict)
+    tip_radius: float | None = None
+
+    @property
+    def placement(self) -> Placement:
+        """Placement of the work coordinates in the machine: the rotation alone."""
+        return Placement(rotation=probe_rotation(rotation=self.rotation))
+
+    def in_machine_axes(self) -> FileReadings:
+        """Return the same readings with directions along the machine's axes.
+
+        A qualification needs them so: the probe is fixed to the machine, not to the work
+        coordinates.
+        """
+        if not self.rotation:
+            return self
+        return replace(self, touches=moved(self.touches, self.placement), rotation=0.0)
+
+    def notes(self) -> list[str]:
+        """Return the warnings and the labels of the missed touches, as sentences."""
+        notes = list(self.warnings)
+        if self.missed:
+            shown = ", ".join(self.missed[:10]) + ("…" if len(self.missed) > 10 else "")
+            plural = "es" if len(self.missed) > 1 else ""
+            notes.append(f"{len(self.missed)} touch{plural} missed: {shown}")
+        return notes
+
+
+def labels_or_numbers(labels: tuple[str, ...] | None, count: int) -> tuple[str, ...]:
+    """Return the labels, or numbers from 1 where there are no labels.
+
+    >>> labels_or_numbers(None, 2)
+    ('1', '2')
+    """
+    return labels or tuple(str(row + 1) for row in range(count))
+
+
+@dataclass(frozen=True, eq=False)
+class FilePositions:
+    """Positions of a file that does not state which targets they belong to.
+
+    Attributes
+    ----------
+    path : str
+    positions : (n, 3) float
+        Tip centres at the trigger. [mm]
+    lines : tuple of int
+        Line of the file that each position comes from.
+    contact : tuple of bool or None
+        Whether each position is a contact, where the file states it.
+    labels : tuple of str or None
+    feeds : (n,) float or None
+        [mm/min]
+    spindle : (n,) float or None
+        Orientations of the spindle. [rad]
+    understood : str
+        How a table was understood, in one line.
+    """
+
+    path: str
+    positions: FloatArray
+    lines: tuple[int, ...]
+    contact: tuple[bool, ...] | None = None
+    labels: tuple[str, ...] | None = None
+    feeds: FloatArray | None = None
+    spindle: FloatArray | None = None
+    understood: str = ""
+
+    def error(self, message: str, row: int, *, inputs: tuple[str, ...] = ()) -> InputError:
+        """An error that names the file and the line of a position."""
+        return InputError(message, path=self.path, line=self.lines[row], inputs=inputs)
+
+
+@dataclass(frozen=True)
+class FeatureResult:
+    """One result of a measuring cycle: one quantity of one feature.
+
+    Lengths are in mm, angles in degrees.
+    """
+
+    component: int
+    feature: int
+    quantity: str
+    nominal: float
+    actual: float
+    deviation: float
+    tolerance: float | None
+    line: int
+
+
+ReadingsParser: TypeAlias = Callable[[SourceFile, ReadingOptions], FileReadings | FilePositions]
+FeaturesParser: TypeAlias = Callable[[SourceFile, ReadingOptions], list[FeatureResult]]
+TouchesWriter: TypeAlias = Callable[[Path, Touches, float | None], None]
+
+
+@dataclass(frozen=True, eq=False)
+class PointsOrigin:
+    """What a file of points can state beyond the points.
+
+    Attributes
+    ----------
+    note : str
+        How the points were made.
+    nominal_points : (n, 3) float or None
+        The targets of the touches on the nominal surface. [mm]
+    tip_radius : float or None
+        Of the map. [mm]
+    """
+
+    note: str = ""
+    nominal_points: FloatArray | None = None
+    tip_radius: float | None = None
+
+
+PointsWriter: TypeAlias = Callable[[Path, Points, PointsOrigin], None]
+
+
+@dataclass(frozen=True)
+class FileFormat:
+    """One file format: how its files are recognised, read and written.
+
+    A new format is one such object in a file of its own, and one line in
+    `pretravel.files.format_registry.FORMATS`.
+
+    Attributes
+    ----------
+    name : str
+        The word for it on the command line.
+    what : str
+        What the format is, in a few words.
+    reads, writes : str
+        What is read from and written to its files; empty where nothing is.
+    needs : str
+        What the files do not state and the user must.
+    verified : str
+        What reading and writing were verified against.
+    endings : tuple of str
+        Endings of the files that are written, with the dot. A binary format is recognised by them.
+    binary : bool
+        The files are not text.
+    begins : tuple of bytes
+        First bytes of a binary format whose ending other files have too; any where it is empty.
+    recognises : function of the lines (stripped, none blank), or None
+        Whether a text file has this format.
+    parse : function of SourceFile and ReadingOptions, or None
+        Reads touches or positions.
+    parse_features : function of SourceFile and ReadingOptions, or None
+        Reads results of features, from which no touches can be made.
+    self_contained : bool
+        The files state everything that touches need.
+    write_touches : function of path, Touches and the tip's radius or None, or None
+    write_points : function of path, Points and PointsOrigin, or None
+    keeps_approaches_and_feeds : bool
+        Written touches keep their approaches and feeds.
+    refusal : str
+        Why no readings can be made of such files, and what to do instead; empty where they are
+        read.
+    """
+
+    name: str
+    what: str
+    reads: str = ""
+    writes: str = ""
+    needs: str = ""
+    verified: str = ""
+    endings: tuple[str, ...] = ()
+    binary: bool = False
+    begins: tuple[bytes, ...] = ()
+    recognises: Callable[[list[str]], bool] | None = None
+    parse: ReadingsParser | None = None
+    parse_features: FeaturesParser | None = None
+    self_contained: bool = False
+    write_touches: TouchesWriter | None = None
+    write_points: PointsWriter | None = None
+    keeps_approaches_and_feeds: bool = False
+    refusal: str = ""

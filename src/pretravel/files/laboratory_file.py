@@ -1,0 +1,84 @@
+"""The statements of a laboratory for its reports and certificates, as a TOML file."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from pretravel.base.toml_file import TomlStructure, read_toml
+from pretravel.laboratory.certificate import (
+    CERTIFICATE_TABLES,
+    REPORT_TABLES,
+    LaboratoryStatements,
+)
+
+
+def laboratory_template() -> str:
+    r"""A TOML text to fill in.
+
+    >>> print("\n".join(laboratory_template().splitlines()[5:8]))
+    [laboratory]                # every report and the certificate
+    name = ""                   # Name and address of the laboratory
+    place = ""                  # Place of calibration, if another
+    """
+    blocks = [_HEAD]
+    for table, statements in groupby(LaboratoryStatements().statements(), lambda s: s.table):
+        lines = [f'{s.key} = ""'.ljust(28) + f"# {s.meaning}" for s in statements]
+        blocks.append("\n".join([f"[{table}]".ljust(28) + f"# {_where(table)}", *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+_HEAD = """\
+# What a laboratory states with a result of qualify, check, measure, separate and rig.
+# Fill in between the quotation marks, and leave open what you do not know: a field that is
+# open is shown as "not stated". Tables that are marked with "certificate" are for the
+# calibration certificate of a probe (rig); other reports show them where they are filled in."""
+
+
+def _where(table: str) -> str:
+    """Where the statements of a table are shown, also where they are open."""
+    if table in REPORT_TABLES:
+        return "every report" + (" and the certificate" if table in CERTIFICATE_TABLES else "")
+    return "certificate"
+
+
+def laboratory_values(statements: LaboratoryStatements) -> dict[str, dict[str, str | None]]:
+    """The statements of a report for JSON, by table and key; None where nothing is stated.
+
+    >>> laboratory_values(LaboratoryStatements())["measurement"]
+    {'operator': None, 'date': None}
+    """
+    values: dict[str, dict[str, str | None]] = {}
+    for statement in statements.of_report():
+        values.setdefault(statement.table, {})[statement.key] = statement.text or None
+    return values
+
+
+def with_laboratory_values(
+    values: dict[str, Any], statements: LaboratoryStatements | None
+) -> dict[str, Any]:
+    """A result for JSON, with the statements of a laboratory where there are any."""
+    return values if statements is None else values | {"laboratory": laboratory_values(statements)}
+
+
+def read_laboratory(path: str | Path) -> LaboratoryStatements:
+    """Read a template that was filled in.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    LaboratoryStatements
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, tables or keys that are not known.
+    """
+    structure = TomlStructure()
+    structure.value(str, str)  # dates and numbers are texts on a certificate
+    document = read_toml(path, "file of a laboratory", "the command laboratory prints one")
+    return structure.make(document, LaboratoryStatements)

@@ -1,0 +1,258 @@
+"""DMIS (ISO 22093): measured points, ``FA(label)=FEAT/POINT,CART,x,y,z,i,j,k``; reading."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.files.file_format import FileFormat, FileReadings
+from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.touches import Touches
+
+_POINT = re.compile(r"^(FA?)\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*POINT\s*,(.*)$", re.I)
+_FEATURE = re.compile(r"^FA\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*(\w+)", re.I)
+_MEASURED = re.compile(r"FA?\s*\([^)]*\)\s*=\s*FEAT\s*/", re.I)
+_PC_DMIS = re.compile(r"^\w+\s*=\s*FEAT/POINT", re.I)
+_UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
+_UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
+_ROUNDED = 5e-3
+"""Normals are printed with few decimals; they are scaled to length one."""
+_SHOWN = 8
+"""Most features that a message names."""
+
+
+def read_dmis(
+    source: Source, radius_taken_off: float | None = None, units: str | None = None
+) -> FileReadings:
+    r"""Read touches from the measured points of a DMIS output file.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    radius_taken_off : float
+        Radius that was subtracted from the points along their normals: 0 for tip centres, the
+        tip's (qualified) radius for surface points. The file does not state it. [mm]
+    units : str, optional
+        mm or inch, where the file has no UNITS.
+
+    Returns
+    -------
+    FileReadings
+        Tip centres, with nominal points where every point has its ``F(label)``.
+
+    Raises
+    ------
+    InputError
+        The radius or the units are missing; a point is not cartesian; a normal is not a unit
+        vector; a label occurs twice. The message contains the line.
+
+    >>> text = b"UNITS/MM, ANGDEC\nFA(P1)=FEAT/POINT,CART,0,0,$\n0.01,0,0,1\n"
+    >>> read_dmis(SourceFile("out.dmo", text), 3.0).touches.positions.tolist()
+    [[0.0, 0.0, 3.01]]
+    """
+    file = opened(source)
+    lines = file.lines("a DMIS file")
+    output = _Output(file, units)
+    for number, statement in _statements(lines):
+        output.read_statement(statement, number)
+    if not output.actual:
+        raise file.error(_without_points(output))
+    radius_taken_off = checked_radius_taken_off(file, "a DMIS file", radius_taken_off)
+    scale = file.scale(output.units, "the file has no UNITS")
+    missed = tuple(label for label in output.nominal if label not in output.actual)
+    return FileReadings(
+        _touches(output, scale, radius_taken_off), missed=missed, warnings=_warnings(output)
+    )
+
+
+def checked_radius_taken_off(file: SourceFile, what: str, radius: float | None) -> float:
+    """Return the radius that the user states, in mm.
+
+    Parameters
+    ----------
+    file : SourceFile
+    what : str
+        What the file is, for the message: "a DMIS file".
+    radius : float or None
+        [mm]
+
+    Raises
+    ------
+    InputError
+        The radius is missing, or is no radius.
+    """
+    if radius is None:
+        raise file.error(
+            f"{what} does not state whether the tip's radius was taken off its points; give "
+            "the radius taken off: 0 for tip centres, or the radius in mm",
+            inputs=("radius_taken_off",),
+        )
+    if not 0.0 <= radius < 1000.0:
+        raise file.error(
+            f"the radius taken off is {radius:g}; a radius in mm, or 0, is needed",
+            inputs=("radius_taken_off",),
+        )
+    return radius
+
+
+def _without_points(output: _Output) -> str:
+    """The refusal of a file without measured points."""
+    if output.features:
+        return (
+            f"the file contains features ({_shown(output.features)}), but no measured point, "
+            "FA(label)=FEAT/POINT,CART,…: no touches can be made of features. Let the program "
+            "output its points, each measured as a FEAT/POINT"
+        )
+    return (
+        "the file contains no measured point, FA(label)=FEAT/POINT,CART,…: is this a program, "
+        "rather than its output?"
+    )
+
+
+def _warnings(output: _Output) -> tuple[str, ...]:
+    if not output.features:
+        return ()
+    return (f"features are left out, because they are no touches: {_shown(output.features)}",)
+
+
+def _shown(features: list[str]) -> str:
+    return ", ".join(features[:_SHOWN]) + ("…" if len(features) > _SHOWN else "")
+
+
+@dataclass
+class _Output:
+    """What was read of an output file so far: points x, y, z, i, j, k by label, lines, features."""
+
+    file: SourceFile
+    units: str | None
+    nominal: dict[str, list[float]] = field(default_factory=dict)
+    actual: dict[str, list[float]] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    features: list[str] = field(default_factory=list)
+
+    def read_statement(self, statement: str, number: int) -> None:
+        """Read one statement: units or a point; others are skipped."""
+        if _PC_DMIS.match(statement):
+            raise self.file.error(
+                "this is a report of PC-DMIS, not DMIS (FA(label)=FEAT/POINT,…)", number
+            )
+        if found := _UNITS.match(statement):
+            self._read_units(found[1], number)
+        elif found := _POINT.match(statement):
+            label, cells = found[2].strip(), found[3].split(",")
+            self._read_point(found[1].upper(), label, cells, number)
+        elif found := _FEATURE.match(statement):
+            self.features.append(f"{found[1].strip()} {found[2].upper()}")
+
+    def _read_units(self, name: str, number: int) -> None:
+        own = _UNIT_NAMES.get(name.upper())
+        if own is None:
+            raise self.file.error(f"the units are {name}; MM and INCH are read", number)
+        if self.units not in (None, own):
+            raise self.file.error(
+                f"the file's units are {own}, the given ones {self.units}",
+                number,
+                inputs=("units",),
+            )
+        self.units = own
+
+    def _read_point(self, kind: str, label: str, cells: list[str], number: int) -> None:
+        system = cells[0].strip()
+        if system.upper() != "CART":
+            raise self.file.error(f"the point {label} is given in {system}; CART is read", number)
+        values = self.file.numbers([cell.strip() for cell in cells[1:]], number)
+        if len(values) != 6:
+            raise self.file.error(
+                f"the point {label} has {len(values)} numbers; x, y, z, i, j, k are needed", number
+            )
+        if kind == "F":
+            self.nominal[label] = values
+            return
+        if label in self.actual:
+            raise self.file.error(f"the point {label} occurs twice", number)
+        self.actual[label] = values
+        self.lines[label] = number
+
+
+def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
+    file, labels = output.file, tuple(output.actual)
+    table = np.array(list(output.actual.values()))
+    lines = tuple(output.lines.values())
+    normals = with_unit_normals(file, table[:, 3:], labels, lines)
+    nominal_points: FloatArray | None = None
+    if all(label in output.nominal for label in labels):
+        nominal_points = scale * np.array([output.nominal[label][:3] for label in labels])
+    with file.named_in_errors(lines):
+        return Touches(
+            positions=scale * table[:, :3] + radius_taken_off * normals,
+            normals=normals,
+            labels=labels,
+            nominal_points=nominal_points,
+            source=file.name,
+            lines=lines,
+        )
+
+
+def with_unit_normals(
+    file: SourceFile, vectors: FloatArray, labels: tuple[str, ...], lines: tuple[int, ...]
+) -> FloatArray:
+    """Return vectors i, j, k scaled to length one, (n, 3).
+
+    Parameters
+    ----------
+    file : SourceFile
+    vectors : (n, 3) float
+    labels : n str
+    lines : n int
+
+    Raises
+    ------
+    InputError
+        The length of a vector differs from one by more than its last printed digits.
+    """
+    lengths = np.linalg.norm(vectors, axis=1)
+    for label, length, line in zip(labels, lengths.tolist(), lines, strict=True):
+        if abs(length - 1.0) > _ROUNDED:
+            raise file.error(
+                f"point {label}: i, j, k has length {length:.4g}; the unit normal is needed (some "
+                "systems write zeros, or angles, there)",
+                line,
+            )
+    return np.asarray(vectors / lengths[:, None])
+
+
+def _statements(lines: list[str]) -> list[tuple[int, str]]:
+    """Return line numbers and statements, without comments; a line that ends in $ continues.
+
+    Empty lines are skipped, so that doubled line ends do no harm.
+    """
+    statements: list[tuple[int, str]] = []
+    begun: tuple[int, str] | None = None
+    for number, text in enumerate(lines, start=1):
+        line = text.strip()
+        if not line or line.startswith("$$"):
+            continue
+        first, before = begun or (number, "")
+        whole = before + line
+        begun = None
+        if whole.endswith("$"):
+            begun = (first, whole[:-1].rstrip())
+        else:
+            statements.append((first, whole))
+    if begun is not None:
+        statements.append(begun)
+    return statements
+
+
+DMIS = FileFormat(
+    name="dmis",
+    what="DMIS: FA(…)=FEAT/POINT,CART,… (.dmo)",
+    reads="touches",
+    needs="radius taken off",
+    verified="public files of two systems: their form",
+    recognises=lambda lines: any(_MEASURED.match(line) for line in lines),
+    parse=lambda file, options: read_dmis(file, options.radius_taken_off, options.units),
+)

@@ -1,0 +1,275 @@
+"""Logs of grbl, grblHAL and FluidNC: reports ``[PRB:x,y,z:1]``, as senders log them; reading.
+
+Older versions report ``[PRB:x,y,z]``, ``[Probe:x,y,z]`` or ``<Probe,MPos:x,y,z,WPos:x,y,z>``, which
+do not state whether the probe made contact.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.source_file import Source, SourceFile, opened
+
+# Every class leaves out the bracket that begins: a line of beginnings alone is read once.
+_PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
+_PROBE_BEGINS = re.compile(r"\[(?:PRB|Probe):|<Probe,")
+_OLD_STATUS = re.compile(r"<(\w+),MPos:([-\d.,]+),WPos:([-\d.]+,[-\d.]+,[-\d.]+)(?![-\d.])[^<>]*>")
+_OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\[\]]*)\]")
+_STATUS_LINE = re.compile(r"<\w+[|,][^<>]*>")
+_STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
+_INCHES = re.compile(r"\$13\s*=\s*([01])")
+_STATE = re.compile(r"\[GC:([^\[\]]*)\]")
+_WORK_OFFSET = re.compile(r"\bG5[4-9](?:\.[123])?\b")
+_PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
+"""Parameters after which ``$#`` repeats the last report."""
+_MOVED = 2e-3
+"""Other axes that differ by more than this have moved. [deg or mm, reports have two digits]"""
+_ROUNDED = 2e-3
+"""MPos less WPos differs by less than this when the work coordinates are the same. [log's unit]"""
+
+
+def read_grbl_log(
+    source: Source,
+    units: str | None = None,
+    offset: tuple[float, float, float] | None = None,
+) -> FilePositions:
+    r"""Read probe reports from the log of a sender, in work coordinates.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    units : str, optional
+        mm or inch: the units of the reports, where the log does not contain ``$13``.
+    offset : (3,) float, optional
+        Origin of the work coordinates in the machine's, where the log contains neither ``WCO:``
+        or ``WPos:`` nor ``$#`` with ``$G``. [mm]
+
+    Returns
+    -------
+    FilePositions
+        Each report marks whether it is a contact, except those of old versions of grbl.
+
+    Raises
+    ------
+    InputError
+        The units or the offset are neither in the log nor given; offsets change among the touches;
+        a report is cut off. The message contains the line.
+
+    >>> file = SourceFile("grbl.log", b"$13=0\n<Idle|WCO:1,2,3>\n[PRB:1.000,2.000,5.500:1]\n")
+    >>> read_grbl_log(file).positions.tolist()
+    [[0.0, 0.0, 2.5]]
+    """
+    file = opened(source)
+    log = _GrblLog(file, units)
+    previous = ""
+    for number, text in enumerate(file.lines("a grbl log"), start=1):
+        log.read_units(text, number)
+        log.read_offsets(text, number)
+        repeated = any(parameter in previous for parameter in _PARAMETERS)
+        log.read_reports(text, number, repeated=repeated)
+        # Senders ask for the status at any time, also among the lines of $#.
+        if text.strip() and not _STATUS_LINE.search(text):
+            previous = text
+    if not log.positions:
+        raise file.error(
+            "the file contains no report [PRB:…] of a touch (the one among the parameters, $#, "
+            "repeats an earlier one)"
+        )
+    scale = file.scale(
+        log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
+    )
+    origin = scale * log.work_offset() if offset is None else np.asarray(offset, dtype=np.float64)
+    return FilePositions(
+        file.path,
+        scale * np.array(log.positions) - origin,
+        tuple(log.lines),
+        log.contacts(),
+    )
+
+
+@dataclass
+class _GrblLog:
+    """What was read of a log so far.
+
+    Attributes
+    ----------
+    positions, contact, lines
+        Of the reports, in machine coordinates and the log's units; contact is None where a report
+        does not state it.
+    offsets : mapping of str to values and line
+        WCO, G54 …, G92 and TLO, as last stated.
+    first_offsets
+        The same when the first report came.
+    active : str or None
+        The work offset that was active when the first report came.
+    stated_later : str or None
+        The work offset that the log first states among the touches.
+    other_axes
+        Values of the first report beyond x, y and z.
+    changed : message and line, or None
+        A change of the work coordinates after a report: an error once another report follows.
+    """
+
+    file: SourceFile
+    units: str | None
+    positions: list[list[float]] = field(default_factory=list)
+    contact: list[bool | None] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
+    first_offsets: dict[str, tuple[list[float], int]] = field(default_factory=dict)
+    active: str | None = None
+    stated_later: str | None = None
+    other_axes: list[float] | None = None
+    changed: tuple[str, int] | None = None
+
+    def read_units(self, text: str, number: int) -> None:
+        """Read the setting $13: whether reports are in inches."""
+        if not (found := _INCHES.search(text)):
+            return
+        own = "inch" if found[1] == "1" else "mm"
+        if self.units not in (None, own):
+            raise self.file.error(
+                f"the log's units are {own} here ($13={found[1]}), before they were {self.units}",
+                number,
+                inputs=("units",),
+            )
+        self.units = own
+
+    def read_offsets(self, text: str, number: int) -> None:
+        """Read work offsets, the tool length and the active work offset."""
+        if found := _STATUS_OFFSET.search(text):
+            self._keep_offset("WCO", self._offset("WCO", found[1], number), number)
+        if found := _OLD_STATUS.search(text):
+            machine, work = (self._offset("MPos, WPos", found[i], number) for i in (2, 3))
+            origin = [round(m - w, 4) for m, w in zip(machine, work, strict=True)]
+            self._keep_offset("WCO", origin, number, rounded=_ROUNDED)
+        for name, values in _OFFSET.findall(text):
+            self._keep_offset(name, self._offset(name, values, number), number)
+        if (state := _STATE.search(text)) and (active := _WORK_OFFSET.findall(state[1])):
+            self._keep_active(active[-1], number)
+
+    def _offset(self, name: str, text: str, number: int) -> list[float]:
+        values = self.file.numbers([cell for cell in text.split(",") if cell], number)
+        if name == "TLO" and len(values) in (0, 2):
+            raise self.file.error(
+                f"TLO has {len(values)} values; the length along z, or x, y and z, is needed",
+                number,
+            )
+        if name != "TLO" and len(values) < 3:
+            raise self.file.error(f"{name} has {len(values)} values; x, y and z are needed", number)
+        return values
+
+    def _keep_active(self, name: str, number: int) -> None:
+        if not self.positions:
+            self.active = name
+            return
+        known = self.active or self.stated_later
+        if known is not None and known != name:
+            self._changed(f"{name} became active here", number)
+        self.stated_later = name
+
+    def _keep_offset(
+        self, name: str, values: list[float], number: int, rounded: float = 0.0
+    ) -> None:
+        before, line = self.offsets.get(name, (values, number))
+        same = len(values) == len(before) and np.allclose(values, before, rtol=0.0, atol=rounded)
+        if self.positions and not same:
+            self._changed(f"{name} was {before} (line {line}) and is {values} here", number)
+        if not (self.positions and same):
+            self.offsets[name] = (values, number)
+
+    def _changed(self, what: str, number: int) -> None:
+        self.changed = (f"{what}, among the touches; split the log there", number)
+
+    def read_reports(self, text: str, number: int, *, repeated: bool) -> None:
+        """Read the probe reports of a line; repeated ones ($#) are checked and left out."""
+        reports: list[tuple[str, str]] = _PROBE.findall(text)
+        reports += [(machine, "") for state, machine, _ in _OLD_STATUS.findall(text)
+                    if state == "Probe"]  # fmt: skip
+        if len(_PROBE_BEGINS.findall(text)) != len(reports):
+            raise self.file.error("this report is cut off; [PRB:x,y,z:1] is needed", number)
+        for cells, flag in reports:
+            if flag not in ("0", "1", ""):
+                raise self.file.error(
+                    "this report does not end in :1 or :0; [PRB:x,y,z:1] is needed", number
+                )
+            values = self.file.numbers(cells.split(","), number)
+            if len(values) < 3:
+                raise self.file.error(
+                    f"a report of {len(values)} axes; x, y and z are needed", number
+                )
+            if not repeated:
+                self._keep_report(values, flag == "1" if flag else None, number)
+
+    def _keep_report(self, values: list[float], contact: bool | None, number: int) -> None:
+        if self.changed is not None:
+            raise self.file.error(*self.changed)
+        self._check_other_axes(values[3:], number)
+        if not self.positions:
+            self.first_offsets = dict(self.offsets)
+        elif (contact is None) != (self.contact[0] is None):
+            raise self.file.error(
+                "this report states whether there was contact (:1 or :0), the first one does not, "
+                "or the reverse: are these logs of two machines?",
+                number,
+            )
+        self.positions.append(values[:3])
+        self.contact.append(contact)
+        self.lines.append(number)
+
+    def _check_other_axes(self, values: list[float], number: int) -> None:
+        if self.other_axes is None:
+            self.other_axes = values
+        if len(values) != len(self.other_axes) or np.any(
+            np.abs(np.subtract(values, self.other_axes)) > _MOVED
+        ):
+            raise self.file.error("a fourth axis has moved since the first report", number)
+
+    def contacts(self) -> tuple[bool, ...] | None:
+        """Return whether each report is a contact; None where the log does not state it."""
+        stated = tuple(contact for contact in self.contact if contact is not None)
+        return stated if len(stated) == len(self.contact) else None
+
+    def work_offset(self) -> npt.NDArray[np.float64]:
+        """Return the origin of the work coordinates in the machine's, in the log's units, (3,)."""
+        known = {name: np.array(values) for name, (values, _) in self.first_offsets.items()}
+        if "WCO" in known:
+            return known["WCO"][:3]
+        if self.active is None and "G54" in known:
+            raise self.file.error(
+                "the log contains offsets ($#), but neither the active one ($G) nor WCO; give the "
+                "offset x,y,z of the work coordinates in the machine's, in mm",
+                inputs=("offset",),
+            )
+        if self.active is None or self.active not in known:
+            raise self.file.error(
+                "reports are in machine coordinates, and the log does not show before the first "
+                "report where the work coordinates are (WCO: or WPos: in a status line, or $# and "
+                "$G); give "
+                "the offset x,y,z of the work coordinates in the machine's, in mm",
+                inputs=("offset",),
+            )
+        origin = known[self.active][:3]
+        if "G92" in known:
+            origin = origin + known["G92"][:3]
+        if "TLO" in known:
+            length = known["TLO"]
+            # grbl states the length along z; grblHAL states a value for each axis.
+            origin = origin + (np.array([0.0, 0.0, length[0]]) if len(length) == 1 else length[:3])
+        return origin
+
+
+GRBL = FileFormat(
+    name="grbl",
+    what="log of a sender for grbl, grblHAL, FluidNC: [PRB:…], <Probe,MPos:…>",
+    reads="positions",
+    needs="plan; units without $13; offset without WCO or WPos",
+    verified="public logs of seven senders: their form",
+    recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
+    parse=lambda file, options: read_grbl_log(file, options.units, options.offset),
+)

@@ -1,0 +1,149 @@
+"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``, as users write them with LinuxCNC's LOG."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.source_file import Source, SourceFile, opened
+
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])", re.IGNORECASE)
+_X_FIRST, _THEN_Y, _THEN_Z = (
+    re.compile(rf"{words}\s*[-+.\d]", re.IGNORECASE)
+    for words in (r"(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
+)
+_ROTARY = "ABC"
+_MOVED = 1e-4
+"""Rotary axes that differ by more than this have moved. [deg]"""
+_HEAD = 20
+"""Lines among which the first position is expected, to recognise the format."""
+
+
+def read_log_positions(source: Source, units: str | None = None) -> FilePositions:
+    r"""Read positions from lines such as ``G1 X1.0 Y2.0 Z3.0``.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    units : str, optional
+        mm or inch, where the file contains neither G20 nor G21.
+
+    Returns
+    -------
+    FilePositions
+
+    Raises
+    ------
+    InputError
+        The units are missing or contradict the file; a line is not a position with X, Y and Z; a
+        rotary axis has moved.
+        The message contains the line.
+
+    >>> file = SourceFile("a.txt", b"G21\nG1 X1.0 Y2.0 Z3.0\n")
+    >>> read_log_positions(file).positions.tolist()
+    [[1.0, 2.0, 3.0]]
+    """
+    file = opened(source)
+    rows, numbers = [], []
+    rotary: dict[str, float] = {}
+    for number, text in enumerate(file.lines("a log of positions"), start=1):
+        line = without_comments(text).strip()
+        if not line or line.startswith((";", "%")):
+            continue
+        units = _units(file, line, number, units)
+        if re.search(r"\bG91\b", line, re.IGNORECASE):
+            raise file.error("G91: relative positions are not read", number)
+        if position := _position(file, line, number, rotary):
+            rows.append(position)
+            numbers.append(number)
+    scale = file.scale(units, "the file does not state its units (G20 or G21)")
+    if not rows:
+        raise file.error("the file contains no position")
+    return FilePositions(file.path, scale * np.array(rows), tuple(numbers))
+
+
+def without_comments(line: str) -> str:
+    """Return a line of G-code without its comments in brackets.
+
+    >>> without_comments("G1 (to (the left) X1 (open")
+    'G1  X1 (open'
+    """
+    kept, at = "", 0
+    while (begin := line.find("(", at)) >= 0 and (end := line.find(")", begin)) >= 0:
+        kept += line[at:begin]
+        at = end + 1
+    return kept + line[at:]
+
+
+def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
+    """Return the units that hold from this line on."""
+    word = re.search(r"\bG2([01])\b", line, re.IGNORECASE)
+    if word is None:
+        return units
+    own = "inch" if word[1] == "0" else "mm"
+    if units not in (None, own):
+        raise file.error(
+            f"the file's units are {own} here (G2{word[1]}), but the given ones, or those before, "
+            f"are {units}",
+            number,
+            inputs=("units",),
+        )
+    return own
+
+
+def _position(
+    file: SourceFile, line: str, number: int, rotary: dict[str, float]
+) -> list[float] | None:
+    """Read X, Y and Z of a line; None if the line has none. `rotary` keeps the other axes."""
+    remainder = _WORD.sub("", line).strip()
+    if remainder:
+        raise file.error(
+            f"'{line[:40]}' is not a position; G1 X… Y… Z… is needed"
+            + ("; use points as decimal signs" if "," in remainder else ""),
+            number,
+        )
+    pairs = [(name.upper(), value) for name, value in _WORD.findall(line)]
+    pairs = [(name, value) for name, value in pairs if name in "XYZ" + _ROTARY]
+    words = dict(pairs)
+    if len(words) < len(pairs):
+        raise file.error("a coordinate occurs twice", number)
+    if not set(words) & set("XYZ"):
+        return None
+    for axis in set(words) & set(_ROTARY):
+        if abs(float(words[axis]) - rotary.setdefault(axis, float(words[axis]))) > _MOVED:
+            raise file.error(
+                f"the rotary axis {axis} has moved; positions at different rotary angles cannot be "
+                "joined with one plan",
+                number,
+            )
+    if not set("XYZ") <= set(words):
+        missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
+        raise file.error(f"'{line[:40]}' has no {missing}", number)
+    return file.numbers([words[axis] for axis in "XYZ"], number)
+
+
+def _is_positions(lines: list[str]) -> bool:
+    # A label such as X1 in a CSV file looks like a coordinate.
+    is_csv = "nx" in lines[0].split(",")
+    return not is_csv and any(map(_is_position, lines[:_HEAD]))
+
+
+def _is_position(line: str) -> bool:
+    """Whether X begins a line, and Y and Z follow in this order."""
+    place = _X_FIRST.match(line)
+    for word in (_THEN_Y, _THEN_Z):
+        place = place and word.search(line, place.end())
+    return place is not None
+
+
+POSITIONS = FileFormat(
+    name="positions",
+    what="lines G1 X… Y… Z…, written with LinuxCNC's LOG",
+    reads="positions",
+    needs="plan; units without G20, G21",
+    verified="LinuxCNC 2.9 (Debian 12), running",
+    recognises=_is_positions,
+    parse=lambda file, options: read_log_positions(file, options.units),
+)

@@ -1,0 +1,188 @@
+"""Files that are recognised and refused: features, meshes of heights, programs, geometry.
+
+A refusal states what the file is, and what the user can do instead.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from pretravel.files.file_format import FileFormat
+from pretravel.files.logs.log_lines import without_comments
+
+_CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
+"""Orders that no log of positions contains."""
+_NUMBERED = re.compile(r"/?\s*N\d+\s*", re.IGNORECASE)
+_VALUE = r"[-+]?(?:\.?\d|\[|#|<)"
+_APART = re.compile(rf"(?<=[A-Z])\s(?={_VALUE})", re.IGNORECASE)
+"""A blank between a letter and its number."""
+_WORD = re.compile(rf"[A-Z]{_VALUE}[^,;]*", re.IGNORECASE)
+_ASSIGNMENT = re.compile(r"#\s?[\d<].*=")
+_HEIDENHAIN_PROGRAM = re.compile(r"(?:0\s+)?BEGIN PGM\b|\d+\s+TCH PROBE \d{3}\b", re.IGNORECASE)
+_DPRNT = re.compile(r"(?:N\d+\s*)?(?:DPRNT\[|POPEN\b)", re.IGNORECASE)
+_SUBROUTINE = re.compile(r"o\s?(?:<\w+>|\d+)\s*(?:sub|call|if|while|repeat)\b", re.IGNORECASE)
+
+
+def _any(pattern: str, *, head: int | None = None) -> Callable[[list[str]], bool]:
+    """Return a function: whether the pattern is found in a line (of the first ones)."""
+    compiled = re.compile(pattern, re.IGNORECASE)
+    return lambda lines: any(compiled.search(line) for line in lines[:head])
+
+
+def _is_program(lines: list[str]) -> bool:
+    for line in lines:
+        code = without_comments(line).partition(";")[0].strip()
+        if _HEIDENHAIN_PROGRAM.match(code) or _DPRNT.match(code) or _SUBROUTINE.match(code):
+            return True
+        if _CODE.search(code) and _is_block(code):
+            return True
+    return False
+
+
+def _is_block(code: str) -> bool:
+    """Whether a line has letters alone, each with its number or expression, or sets a variable."""
+    numbered = _NUMBERED.match(code)
+    rest = code[numbered.end() :] if numbered else code
+    words = _APART.sub("", rest).split()
+    return bool(_ASSIGNMENT.match(rest) or (words and all(map(_WORD.fullmatch, words))))
+
+
+def _is_height_grid(lines: list[str]) -> bool:
+    """Three lines x, y, z of minimum, maximum and a count, then a row for each cell (bCNC)."""
+    try:
+        head = [[float(cell) for cell in line.split()] for line in lines[:3]]
+        counts = [int(lines[row].split()[2]) for row in (0, 1)]
+    except (ValueError, IndexError):
+        return False
+    return (
+        all(len(row) == 3 and row[0] <= row[1] for row in head)
+        and min(counts) >= 1
+        and len(lines) - 3 == counts[0] * counts[1]
+        and all(len(line.split()) == 3 for line in lines[3:])
+    )
+
+
+def _is_bed_mesh(lines: list[str]) -> bool:
+    return _is_height_grid(lines) or _BED_MESH(lines)
+
+
+_BED_MESH = _any(
+    r"\bprobe(?: result)? at -?[\d.]+, ?-?[\d.]+ is z=|bed will contact at z=|"
+    r"Mesh Leveling Probed Z positions|\[bed_mesh\b|mesh_matrix|probed_matrix|"
+    r"\bBed X: ?-?[\d.]+ ?Y: ?-?[\d.]+ ?Z: ?-?[\d.]+|Bilinear Leveling Grid|Bed Topography Report|"
+    r"Measured points:$|^RepRapFirmware height map|^<heightmap\b|\bHeightMap MinX="
+)
+
+PC_DMIS_REPORT = FileFormat(
+    name="pcdmis-report",
+    what="report of dimensions of PC-DMIS: AX NOMINAL … MEAS DEV",
+    recognises=_any(r"^AX\s+(?:NOMINAL|MEAS)\b.*\b(?:MEAS|DEV|NOMINAL)\b"),
+    refusal="this is a report of PC-DMIS: dimensions of features, with the tip's radius taken off. "
+    "It has no vectors, so that no touches can be made of it. Save the measurement routine as "
+    "text instead, with THEO/ and ACTL/ of its points and with its hits (format pcdmis), or export "
+    "x, y, z, i, j, k of the points as CSV",
+)
+
+CALYPSO = FileFormat(
+    name="calypso",
+    what="tables of Calypso: chr.txt, fet.txt, hdr.txt",
+    recognises=lambda lines: {"planid", "partnb"} <= set(lines[0].lower().split("\t")),
+    refusal="this is a table of Calypso: characteristics and features, with the tip's radius "
+    "taken off. It has no touches. Let Calypso write the points of the elements, as tip centres "
+    "with their normals, and convert these from CSV",
+)
+
+HEIDENHAIN_LOG = FileFormat(
+    name="heidenhain-log",
+    what="measuring log of Heidenhain's cycles: TCHPR4xx.TXT",
+    recognises=_any(
+        r"\bMeasuring log\b|\bMeasurement log\b|\bMessprotokoll\b|"
+        r"^\W*(?:Prob(?:ing|e) cycle|Touch probe cycle|Antastzyklus|Tastsystem-?Zyklus) +4\d\d\b",
+        head=40,
+    ),
+    refusal="this is the log of a measuring cycle: sizes and positions of a feature, with the "
+    "tip's radius taken off. It has no touches. Probe the points one by one (TCH PROBE 3 or 444) "
+    "and write each measured position with FN 16: F-PRINT as a row of a table",
+)
+
+BED_MESH = FileFormat(
+    name="bed-mesh",
+    what="heights of a bed or a board: Klipper, Marlin, RepRapFirmware, autolevelling",
+    recognises=_is_bed_mesh,
+    refusal="this is a mesh of heights, probed along z alone. A correction by direction has "
+    "nothing to correct there: every touch has the same pretravel, which is part of the probe's z "
+    "offset",
+)
+
+_TAGGED = re.compile(
+    r"(?<!\w)[E\d]\d{4}\s+(?:[#%]\s+)?(?:PtMeas|GoTo|X|StartSession|OnPtMeasReport)\s*\(",
+    re.IGNORECASE,
+)
+"""The tag of an order or an answer, and a word of the protocol."""
+
+
+def _is_tagged(line: str) -> bool:
+    """Whether a line begins with a tag, after one word at most, such as a time."""
+    found = _TAGGED.search(line)
+    if found is None:
+        return False
+    before = re.sub(r"^\W+", "", line[: found.start()])
+    return not before or (before[-1].isspace() and len(before.split()) == 1)
+
+
+I_PLUS_PLUS = FileFormat(
+    name="i++",
+    what="log of an I++ DME server",
+    recognises=lambda lines: any(map(_is_tagged, lines)),
+    refusal="this is a log of an I++ DME server. It is not read, because the properties that state "
+    "what its positions are (OnPtMeasReport, the tool's compensation) differ from session to "
+    "session. Write X, Y, Z of the answers to PtMeas and IJK of the requests as CSV",
+)
+
+PROGRAM = FileFormat(
+    name="program",
+    what="program of a control: G-code, Macro B, Heidenhain .H",
+    recognises=_is_program,
+    refusal="this is a program of a control, or its lines as a sender logged them, without any "
+    "report of the probe. Give what the control reported while it ran: the file that PROBEOPEN, "
+    "LOG or DPRNT wrote, or the messages that the sender saved",
+)
+
+GEOMETRY = FileFormat(
+    name="geometry",
+    what="geometry of a part: STEP, IGES, STL, OBJ, PLY, 3MF",
+    endings=(".stl", ".3mf", ".igs", ".iges", ".step", ".stp", ".obj", ".ply"),
+    binary=True,
+    recognises=lambda lines: (
+        lines[0].startswith(("ISO-10303-21", "ply"))
+        or (
+            lines[0].lower().startswith("solid")
+            and any("facet normal" in line for line in lines[:3])
+        )
+    ),
+    refusal="this is the geometry of a part, without readings. As the nominal surface of a part, "
+    "STEP and IGES files are taken where a nominal is asked for",
+)
+
+DOCUMENT = FileFormat(
+    name="document",
+    what="spreadsheets and documents: .xlsx, .xls, .ods, .pdf, .docx, .html",
+    endings=(".xlsx", ".xls", ".xlsm", ".ods", ".pdf", ".docx", ".doc", ".html", ".htm"),
+    binary=True,
+    recognises=_any(r"^(?:<!DOCTYPE html|<html\b|%PDF-)", head=2),
+    refusal="this is a spreadsheet or a document. Save the table with the readings as CSV (text, "
+    "one row for each touch)",
+)
+
+REFUSED = (
+    PC_DMIS_REPORT,
+    CALYPSO,
+    HEIDENHAIN_LOG,
+    BED_MESH,
+    I_PLUS_PLUS,
+    GEOMETRY,
+    DOCUMENT,
+    PROGRAM,
+)
+"""In the order in which they are tried: programs last, because logs repeat their lines."""

@@ -1,0 +1,217 @@
+"""Maps as tables over directions: CSV to read and write, JSON to write."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import from_angles
+from pretravel.base.errors import InputError
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base.whole_file import whole_file
+from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
+from pretravel.maps.grid import map_grid
+from pretravel.maps.kinds.tabulated import TabulatedBasis
+from pretravel.maps.plausibility import largest_plausible
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
+from pretravel.maps.support import DirectionSupport
+from pretravel.uncertainty.covariance import Covariance
+
+Columns = Mapping[str, npt.ArrayLike]
+
+
+def write_csv_map(path: str | Path, pretravel_map: PretravelMap, table: Columns | None) -> None:
+    """Write a map as CSV: the columns of a prediction where there are some, else a grid.
+
+    Parameters
+    ----------
+    path : str or Path
+    pretravel_map : PretravelMap
+    table : mapping of str to (n,) values or None
+        Columns of a prediction.
+    """
+    columns = dict(table) if table is not None else _grid_table(pretravel_map)
+    rows = len(np.asarray(columns["polar_deg"]))
+    constants = _table_constants(pretravel_map)
+    columns |= {name: np.full(rows, value) for name, value in constants.items()}
+    write_csv_table(path, columns)
+
+
+def write_json_map(path: str | Path, pretravel_map: PretravelMap, table: Columns | None) -> None:
+    """Write a map as JSON; see `write_csv_map`."""
+    columns = dict(table) if table is not None else _grid_table(pretravel_map)
+    content = {
+        "kind": pretravel_map.kind,
+        "tip_radius_mm": pretravel_map.tip_radius,
+        "repeatability_um": pretravel_map.repeatability / MICROMETRE,
+        "fixed_scatter_um": pretravel_map.fixed_scatter / MICROMETRE,
+        "provenance": pretravel_map.provenance.as_dict(),
+        **{name: np.asarray(values).tolist() for name, values in columns.items()},
+    }
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:
+    """Constants that a table needs to be used as a map, a column each.
+
+    The axis is left out where it is +z.
+    """
+    constants = {
+        "tip_radius_mm": pretravel_map.tip_radius,
+        "u_tip_radius_um": pretravel_map.u_tip_radius / MICROMETRE,
+    }
+    if pretravel_map.repeatability:
+        constants["repeatability_um"] = pretravel_map.repeatability / MICROMETRE
+    if pretravel_map.fixed_scatter:
+        constants["fixed_scatter_um"] = pretravel_map.fixed_scatter / MICROMETRE
+    if pretravel_map.feed is not None:
+        constants["feed_mm_min"] = pretravel_map.feed
+    if pretravel_map.delay is not None:
+        constants["delay_ms"] = pretravel_map.delay * 1e3
+        constants["u_delay_ms"] = pretravel_map.u_delay * 1e3
+    rotation = pretravel_map.rotation
+    if not np.allclose(rotation, np.eye(3), atol=1e-12):
+        axis = rotation[:, 2]
+        about = probe_rotation(axis).T @ rotation
+        turn = math.degrees(math.atan2(about[1, 0], about[0, 0]))
+        constants |= {f"probe_axis_{name}": float(v) for name, v in zip("xyz", axis, strict=True)}
+        constants["probe_rotation_deg"] = turn
+    return constants
+
+
+def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
+    # Fine enough for linear interpolation between: 0.1 µm where harmonics reach degree 24.
+    values = map_grid(pretravel_map, polar_step=2.5, azimuth_step=2.5)
+    polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
+    supported = np.isfinite(values["pretravel_um"])
+    return {
+        "polar_deg": polar[supported],
+        "azimuth_deg": azimuth[supported],
+        "pretravel_um": values["pretravel_um"][supported],
+        "u_um": values["u_um"][supported],
+    }
+
+
+def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
+    """A map from a table over directions, interpolated linearly.
+
+    Parameters
+    ----------
+    path : Path
+        CSV with polar_deg, azimuth_deg, pretravel_um, and perhaps u_um and constant columns.
+    tip_diameter : float or None
+        Where the table does not state it. [mm]
+
+    Returns
+    -------
+    PretravelMap
+
+    Raises
+    ------
+    InputError
+        Missing columns, implausible values, a direction with two values.
+    """
+    table = read_csv_table(path)
+    table.require("polar_deg", "azimuth_deg", "pretravel_um", what="a map")
+    angles = table.numbers("polar_deg", "azimuth_deg") * DEGREE
+    directions = from_angles(angles[:, 0], angles[:, 1])
+    value = table.numbers("pretravel_um")[:, 0] * MICROMETRE
+    u = table.numbers("u_um")[:, 0] * MICROMETRE if table.has("u_um") else np.zeros(len(value))
+    if np.any(u < 0.0):
+        row = int(np.argmin(u))
+        raise InputError(
+            f"u_um is {u[row] / MICROMETRE:g}; a standard uncertainty cannot be negative",
+            path=path,
+            line=table.lines[row],
+        )
+    origin = Origin.QUALIFIED if table.has("u_um") else Origin.PREDICTED
+    feed = _constant(table, "feed_mm_min")
+    _refuse_implausible(table, value, feed)
+    keep = _distinct(table, directions, value)
+    radius = _constant(table, "tip_radius_mm")
+    if radius is None:
+        if tip_diameter is None:
+            raise InputError(
+                "this table has no column tip_radius_mm; give the tip's diameter",
+                path=path,
+                inputs=("tip_diameter",),
+            )
+        radius = 0.5 * tip_diameter
+    delay_ms = _constant(table, "delay_ms")
+    support = DirectionSupport(directions[keep])
+    return PretravelMap(
+        basis=TabulatedBasis(support),
+        coefficients=value[keep],
+        covariance=Covariance.fully_shared(u[keep] ** 2),
+        support=support,
+        tip_radius=radius,
+        u_tip_radius=(_constant(table, "u_tip_radius_um") or 0.0) * MICROMETRE,
+        repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
+        fixed_scatter=(_constant(table, "fixed_scatter_um") or 0.0) * MICROMETRE,
+        rotation=_rotation(table),
+        feed=feed,
+        delay=None if delay_ms is None else delay_ms * 1e-3,
+        u_delay=(_constant(table, "u_delay_ms") or 0.0) * 1e-3,
+        provenance=Provenance(origin, f"{origin.value}, table {path.name}"),
+    )
+
+
+def _refuse_implausible(table: CsvTable, value: FloatArray, feed: float | None) -> None:
+    largest = largest_plausible(feed)
+    row = int(np.argmax(np.abs(value)))
+    if abs(value[row]) > largest:
+        raise InputError(
+            f"pretravel_um is {value[row] / MICROMETRE:g}; probes deflect by 1 to 80 µm, and up to "
+            f"{largest / MICROMETRE:.0f} is accepted (more with a column feed_mm_min)",
+            path=table.path,
+            line=table.lines[row],
+        )
+
+
+def _distinct(table: CsvTable, directions: FloatArray, value: FloatArray) -> IntArray:
+    """Rows with directions that are not in the table before; refuses contradictions."""
+    _, first, inverse = np.unique(
+        np.round(directions, 9), axis=0, return_index=True, return_inverse=True
+    )
+    contradiction = np.flatnonzero(np.abs(value[first][inverse.ravel()] - value) > 1e-9)
+    if len(contradiction):
+        raise InputError(
+            "this direction is in the table twice, with different values",
+            path=table.path,
+            line=table.lines[int(contradiction[0])],
+        )
+    return np.asarray(np.sort(first), dtype=np.int64)
+
+
+def _rotation(table: CsvTable) -> FloatArray:
+    """Probe to machine frame; the axis is left out of a table where it is +z."""
+    axis = [_constant(table, f"probe_axis_{name}") for name in "xyz"]
+    if not any(axis):
+        return np.eye(3)
+    turn = _constant(table, "probe_rotation_deg") or 0.0
+    return probe_rotation([v or 0.0 for v in axis], turn * DEGREE)
+
+
+def _constant(table: CsvTable, name: str) -> float | None:
+    """The number that fills a column; None without the column."""
+    if not table.has(name):
+        return None
+    values = table.numbers(name)[:, 0]
+    other = np.flatnonzero(values != values[0])
+    if len(other):
+        row = int(other[0])
+        raise InputError(
+            f"{name} is {values[row]:g}, but {values[0]:g} in the rows above; it must be the same",
+            path=table.path,
+            line=table.lines[row],
+        )
+    return float(values[0])

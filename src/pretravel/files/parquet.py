@@ -1,0 +1,118 @@
+"""Tables as Parquet: the same columns as CSV with every digit, for data tools."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import whole_file
+from pretravel.files.csv_table import CsvTable
+from pretravel.files.source_file import Source, SourceFile, opened
+
+_MOST_CELLS = 5_000_000
+"""Cells up to which a file is read, whatever its size; larger ones have a byte for each cell."""
+MISSING_PYARROW = "Parquet files need the package pyarrow: pip install pyarrow"
+
+
+def read_parquet_table(source: Source) -> CsvTable:
+    """Read a Parquet file as a table of cells. In messages, the number of a row is its line.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Returns
+    -------
+    CsvTable
+
+    Raises
+    ------
+    InputError
+        The file does not exist, is not Parquet or has no rows.
+    PretravelError
+        pyarrow is not installed.
+    """
+    try:
+        from pyarrow import BufferReader, parquet
+    except ModuleNotFoundError:
+        raise PretravelError(MISSING_PYARROW) from None
+    file = opened(source)
+    try:
+        stored = parquet.ParquetFile(BufferReader(file.content))
+        _refuse_size(file, stored.metadata)
+        names = stored.schema_arrow.names
+        table = stored.read()
+        table.validate(full=True)
+    except PretravelError:
+        raise
+    # Whatever a foreign file makes this library raise, the file is at fault.
+    except Exception as error:
+        text = " ".join(str(error).split())[:200]
+        raise file.error(f"not a Parquet file that can be read: {text}") from None
+    if table.num_rows == 0:
+        raise file.error("the file has columns but no rows")
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
+    columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
+    first = file.line_in_file(1)
+    return CsvTable(file.path, columns, tuple(range(first, first + table.num_rows)), 0)
+
+
+def _refuse_size(file: SourceFile, metadata: Any) -> None:
+    """A few bytes can declare any number of equal rows."""
+    cells = metadata.num_rows * max(metadata.num_columns, 1)
+    if cells > max(_MOST_CELLS, len(file.content)):
+        raise file.error(
+            f"this file of {len(file.content):,} bytes declares {metadata.num_rows:,} rows of "
+            f"{metadata.num_columns:,} columns; so many are not read"
+        )
+
+
+def _cells(column: Any) -> tuple[str, ...]:
+    """Cells as in a CSV file; one that has no text, such as bytes or a list, stays a dash.
+
+    Columns that nobody uses may contain anything: a dash in one that is used is refused there.
+    """
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.cast(kind.value_type), kind.value_type
+    plain = pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind)
+    if not plain and not pa.types.is_null(kind):
+        try:
+            column = column.cast(pa.string())
+        except (pa.ArrowException, ValueError, OSError):
+            return ("-",) * len(column)
+    return tuple("" if value is None else str(value) for value in column.to_pylist())
+
+
+def write_parquet_table(
+    path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]
+) -> None:
+    """Write columns of equal length as a Parquet file. An error leaves no partial file.
+
+    Parameters
+    ----------
+    path : str or Path
+    columns : mapping of str to (n,) numbers or strings
+
+    Raises
+    ------
+    PretravelError
+        pyarrow is not installed.
+    """
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ModuleNotFoundError:
+        raise PretravelError(MISSING_PYARROW) from None
+    table = pa.table({name: np.asarray(values).tolist() for name, values in columns.items()})
+    with whole_file(path) as temporary:
+        parquet.write_table(table, str(temporary))

@@ -1,0 +1,54 @@
+"""A look at a file of touches before it is used: what it lacks is no fault."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pretravel.base.errors import PretravelError
+from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.files.readings import read_readings
+from pretravel.files.source_file import Source, opened
+from pretravel.files.table_formats import CSV, PARQUET
+from pretravel.files.touch_columns import read_touch_columns
+from pretravel.files.touches_csv import read_table_of_touches
+
+
+def look_at(
+    source: Source, options: ReadingOptions, known: FileFormat
+) -> tuple[FileReadings | FilePositions, bool]:
+    r"""Read a file as far as it can be read.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    options : ReadingOptions
+        What is stated.
+    known : FileFormat
+        Of the file.
+
+    Returns
+    -------
+    FileReadings or FilePositions
+    bool
+        Whether the unit of length is known; else the lengths are as in the file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+
+    >>> from pretravel.files.source_file import SourceFile
+    >>> found, unit_known = look_at(SourceFile("a.csv", b"X;Y;Z\n1;2;3\n"), ReadingOptions(), CSV)
+    >>> found.positions.tolist(), unit_known
+    ([[1.0, 2.0, 3.0]], False)
+    """
+    file = opened(source)
+    looking = replace(options, look_only=True)
+    if known in (CSV, PARQUET):
+        found = read_table_of_touches(file, looking)
+        return found, read_touch_columns(file, looking).unit_known
+    if known.parse is None:
+        raise PretravelError(f"{file.path}: files of format {known.name} contain no touches")
+    if options.plan is not None:
+        return read_readings(file, options, file_format=known.name), True
+    return known.parse(file, options), True

@@ -1,0 +1,209 @@
+"""Touches from a file of any format, and into one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.quantities import TIP_RADIUS, checked
+from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.files.format_registry import FORMATS, format_named, format_of
+from pretravel.files.logs.joining import join
+from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.stated_normals import with_sphere_normals
+from pretravel.files.table_formats import CSV, PARQUET
+from pretravel.files.touch_columns import own_lines
+from pretravel.files.touches_csv import read_normals
+from pretravel.touches import Touches, without
+
+
+def read_readings(
+    source: Source, options: ReadingOptions | None = None, *, file_format: str | None = None
+) -> FileReadings:
+    r"""Read touches from a file of any format, and what else the file states.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    options : ReadingOptions, optional
+        What the file does not contain. Where nothing is stated, the format must be one whose
+        files contain everything: CSV, Parquet, QIF, a log of a program that pretravel wrote.
+        Columns that are stated are those of a table, whatever the text looks like.
+    file_format : str, optional
+        Name of a `FileFormat`; detected from the file when not given.
+
+    Returns
+    -------
+    FileReadings
+
+    Raises
+    ------
+    InputError
+        The file cannot be read (see the reader of its format); something that it does not contain
+        was not given; it contains features, not touches.
+    PretravelError
+        The format is not known.
+
+    >>> file = SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+    >>> read_readings(file).touches.positions.tolist()
+    [[0.0, 0.0, 3.0]]
+    """
+    file = opened(source)
+    if file_format is None and options is not None and options.columns:
+        known = PARQUET if file.ending == ".parquet" else CSV
+    else:
+        known = format_of(file) if file_format is None else format_named(file_format)
+    if known.parse is None:
+        raise _without_touches(file, known)
+    if not known.self_contained and (options is None or not options.completes_files):
+        raise file.error(
+            f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
+            "pretravel convert makes touches of it and asks for what is missing"
+        )
+    options = options or ReadingOptions()
+    found = known.parse(file, options)
+    readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
+    if readings is found and options.plan is not None:
+        unused = "the file itself states the normal at each touch: the plan was not used"
+        readings = replace(readings, warnings=(*readings.warnings, unused))
+    if known in (CSV, PARQUET):  # their rows are excluded before they are read
+        return readings
+    names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]
+    return replace(readings, touches=without(readings.touches, names))
+
+
+def read_directions(source: Source) -> FloatArray:
+    r"""Read outward normals from a file of touches or a table of normals, (n, 3).
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+        As `read_readings` without options, in machine axes; or a CSV or Parquet file with the
+        columns nx, ny, nz alone.
+
+    Raises
+    ------
+    InputError
+        As `read_readings`.
+
+    >>> read_directions(SourceFile("normals.csv", b"nx,ny,nz\n0,0,1\n")).tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    file = opened(source)
+    known = format_of(file)
+    if known in (CSV, PARQUET):
+        return read_normals(file)
+    return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
+
+
+def _line(name: str, file: SourceFile) -> str:
+    """An excluded touch without the name of its file: "a.log:17" is line 17."""
+    lines = own_lines([name], file)
+    return lines.pop() if lines else name
+
+
+def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Touches of positions: joined with the plan, or on the sphere that is fitted to them."""
+    if options.plan is not None or options.reference_diameter is None or options.ring:
+        return _joined(found, options)
+    if found.contact is not None and not all(found.contact):
+        return _joined(found, options)
+    return with_sphere_normals(found, options.reference_diameter)
+
+
+def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
+    if known.refusal:
+        return file.error(known.refusal)
+    if known.parse_features is not None:
+        return file.error(
+            "a print-out contains sizes and positions of features, with the tip's radius taken "
+            "off: it contains no touches to compensate. pretravel convert makes a table of it"
+        )
+    return file.error(f"{known.name} files contain no readings")
+
+
+def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Join positions with the plan that was run."""
+    if options.plan is None:
+        raise InputError(
+            "the file contains positions, but not the targets that were touched there; give the "
+            "plan that was run, and the tip's diameter",
+            path=found.path,
+            inputs=("plan", "tip_diameter"),
+        )
+    if options.tip_radius is None:
+        raise InputError(
+            "the tip's diameter is needed to join the file's positions with the plan",
+            path=found.path,
+            inputs=("tip_diameter",),
+        )
+    joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
+    joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
+    at = {line: row for row, line in enumerate(found.lines)}
+    rows = [at[line] for line in joined.touches.lines or ()]
+    if found.feeds is not None:
+        joined = replace(joined, touches=replace(joined.touches, feeds=found.feeds[rows]))
+    if found.spindle is not None:
+        joined = replace(joined, touches=replace(joined.touches, spindle=found.spindle[rows]))
+    if options.rotation is not None:
+        return replace(joined, rotation=options.rotation)
+    warning = (
+        "the file does not state how the work coordinates were rotated in the machine (G10 L2 R): "
+        "taken as not rotated; a machine file with [work] states it"
+    )
+    return replace(joined, warnings=(*joined.warnings, warning))
+
+
+def write_readings(path: str | Path, touches: Touches, tip_radius: float | None = None) -> None:
+    """Write touches in the format of the path's ending: CSV, Parquet, QIF or Fusion results.
+
+    Parameters
+    ----------
+    path : str or Path
+    touches : Touches
+    tip_radius : float, optional
+        For formats that state it. [mm]
+
+    Raises
+    ------
+    PretravelError
+        No format of touches has this ending; the format needs what is not known.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "touches.qif"
+    >>> write_readings(path, Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), tip_radius=3.0)
+    >>> read_readings(path).tip_radius
+    3.0
+    """
+    if tip_radius is not None:
+        checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
+    write = written_format(path).write_touches
+    assert write is not None
+    write(Path(path), touches, tip_radius)
+
+
+def written_format(path: str | Path) -> FileFormat:
+    """Return the format in which touches are written to a path, by its ending.
+
+    Raises
+    ------
+    PretravelError
+        No format of touches has this ending.
+
+    >>> written_format("touches.msr").name
+    'fusion'
+    """
+    ending = Path(path).suffix.lower()
+    for known in FORMATS:
+        if known.write_touches is not None and ending in known.endings:
+            return known
+    raise PretravelError(
+        f"touches cannot be written to '{path}': the ending must be {', '.join(touch_endings())}"
+    )
+
+
+def touch_endings() -> tuple[str, ...]:
+    """Return the endings of the files to which touches can be written."""
+    return tuple(e for known in FORMATS if known.write_touches for e in known.endings)

@@ -1,0 +1,313 @@
+"""Traces and budgets of a calibration rig from CSV files, and its results as columns or JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.units import LARGEST_NUMBER, MICROMETRE
+from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.files.meant_files import files_meant
+from pretravel.files.source_file import shortened
+from pretravel.laboratory.rig import RigTouch, RigTrace
+from pretravel.laboratory.rig_budget import LengthComponent
+from pretravel.laboratory.rig_calibration import (
+    DirectionPerformance,
+    RigCalibration,
+    Spread,
+    azimuth_of,
+)
+from pretravel.uncertainty.gum import Budget
+
+OWN_REPEATABILITY = "repeatability at"
+"""Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
+BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
+MORE_BUDGET_COLUMNS = ("dof", "remark")
+COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
+
+
+def rig_traces(places: Sequence[Path | str]) -> list[Path]:
+    """Return the files of traces that are meant; of a folder those named rig_AZIMUTH_REPEAT.csv.
+
+    Parameters
+    ----------
+    places : sequence of Path or str
+        Files, folders, names with wildcards.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        As `pretravel.files.meant_files.files_meant`.
+    """
+
+    def is_trace(path: Path) -> bool:
+        return path.suffix.lower() == ".csv" and math.isfinite(azimuth_of(path.stem))
+
+    return files_meant(places, is_trace, "traces (rig_AZIMUTH_REPEAT.csv)")
+
+
+def read_rig_trace(path: str | Path) -> RigTrace:
+    """Read a trace: columns time_s, ruler_mm, laser_mm, contact, trigger (1 = high).
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    RigTrace
+        Named after the file.
+
+    Raises
+    ------
+    InputError
+        The file lacks a column, a value is not a number, or contact or trigger is not 0 or 1.
+    """
+    table = read_csv_table(path)
+    table.require(*COLUMNS, what="a rig trace")
+    values = table.numbers("time_s", "ruler_mm", "laser_mm")
+    try:
+        return RigTrace(
+            time=values[:, 0],
+            ruler=values[:, 1],
+            laser=values[:, 2],
+            contact=_logic(table, "contact") > 0.5,
+            trigger=_logic(table, "trigger") > 0.5,
+            name=Path(path).stem,
+        )
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
+def _logic(table: CsvTable, name: str) -> FloatArray:
+    values = table.numbers(name)[:, 0]
+    odd = np.flatnonzero((values != 0.0) & (values != 1.0))
+    if len(odd):
+        row = int(odd[0])
+        raise InputError(
+            f"{name} is {values[row]:g}; a logic level is 0 (low) or 1 (high)",
+            path=table.path,
+            line=table.lines[row],
+        )
+    return values
+
+
+def rig_table(
+    touches: Sequence[RigTouch], not_used: Mapping[str, str] | None = None
+) -> dict[str, npt.ArrayLike]:
+    """Touches on the rig as columns, one row each; nan where a trace does not show the value.
+
+    Parameters
+    ----------
+    touches : sequence of RigTouch
+    not_used : mapping of str to str, optional
+        Reasons for traces that are not in the results of a calibration, for the column left_out.
+
+    Returns
+    -------
+    mapping of str to values
+    """
+    lengths = {f"r{i}_mm": [getattr(t, f"r{i}") for t in touches] for i in range(4)}
+    small = {
+        "pretravel": "pretravel_um",
+        "hysteresis": "hysteresis_um",
+        "u_r0": "u_r0_um",
+        "u_r1": "u_r1_um",
+        "u_r3": "u_r3_um",
+        "tip_displacement": "tip_displacement_um",
+        "tip_compression": "tip_compression_um",
+        "zero_shift": "zero_shift_um",
+    }
+    return {
+        "trace": [touch.trace for touch in touches],
+        **lengths,
+        **{
+            column: [getattr(touch, name) / MICROMETRE for touch in touches]
+            for name, column in small.items()
+        },
+        "azimuth_deg": [math.degrees(azimuth_of(touch.trace)) for touch in touches],
+        "feed_mm_min": [touch.feed if math.isfinite(touch.feed) else math.nan for touch in touches],
+        "left_out": [(not_used or {}).get(touch.trace, "") for touch in touches],
+        "note": ["; ".join(touch.notes) for touch in touches],
+    }
+
+
+def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
+    """A calibration as a JSON document: overall, by direction, by touch, and its budget.
+
+    Returns
+    -------
+    dict
+        Lengths in µm, except r0 to r3; None where a value is unknown.
+    """
+    lost = calibration.with_outliers
+    columns = {
+        name: np.asarray(values).tolist()
+        for name, values in rig_table(calibration.touches, calibration.not_used).items()
+    }
+    touches = [
+        {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in zip(columns, row, strict=True)
+        }
+        for row in zip(*columns.values(), strict=True)
+    ]
+    return {
+        **_overall_json(calibration),
+        "expanded_uncertainty_um": _um(budget.expanded()),
+        "coverage_factor": budget.coverage_factor(),
+        "outliers": [
+            {
+                "trace": outlier.trace,
+                "distance_um": _um(outlier.distance),
+                "limit_um": _um(outlier.limit),
+                "message": outlier.message,
+            }
+            for outlier in calibration.outliers
+        ],
+        "excluded": list(calibration.excluded),
+        "with_outliers": None if lost is None else _overall_json(lost),
+        "directions": [_direction_json(direction) for direction in calibration.directions],
+        "budget": [
+            {
+                "source": row["source"],
+                "type": row["evaluation"],
+                "contribution_um": _um(float(row["contribution"])),
+                "share": row["share"],
+            }
+            for row in budget.rows()
+        ],
+        "touches": touches,
+    }
+
+
+def _overall_json(calibration: RigCalibration) -> dict[str, Any]:
+    return {
+        "pretravel_um": _um(calibration.pretravel),
+        "u_pretravel_um": _um(calibration.u_pretravel),
+        "anisotropy_um": _um(calibration.anisotropy),
+        "anisotropy_interval_um": [_um(float(end)) for end in calibration.anisotropy_interval],
+        "repeatability_um": _spread_json(calibration.repeatability),
+        "hysteresis_um": _um(calibration.hysteresis),
+        "largest_hysteresis_um": _um(calibration.largest_hysteresis),
+        "coverage_probability": calibration.probability,
+    }
+
+
+def _direction_json(direction: DirectionPerformance) -> dict[str, Any]:
+    known = math.isfinite(direction.azimuth)
+    return {
+        "name": direction.name,
+        "azimuth_deg": math.degrees(direction.azimuth) if known else None,
+        "count": direction.count,
+        "pretravel_um": _um(direction.pretravel),
+        "u_pretravel_um": _um(direction.u_pretravel),
+        "repeatability_um": _spread_json(direction.repeatability),
+        "pretravel_range_um": _um(direction.pretravel_range),
+        "trigger_range_um": _um(direction.trigger_range),
+        "hysteresis_um": _um(direction.hysteresis),
+        "u_hysteresis_um": _um(direction.u_hysteresis),
+    }
+
+
+def _spread_json(spread: Spread) -> dict[str, float | None]:
+    return {"value": _um(spread.value), "low": _um(spread.low), "high": _um(spread.high)}
+
+
+def _um(value: float) -> float | None:
+    return value / MICROMETRE if math.isfinite(value) else None
+
+
+def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
+    """Read the budget of a rig: source, type (A or B), uncertainty_um, per_metre_um.
+
+    Empty cells are zero. A column ``dof`` states degrees of freedom, infinite where it is empty; a
+    column ``remark`` is for people.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    tuple of LengthComponent
+
+    Raises
+    ------
+    InputError
+        Missing columns, columns that a budget does not have (a divisor or a k would otherwise be
+        lost), values that are not numbers, types that are not A or B.
+    """
+    table = read_csv_table(path)
+    table.require(*BUDGET_COLUMNS, what="a budget")
+    known = (*BUDGET_COLUMNS, *MORE_BUDGET_COLUMNS)
+    unknown = [name for name, cells in table.columns.items() if name not in known and any(cells)]
+    if unknown:
+        raise InputError(
+            f"a budget has no column '{shortened(unknown[0])}': state standard uncertainties "
+            "(k = 1) in uncertainty_um and per_metre_um, degrees of freedom in dof; columns named "
+            "remark are not evaluated",
+            path=path,
+            line=table.header_line or None,
+        )
+    return tuple(_budget_source(table, row, path) for row in range(len(table)))
+
+
+def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthComponent:
+    """One row of a budget."""
+    line = table.lines[row]
+    kind = table.columns["type"][row].strip().upper()
+    if kind not in ("A", "B"):
+        raise InputError(f"type is '{kind}'; it is A or B", path=path, line=line)
+    source = table.columns["source"][row].strip()
+    if not source:
+        raise InputError("a source of uncertainty needs a name", path=path, line=line)
+    values = []
+    for name in ("uncertainty_um", "per_metre_um"):
+        cell = table.columns[name][row].strip()
+        values.append(_number_or(cell, 0.0))
+        if not abs(values[-1]) <= LARGEST_NUMBER:
+            raise InputError(
+                f"{name} is '{shortened(cell)}'; it must be a finite number, or empty",
+                path=path,
+                line=line,
+            )
+    if min(values) < 0.0:
+        raise InputError("an uncertainty is negative", path=path, line=line)
+    cell = table.columns["dof"][row].strip() if table.has("dof") else ""
+    dof = _number_or(cell, math.inf)
+    if not dof > 0.0:
+        raise InputError(
+            f"dof is '{shortened(cell)}'; it must be a positive number, or empty for infinite",
+            path=path,
+            line=line,
+        )
+    return LengthComponent(
+        source,
+        kind,
+        values[0] * MICROMETRE,
+        values[1] * 1e-6,
+        dof,
+        repeatability=source.startswith(OWN_REPEATABILITY),
+    )
+
+
+def _number_or(cell: str, empty: float) -> float:
+    """The number in a cell; `empty` for an empty one, nan for words."""
+    try:
+        return float(cell) if cell else empty
+    except ValueError:
+        return math.nan

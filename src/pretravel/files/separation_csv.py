@@ -1,0 +1,160 @@
+"""Readings of a multi-step test from CSV files, and separations and plans as columns or JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.units import MICROMETRE
+from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.laboratory.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation import Separation
+from pretravel.laboratory.separation_plan import SeparationPlan
+
+_LARGEST = 10_000.0  # µm
+_LARGEST_INDEX = 1_000_000
+
+
+def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
+    """Read the readings of a multi-step test: columns machine_index, probe_index, error_um.
+
+    Rows with an empty error_um are combinations that were not measured.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    MultiStepReadings
+
+    Raises
+    ------
+    InputError
+        A file without these columns; indices that are not whole numbers.
+    """
+    table = read_csv_table(path)
+    table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
+    blank = [not cell.strip() for cell in table.columns["error_um"]]
+    if any(blank):
+        kept = [row for row, empty in enumerate(blank) if not empty]
+        if not kept:
+            raise InputError("no row has a reading yet (error_um is empty in all)", path=path)
+        table = CsvTable(
+            table.path,
+            {name: tuple(cells[row] for row in kept) for name, cells in table.columns.items()},
+            tuple(table.lines[row] for row in kept),
+            table.header_line,
+        )
+    errors = table.numbers("error_um")[:, 0]
+    if np.max(np.abs(errors)) > _LARGEST:
+        row = int(np.argmax(np.abs(errors)))
+        raise InputError(
+            f"error_um is {errors[row]:g}; is it in µm?", path=path, line=table.lines[row]
+        )
+    try:
+        return MultiStepReadings(
+            machine=_indices(table, "machine_index"),
+            probe=_indices(table, "probe_index"),
+            errors=errors * MICROMETRE,
+        )
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
+def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
+    values = table.numbers(name)[:, 0]
+    odd = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INDEX))
+    if len(odd):
+        row = int(odd[0])
+        raise InputError(
+            f"{name} is {values[row]:g}; an index is a whole number, at most {_LARGEST_INDEX}",
+            path=table.path,
+            line=table.lines[row],
+        )
+    return np.asarray(values, dtype=np.int64)
+
+
+def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
+    """A separation as columns, machine directions first.
+
+    Returns
+    -------
+    mapping of str to values
+        kind, index, systematic_um, u_systematic_um, variance_um2, u_variance_um2.
+    """
+    square = MICROMETRE**2
+    machines, probes = len(result.machines), len(result.probes)
+    return {
+        "kind": ["machine"] * machines + ["probe"] * probes,
+        "index": np.concatenate([result.machines, result.probes]),
+        "systematic_um": np.concatenate([result.machine_error, result.probe_error]) / MICROMETRE,
+        "u_systematic_um": np.concatenate([result.u_machine_error, result.u_probe_error])
+        / MICROMETRE,
+        "variance_um2": np.concatenate([result.machine_variance, result.probe_variance]) / square,
+        "u_variance_um2": np.concatenate([result.u_machine_variance, result.u_probe_variance])
+        / square,
+    }
+
+
+def separation_json(result: Separation) -> dict[str, Any]:
+    """A separation as a JSON document, with the variance of every pair.
+
+    Returns
+    -------
+    dict
+        pair_variance_um2 has a row for each machine direction.
+    """
+    columns = {
+        name: np.asarray(values).tolist() for name, values in separation_table(result).items()
+    }
+    pairs = result.machine_variance[:, None] + result.probe_variance[None, :]
+    return {
+        "method": result.method,
+        "degrees_of_freedom": result.dof,
+        "readings_used": len(result.residuals),
+        "outliers": [
+            {
+                "reading": outlier.row + 1,
+                "machine_index": outlier.machine,
+                "probe_index": outlier.probe,
+                "distance_um": outlier.distance / MICROMETRE,
+                "limit_um": outlier.limit / MICROMETRE,
+                "message": outlier.message,
+            }
+            for outlier in result.outliers
+        ],
+        "excluded_readings": [row + 1 for row in result.excluded],
+        "notes": list(result.notes),
+        "directions": [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
+        "pair_variance_um2": (pairs / MICROMETRE**2).tolist(),
+    }
+
+
+def separation_plan_table(plan: SeparationPlan) -> dict[str, npt.ArrayLike]:
+    """A plan as columns: one row for each reading in order, without its error.
+
+    Returns
+    -------
+    mapping of str to values
+        orientation_deg (of the probe), machine_azimuth_deg, machine_index, probe_index,
+        error_um (empty).
+    """
+    machine, probe = plan.pairs()
+    step = 360.0 / plan.directions
+    per_orientation = plan.directions * plan.repeats
+    return {
+        "orientation_deg": np.repeat(np.array(plan.steps) * step, per_orientation),
+        "machine_azimuth_deg": (machine - 1) * step,
+        "machine_index": machine,
+        "probe_index": probe,
+        "error_um": [""] * len(machine),
+    }

@@ -1,0 +1,194 @@
+"""Touches of several files as one series: a list of files, a folder, a name with wildcards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.files.file_format import FileReadings, ReadingOptions
+from pretravel.files.format_registry import FORMATS
+from pretravel.files.meant_files import files_meant
+from pretravel.files.readings import read_readings
+from pretravel.touches import Touches, with_spindle, without
+
+_TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
+"""Endings of text files that can have touches, beside those of the formats."""
+_NO_TOUCHES = (".nc", ".json")
+_SHOWN = 10
+"""Most names of files that a sentence shows."""
+
+
+def files_of(places: Sequence[Path | str]) -> list[Path]:
+    """Return the files of touches that are meant; see `files_meant`.
+
+    Parameters
+    ----------
+    places : sequence of Path or str
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        As `files_meant`.
+
+    >>> files_of(["touches.csv"])
+    [PosixPath('touches.csv')]
+    """
+    return files_meant(places, _can_have_touches, "touches (.csv, .txt, .xyz, .asc, .parquet …)")
+
+
+def _can_have_touches(path: Path) -> bool:
+    endings = {e for known in FORMATS if known.parse for e in known.endings}
+    ending = path.suffix.lower()
+    return (
+        path.is_file()
+        and not path.name.startswith(".")
+        and ending in endings.union(_TABLES).difference(_NO_TOUCHES)
+    )
+
+
+def read_series(
+    paths: Sequence[Path],
+    options: ReadingOptions | None = None,
+    *,
+    file_format: str | None = None,
+    spindle: Sequence[float] | None = None,
+) -> FileReadings:
+    """Read the touches of files one after the other, as one series.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    options : ReadingOptions, optional
+        For every file. A touch is excluded by its label in the series, or as ``name.csv:17``.
+    file_format : str, optional
+        Of every file.
+    spindle : sequence of float, optional
+        Orientation of the spindle in each file. [rad]
+
+    Returns
+    -------
+    FileReadings
+        In the machine's axes where there are several files. Labels that occur in several files
+        have the name of their file before them.
+
+    Raises
+    ------
+    InputError
+        As `read_readings`; some files state feeds, nominal points or the spindle's orientation and
+        others do not.
+    """
+    angles = [None] * len(paths) if spindle is None else list(spindle)
+    if len(angles) != len(paths):
+        raise PretravelError(
+            f"{len(angles)} orientations of the spindle were given for {len(paths)} "
+            f"file{'s' if len(paths) > 1 else ''}: each file has one",
+            inputs=("spindle",),
+        )
+    if len(paths) == 1:
+        return _at(read_readings(paths[0], options, file_format=file_format), angles[0])
+    options = options or ReadingOptions()
+    own = [tuple(n for n in options.exclude if _is_line_of(n, path)) for path in paths]
+    found = [
+        read_readings(path, replace(options, exclude=exclude), file_format=file_format)
+        for path, exclude in zip(paths, own, strict=True)
+    ]
+    found = [
+        _at(readings.in_machine_axes(), angle)
+        for readings, angle in zip(found, angles, strict=True)
+    ]
+    touches = _one_series(paths, [readings.touches for readings in found])
+    rest = [name for name in options.exclude if not any(name in names for names in own)]
+    for name in rest:
+        if name not in (touches.labels or ()):
+            raise PretravelError(
+                f"there is no touch with the label '{name}' in the series; a line is stated with "
+                f"its file: {paths[0].name}:17",
+                inputs=("exclude",),
+            )
+    names = [path.name for path in paths]
+    kept = without(touches, rest)
+    if rest:
+        kept = replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(rest)}")
+    return FileReadings(
+        kept,
+        missed=tuple(
+            f"{path.stem}.{label}"
+            for path, readings in zip(paths, found, strict=True)
+            for label in readings.missed
+        ),
+        warnings=tuple(
+            f"{name}: {warning}"
+            for name, readings in zip(names, found, strict=True)
+            for warning in readings.warnings
+        ),
+        tip_radius=found[0].tip_radius,
+    )
+
+
+def _at(readings: FileReadings, angle: float | None) -> FileReadings:
+    """The readings with the orientation of the spindle, where one is given."""
+    if angle is None:
+        return readings
+    return replace(readings, touches=with_spindle(readings.touches, angle))
+
+
+def _is_line_of(name: str, path: Path) -> bool:
+    place, _, line = name.rpartition(":")
+    return line.isdecimal() and place in (path.name, str(path))
+
+
+def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
+    names = [path.name for path in paths]
+    listed = ", ".join(names[:_SHOWN]) + (f" … {names[-1]}" if len(names) > _SHOWN else "")
+    each = sorted({part.reading for part in parts})
+    same = each[0].partition("; ")[2] if len({r.partition("; ")[2] for r in each}) == 1 else ""
+    reading = f"{sum(map(len, parts))} touches of {len(parts)} files in this order: {listed}"
+    stated = [(name, part.reading) for name, part in zip(names, parts, strict=True) if part.reading]
+    details = [same] if same else [f"{name}: {how}" for name, how in stated]
+    return Touches(
+        positions=np.vstack([part.positions for part in parts]),
+        normals=np.vstack([part.normals for part in parts]),
+        approaches=np.vstack([part.approach_directions for part in parts]),
+        feeds=_joined_values(paths, [part.feeds for part in parts], "feeds"),
+        spindle=_joined_values(paths, [part.spindle for part in parts], "spindle's orientation"),
+        labels=_unique_labels(paths, parts),
+        nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
+        source=f"{names[0]} … {names[-1]} ({len(names)} files)",
+        reading="; ".join([reading, *details]),
+    )
+
+
+def _joined_values(
+    paths: Sequence[Path], values: Sequence[FloatArray | None], what: str
+) -> FloatArray | None:
+    stated = [value for value in values if value is not None]
+    if not stated:
+        return None
+    if len(stated) < len(values):
+        there = next(p for p, value in zip(paths, values, strict=True) if value is not None)
+        absent = next(p for p, value in zip(paths, values, strict=True) if value is None)
+        raise InputError(f"states no {what}, but {there.name} does", path=absent)
+    return np.concatenate(stated)
+
+
+def _unique_labels(paths: Sequence[Path], parts: Sequence[Touches]) -> tuple[str, ...]:
+    """The labels, with the name of the file before them where they are not unique without it."""
+    own = [part.labels or tuple(str(i + 1) for i in range(len(part))) for part in parts]
+    flat = [label for labels in own for label in labels]
+    if len(set(flat)) == len(flat) and all(part.labels for part in parts):
+        return tuple(flat)
+    stems = [path.stem for path in paths]
+    if len(set(stems)) < len(stems):
+        stems = [f"{i + 1}.{stem}" for i, stem in enumerate(stems)]
+    return tuple(
+        f"{stem}.{label}" for stem, labels in zip(stems, own, strict=True) for label in labels
+    )

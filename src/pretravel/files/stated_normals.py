@@ -1,0 +1,222 @@
+"""Normals of tables: their rounding, their sign, and those of a fitted sphere where none are."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import UNIT_TOLERANCE
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.files.column_names import NORMAL_ROLES
+from pretravel.files.file_format import FilePositions, FileReadings
+from pretravel.files.source_file import SourceFile
+from pretravel.files.touch_columns import TouchColumns
+from pretravel.maps.plausibility import LARGEST_PRETRAVEL
+from pretravel.touches import Touches
+from pretravel.uncertainty.fitting.sphere import fit_sphere
+
+_COARSEST = 0.02
+"""Largest deviation of a normal's length from one that rounding explains: two decimals."""
+_MOST = 0.8
+"""Share of the touches that must agree before all are taken to be of another kind."""
+_FEWEST_TO_JUDGE = 5
+"""Touches from which directions of travel are recognised."""
+_ALONG = 0.9
+"""Cosine from which the tip's centre lies along a vector from the nominal point."""
+_FEWEST = 9
+"""Touches from which a sphere can be fitted with some left to judge it."""
+_BADLY_SEEN = 20.0
+"""A centre whose uncertainty is this many times that of a touch, √n times, is not determined."""
+_LARGEST_TURN = 0.5 * DEGREE
+"""Uncertainty of a normal that changes a map by less than 0.2 µm, where it rises 20 µm a radian."""
+
+
+def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the normals of a table, scaled to unit length where rounding explains the rest.
+
+    Parameters
+    ----------
+    file : SourceFile
+    columns : TouchColumns
+
+    Returns
+    -------
+    (n, 3) float
+    tuple of str
+        A warning where the normals have two decimals or less.
+
+    Raises
+    ------
+    InputError
+        Most of the vectors are no unit vectors. Single ones are refused by `Touches`.
+    """
+    table = columns.table
+    names = tuple(NORMAL_ROLES)
+    normals = table.numbers(*names)
+    length = np.linalg.norm(normals, axis=1)
+    titles = columns.title(*names)
+    wrong = np.abs(length - 1.0) > _COARSEST
+    if wrong.mean() > 1.0 - _MOST and len(wrong) > 2:
+        row = int(np.flatnonzero(wrong)[0])
+        raise file.error(
+            f"the columns {titles} are no unit vectors (this one has length {length[row]:.4g}): "
+            "are they angles, axes or deviations? State the columns of the normals, or leave them "
+            "out (nx=none,ny=none,nz=none)",
+            table.lines[row],
+            inputs=("columns",),
+        )
+    decimals = table.decimals(*names)
+    rounding = math.sqrt(3.0) * 0.5 * 10.0**-decimals
+    off = np.abs(length - 1.0)
+    rounded = (off > UNIT_TOLERANCE) & (off <= min(1.05 * rounding, _COARSEST))
+    if not rounded.any():
+        return normals, ()
+    normals[rounded] /= length[rounded, None]
+    warning = (
+        f"the normals ({titles}) have {decimals} decimals: their directions are rounded by up to "
+        f"{rounding / DEGREE:.1f}°"
+    )
+    return normals, (warning,)
+
+
+def refuse_inward(
+    file: SourceFile,
+    columns: TouchColumns,
+    positions: FloatArray,
+    normals: FloatArray,
+    nominal: FloatArray | None,
+    *,
+    on_sphere: bool,
+) -> None:
+    """Refuse normals that all point into the part: they are directions of travel.
+
+    They are recognised on a sphere, and where the table has the nominal points.
+
+    Parameters
+    ----------
+    file : SourceFile
+    columns : TouchColumns
+    positions, normals : (n, 3) float
+        [mm]
+    nominal : (n, 3) float or None
+        [mm]
+    on_sphere : bool
+        The touches lie on a sphere. The normals in a ring point to its axis.
+
+    Raises
+    ------
+    InputError
+    """
+    if len(positions) < _FEWEST_TO_JUDGE:
+        return
+    if nominal is not None:
+        offset = positions - nominal
+        distance = np.linalg.norm(offset, axis=1)
+        inward = np.sum(offset * normals, axis=1) < -_ALONG * np.maximum(distance, MICROMETRE)
+    elif on_sphere:
+        from_middle = positions - np.median(positions, axis=0)
+        inward = np.sum(from_middle * (normals - normals.mean(axis=0)), axis=1) < 0.0
+    else:
+        return
+    if np.mean(inward) < _MOST:
+        return
+    titles = columns.title(*NORMAL_ROLES)
+    turned = ",".join(
+        f"{role}=-{columns.titles[role].removeprefix('column ')}" for role in NORMAL_ROLES
+    )
+    raise file.error(
+        f"the vectors {titles} point into the part: they are directions of travel, not outward "
+        f"normals. Turn them: {turned}",
+        columns.table.header_line or None,
+        inputs=("columns",),
+    )
+
+
+def with_sphere_normals(found: FilePositions, reference_diameter: float) -> FileReadings:
+    """Give positions on a sphere the normals of the sphere that is fitted to them.
+
+    Parameters
+    ----------
+    found : FilePositions
+    reference_diameter : float
+        It tells positions that are far off from those of the sphere. [mm]
+
+    Returns
+    -------
+    FileReadings
+        With a warning that states the uncertainty of the normals.
+
+    Raises
+    ------
+    PretravelError
+        The positions do not determine the sphere.
+
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> points = FilePositions("a.xyz", 15.5 * sphere_pattern_25(), tuple(range(1, 26)))
+    >>> float(with_sphere_normals(points, 25.0).touches.normals[0, 2].round(6))
+    1.0
+    """
+    positions = found.positions
+    center, scatter, sight = _fitted_center(found, reference_diameter)
+    offset = positions - center
+    radius = np.linalg.norm(offset, axis=1)
+    u_center = sight * scatter
+    turn = u_center / float(np.median(radius))
+    if sight > _BADLY_SEEN or turn > _LARGEST_TURN:
+        raise PretravelError(
+            f"{found.path}: the file has no normals, and its touches do not determine the centre "
+            f"of the sphere well enough to compute them (±{u_center / MICROMETRE:.0f} µm): touch "
+            "more of the sphere, or give the plan that was run",
+            inputs=("plan", "columns"),
+        )
+    warning = (
+        "the file has no normals: those of the sphere fitted to the touches are taken (they are "
+        f"uncertain by {turn / DEGREE:.2g}°), and approaches along them"
+    )
+    touches = Touches(
+        positions,
+        offset / radius[:, None],
+        feeds=found.feeds,
+        spindle=found.spindle,
+        labels=found.labels,
+        source=found.path.replace("\\", "/").rpartition("/")[2],
+        lines=found.lines,
+        reading=found.understood,
+    )
+    return FileReadings(touches, warnings=(warning,))
+
+
+def _fitted_center(
+    found: FilePositions, reference_diameter: float
+) -> tuple[FloatArray, float, float]:
+    """Centre of the sphere, scatter about it, and how much worse the centre is seen. [mm]"""
+    positions = found.positions
+    far = (
+        np.max(np.abs(positions - np.median(positions, axis=0)), axis=1) > 2.0 * reference_diameter
+    )
+    used = ~far
+    fit = None
+    for _ in range(3):
+        if used.sum() < _FEWEST:
+            raise PretravelError(
+                f"{found.path}: the file has no normals, and {int(used.sum())} touches on the "
+                f"sphere are too few to compute them; at least {_FEWEST} are needed, or the plan "
+                "that was run",
+                inputs=("plan", "columns"),
+            )
+        try:
+            fit = fit_sphere(positions[used])
+        except PretravelError as error:
+            raise PretravelError(f"{found.path}: {error}", inputs=error.inputs) from None
+        off = np.linalg.norm(positions - fit.center, axis=1)
+        kept = used & (np.abs(off - np.median(off[used])) <= LARGEST_PRETRAVEL)
+        if kept.sum() == used.sum() or kept.mean() < _MOST:
+            break
+        used = kept
+    assert fit is not None
+    scatter = float(np.sqrt(np.mean((off[used] - fit.radius) ** 2)))
+    worst = float(np.linalg.eigvalsh(fit.cofactor[:3, :3])[-1])
+    return np.asarray(fit.center), scatter, math.sqrt(used.sum() * worst)

@@ -1,0 +1,77 @@
+"""The formats that are tables: CSV, Parquet, JSON and NetCDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pretravel.files.file_format import FileFormat, PointsOrigin
+from pretravel.files.netcdf import write_dataset
+from pretravel.files.point_tables import points_dataset, points_table
+from pretravel.files.tables import write_table
+from pretravel.files.touches_csv import read_table_of_touches, write_touches
+from pretravel.measurement.points import Points
+from pretravel.touches import Touches
+
+
+def _write_touches(path: Path, touches: Touches, _: float | None) -> None:
+    write_touches(path, touches)
+
+
+def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
+    write_table(path, points_table(points))
+
+
+def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> None:
+    write_dataset(path, points_dataset(points).assign_attrs(note=origin.note))
+
+
+CSV = FileFormat(
+    name="csv",
+    what="table as text, of any usual form (.csv, .txt, .xyz, .asc)",
+    reads="touches, positions, targets",
+    writes="touches, points, maps",
+    needs="units, plan, where the table does not state units or normals",
+    verified="round trips; files of these forms, written by hand",
+    endings=(".csv",),
+    parse=read_table_of_touches,
+    self_contained=True,
+    write_touches=_write_touches,
+    write_points=_write_points,
+    keeps_approaches_and_feeds=True,
+)
+
+PARQUET = FileFormat(
+    name="parquet",
+    what="Parquet (.parquet)",
+    reads="touches, targets",
+    writes="touches, points",
+    verified="round trips; pyarrow, which it needs",
+    endings=(".parquet",),
+    binary=True,
+    parse=read_table_of_touches,
+    self_contained=True,
+    write_touches=_write_touches,
+    write_points=_write_points,
+    keeps_approaches_and_feeds=True,
+)
+
+NETCDF = FileFormat(
+    name="netcdf",
+    what="NetCDF (.nc)",
+    reads="maps",
+    writes="maps, points",
+    verified="round trips; xarray",
+    endings=(".nc",),
+    binary=True,
+    begins=(b"CDF", b"\x89HDF"),
+    write_points=_write_points_dataset,
+)
+
+JSON = FileFormat(
+    name="json",
+    what="JSON, a list of rows (.json)",
+    writes="points, maps, results",
+    verified="round trips",
+    endings=(".json",),
+    write_points=_write_points,
+)

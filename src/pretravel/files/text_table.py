@@ -1,0 +1,501 @@
+"""Tables as text in the forms that people have: separators, headers, comments, units, encodings."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from pretravel.files.column_names import (
+    MOST_COLUMNS,
+    column_name,
+    is_unit_row,
+    names_known_columns,
+    unit_of,
+)
+from pretravel.files.source_file import SourceFile
+from pretravel.files.spreadsheet_cells import cell_content
+
+SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
+"""The separators that are tried, in this order, each with its name for people."""
+
+_NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
+_IS_NUMBER = re.compile(_NUMBER)
+_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_NUMBER})|([A-Za-z])({_NUMBER})")
+_COMMENT = re.compile(r"#|%|//|!|\$\$|\(.*\)$")
+_RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
+_DRAWN = re.compile(r"[-=_*~]+")
+_UNIT_IN_TEXT = re.compile(
+    r"\b(?:units?|einheit(?:en)?|unites?|unités?|unidad(?:es)?|unità)\b\W*(\w+|\"|\[\w+\])|\b(G2[01])\b",
+    re.IGNORECASE,
+)
+_SAMPLE = 300
+"""Rows from which the separator is determined."""
+_LONGEST_CELL = 5
+"""Lines over which a quoted cell can run."""
+_FEWEST_NUMBERS = 3
+"""A row of a table of touches has three coordinates or more."""
+_QUOTED = 60
+"""Most characters of a line that a message quotes."""
+
+Record: TypeAlias = tuple[int, str]
+"""Line number and text."""
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """The cells of a table, and how the file was understood.
+
+    Attributes
+    ----------
+    file : SourceFile
+    names : tuple of str or None
+        None: the file has no header.
+    rows : tuple of tuple of str
+        Cells, of one length.
+    lines : tuple of int
+        Line of the file of each row.
+    header_line : int
+        0 without a header.
+    separator : str
+        A key of `SEPARATORS`.
+    encoding : str
+    units : tuple of str
+        The row of units below the header; empty where there is none.
+    unit : str or None
+        Unit of length that a comment or a line before the table states.
+    preamble : tuple of Record
+        Lines before the table that are no comments.
+    disabled : tuple of int
+        Lines of comments that look like rows.
+    """
+
+    file: SourceFile
+    names: tuple[str, ...] | None
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    header_line: int = 0
+    separator: str = ","
+    encoding: str = "UTF-8"
+    units: tuple[str, ...] = ()
+    unit: str | None = None
+    preamble: tuple[Record, ...] = ()
+    disabled: tuple[int, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.rows[0])
+
+    def column(self, index: int) -> tuple[str, ...]:
+        """Cells of a column."""
+        return tuple(row[index] for row in self.rows)
+
+    def title(self, index: int) -> str:
+        """Name of a column in messages: its own, or its number."""
+        own = "" if self.names is None else self.names[index]
+        return own or f"column {index + 1}"
+
+
+def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTable:
+    r"""Read a table with any usual separator, with or without a header.
+
+    Parameters
+    ----------
+    file : SourceFile
+    left_out : collection of str
+        Numbers of lines that are not read.
+
+    Returns
+    -------
+    TextTable
+
+    Raises
+    ------
+    InputError
+        The file is no text, is empty, is not a table, has no rows or rows of another length.
+        The message contains the line.
+
+    >>> table = read_text_table(SourceFile("a.txt", b"Nr;X;Y;Z\n;mm;mm;mm\n1;0,5;1,5;2\n"))
+    >>> table.names, table.units, table.rows
+    (('Nr', 'X', 'Y', 'Z'), ('', 'mm', 'mm', 'mm'), (('1', '0,5', '1,5', '2'),))
+    """
+    text, encoding = file.text("a table of touches")
+    records = _records(file, text)
+    stated = re.fullmatch(r"\"?sep=(.)\"?", records[0][1]) if records else None
+    if stated is not None:
+        records = records[1:]
+    records = [record for record in records if not _is_rule(record[1])]
+    plain = [record for record in records if not _COMMENT.match(record[1])]
+    comments = [record for record in records if _COMMENT.match(record[1])]
+    absent = set(left_out) - {str(number) for number, _ in plain}
+    if absent:
+        raise file.error(
+            f"there is no touch with the label or on the line '{min(absent)}'", inputs=("exclude",)
+        )
+    plain = [record for record in plain if str(record[0]) not in left_out]
+    if not plain:
+        raise file.error(
+            "all lines are excluded"
+            if left_out
+            else "the file is empty; a header line with column names and rows are needed"
+            if not comments
+            else "the file is empty except for comments; rows are needed"
+        )
+    separator = _separator(plain) if stated is None else stated[1]
+    if separator is None:
+        raise file.error(not_a_table([plain[0][1]]), plain[0][0])
+    comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
+    split = [
+        (number, split_cells(line, separator))
+        for number, line in plain
+        if separator == ";" or not line.startswith(";")
+    ]
+    split = [(number, cells) for number, cells in split if any(cells)]
+    return _table(file, split, sorted(comments), separator, encoding)
+
+
+def _is_rule(line: str) -> bool:
+    """Whether a line is drawn below a header: of strokes that have three signs or more."""
+    if not _RULE_SIGNS.fullmatch(line):
+        return False
+    strokes = _DRAWN.findall(line)
+    return bool(strokes) and min(map(len, strokes)) >= 3
+
+
+def is_table(lines: Sequence[str]) -> bool:
+    """Whether lines of text are a table of touches: they have a header, or rows of three numbers.
+
+    >>> is_table(["1.0 2.0 3.0"]), is_table(["Dear all,", "the probe is new."])
+    (True, False)
+    """
+    plain = [(0, line) for line in lines if not _COMMENT.match(line)]
+    return bool(plain) and _separator(plain) is not None
+
+
+def has_known_header(lines: Sequence[str]) -> bool:
+    """Whether a line near the head names the columns of touches.
+
+    >>> has_known_header(["Probe 1", "Nr;X;Y;Z"])
+    True
+    """
+    return any(
+        names_known_columns(split_cells(line, separator))
+        for line in lines[:20]
+        for separator in SEPARATORS
+        if not _COMMENT.match(line)
+    )
+
+
+def has_worded_rows(lines: Sequence[str]) -> bool:
+    """Whether the first line has words such as X1.5, with separators or with I, J, K.
+
+    >>> has_worded_rows(["X=1.5, Y=2, Z=3"]), has_worded_rows(["N1 X1 Y2 Z3 I0 J0 K1"])
+    (True, True)
+    >>> has_worded_rows(["G1 X1 Y2 Z3"])
+    False
+    """
+    plain = [line for line in lines if not _COMMENT.match(line)]
+    for separator in SEPARATORS:
+        words = [
+            _IS_WORD.fullmatch(cell) for cell in split_cells(plain[0] if plain else "", separator)
+        ]
+        names = {(word[1] or word[3]).lower() for word in words if word is not None}
+        if {"x", "y", "z"} <= names and "g" not in names:
+            return bool(separator.strip()) or {"i", "j", "k"} <= names
+    return False
+
+
+def not_a_table(lines: Sequence[str]) -> str:
+    """A sentence about text that is not a table; it quotes a line.
+
+    >>> not_a_table(["Dear all,"])[:58]
+    "the text is not a table of touches: 'Dear all,' is neither"
+    """
+    line = lines[0]
+    shown = line if len(line) <= _QUOTED else line[: _QUOTED - 1] + "…"
+    return (
+        f"the text is not a table of touches: '{shown}' is neither a header (X, Y, Z …) nor a row "
+        "of three numbers or more"
+    )
+
+
+def split_cells(line: str, separator: str) -> list[str]:
+    """Split a line into cells, without the blanks and quotes around them.
+
+    >>> split_cells('"a";1,5 ; 2', ";"), split_cells('a  "b c"', " ")
+    (['a', '1,5', '2'], ['a', 'b c'])
+    """
+    if separator == "  ":
+        return [cell.strip(' "') for cell in re.split(r"\s{2,}|\t", line.strip())]
+    if separator == " ":
+        cells = re.findall(r'"(?:[^"]|"")*"|[^\s"]\S*|"\S*', line)
+        cells = [c[1:-1] if len(c) > 1 and c[0] == c[-1] == '"' else c for c in cells]
+        return _units_joined(cells)
+    try:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error:
+        cells = line.split(separator)
+    return [cell_content(cell.strip()) for cell in cells]
+
+
+def _units_joined(cells: list[str]) -> list[str]:
+    """Cells of a header with blanks, where "X [mm]" is one name."""
+    joined: list[str] = []
+    has_unit = True  # a name has one; joined to a second, it would grow along the line
+    for cell in cells:
+        if (
+            not has_unit
+            and cell.startswith(("[", "("))
+            and unit_of(cell)
+            and unit_of(joined[-1]) is None
+        ):
+            joined[-1] += " " + cell
+            has_unit = True
+        else:
+            joined.append(cell)
+            has_unit = False
+    return joined
+
+
+def _records(file: SourceFile, text: str) -> list[Record]:
+    """Lines that are not blank; a quoted cell can run over several."""
+    lines = re.split(r"\r\n|\r|\n", text)
+    records: list[Record] = []
+    number = 0
+    while number < len(lines):
+        first, line = number, lines[number]
+        while _open_quote(line) and number - first < _LONGEST_CELL and number + 1 < len(lines):
+            number += 1
+            line += "\n" + lines[number]
+        if _open_quote(line) and number > first:
+            raise file.error("a quoted cell does not end", file.line_in_file(first + 1))
+        number += 1
+        if line.strip():
+            records.append((file.line_in_file(first + 1), line.strip(" \n\ufeff")))
+    return records
+
+
+_QUOTE_BEGINS = re.compile(r'(?:^\s*|[;,\t|][^\S\t]*)"')
+
+
+def _open_quote(line: str) -> bool:
+    """Whether a quote at the beginning of a cell is not closed."""
+    return line.count('"') % 2 == 1 and _QUOTE_BEGINS.search(line) is not None
+
+
+def _separator(records: list[Record]) -> str | None:
+    """The separator that splits the most rows into numbers; else the one of a header."""
+    lines = [line for _, line in records[:_SAMPLE]]
+    counts = {
+        separator: sum(_is_data(split_cells(line, separator)) for line in lines)
+        for separator in SEPARATORS
+    }
+    best = max(counts, key=lambda separator: counts[separator])
+    if counts[best]:
+        return best
+    for separator in SEPARATORS:
+        if any(names_known_columns(split_cells(line, separator)) for line in lines):
+            return separator
+    return None
+
+
+_SPREADSHEET_ERROR = re.compile(r"#[A-ZÄÖÜ/0-9]+[!?]")
+"""What spreadsheets write in a cell that they could not compute, such as #REF! and #NAME?."""
+
+
+def _refuse_spreadsheet_errors(file: SourceFile, comments: list[Record]) -> None:
+    for number, line in comments:
+        if _SPREADSHEET_ERROR.match(line):
+            raise file.error(
+                f"'{line[:30]}' begins with an error of the spreadsheet, not with a value: mend it "
+                "there, or delete the line",
+                number,
+            )
+
+
+def _is_data(cells: list[str]) -> bool:
+    numbers = sum(_is_number_cell(cell) for cell in cells)
+    filled = sum(bool(cell) for cell in cells)
+    return numbers >= _FEWEST_NUMBERS and 2 * numbers >= filled
+
+
+def _is_number_cell(cell: str) -> bool:
+    return bool(_IS_NUMBER.fullmatch(cell) or _IS_WORD.fullmatch(cell))
+
+
+def _table(
+    file: SourceFile,
+    split: list[tuple[int, list[str]]],
+    comments: list[Record],
+    separator: str,
+    encoding: str,
+) -> TextTable:
+    """Find header, row of units and rows among the lines that were split into cells."""
+    for number, cells in split:
+        if len(cells) > MOST_COLUMNS:
+            raise file.error(
+                f"the line has {len(cells)} cells; a table of touches has at most {MOST_COLUMNS}",
+                number,
+            )
+    first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))
+    header = _header(split, first)
+    body = split[first:] if header is None else split[header + 1 :]
+    _refuse_spreadsheet_errors(file, comments)
+    before = split[: first if header is None else header]
+    names = None if header is None else [" ".join(cell.split()) for cell in split[header][1]]
+    header_line = 0 if header is None else split[header][0]
+    if names is None and body and (found := _commented_header(comments, body[0], separator)):
+        header_line, names = found
+    units: list[str] = []
+    if header is not None and body and is_unit_row(body[0][1]):
+        units = body.pop(0)[1]
+    if not body:
+        raise file.error("the file has a header but no rows", header_line)
+    if names is None:
+        names, body = _words_taken(file, body)
+        _refuse_row_before(file, before, body)
+    width = _width(names, body)
+    rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
+    notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
+    return TextTable(
+        file=file,
+        names=None if names is None else tuple(_padded(names, width)),
+        rows=tuple(map(tuple, rows)),
+        lines=tuple(number for number, _ in body),
+        header_line=header_line,
+        separator=separator,
+        encoding=encoding,
+        units=tuple(_padded(units, width)) if units else (),
+        unit=_stated_unit(file, notes),
+        preamble=tuple((number, " ".join(cells)) for number, cells in before),
+        disabled=tuple(n for n, line in comments if _is_data(split_cells(line[1:], separator))),
+    )
+
+
+def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
+    """Index of the header: the line that names known columns; else the last before the numbers."""
+    for index, (_, cells) in enumerate(split[: first + 1]):
+        if names_known_columns(cells):
+            return index
+    if first == len(split) or first == 0:
+        return None
+    width = len(split[first][1])
+    for index in range(first - 1, -1, -1):
+        cells = split[index][1]
+        if is_unit_row(cells):
+            continue
+        texts = [cell for cell in cells if cell and not _is_number_cell(cell)]
+        return index if len(cells) == width and len(texts) >= min(width, 3) else None
+    return None
+
+
+def _commented_header(
+    comments: list[Record], row: tuple[int, list[str]], separator: str
+) -> tuple[int, list[str]] | None:
+    """Header in the last comment before the rows, as CloudCompare and NumPy write it."""
+    for number, line in reversed([c for c in comments if c[0] < row[0]]):
+        text = re.sub(r"^(#|%|//|!|\$\$|;)+\s*", "", line)
+        tried = [(separator, line), *((candidate, text) for candidate in (separator, *SEPARATORS))]
+        for candidate, words in tried:
+            cells = split_cells(words, candidate)
+            if len(cells) == len(row[1]) and names_known_columns(cells):
+                return number, cells
+    return None
+
+
+def _words_taken(
+    file: SourceFile, body: list[tuple[int, list[str]]]
+) -> tuple[list[str] | None, list[tuple[int, list[str]]]]:
+    """Rows such as ``P1, X=1.0, Y=2.0``: their words become the names of the columns."""
+    words = [_IS_WORD.fullmatch(cell) for cell in body[0][1]]
+    if sum(word is not None for word in words) < _FEWEST_NUMBERS:
+        return None, body
+    names = ["label" if word is None else word[1] or word[3] for word in words]
+    if column_name(names[0]).role is None:  # P1 is a label, not a coordinate
+        names[0] = "label"
+    taken = []
+    for number, cells in body:
+        row = []
+        for name, cell in zip(names, cells, strict=False):
+            word = _IS_WORD.fullmatch(cell)
+            if name != "label" and (word is None or (word[1] or word[3]) != name):
+                raise file.error(f"'{cell}' is not {name} with a number, as in other lines", number)
+            row.append(cell if word is None or name == "label" else word[2] or word[4])
+        taken.append((number, row + cells[len(names) :]))
+    return names, taken
+
+
+def _refuse_row_before(
+    file: SourceFile,
+    before: list[tuple[int, list[str]]],
+    body: list[tuple[int, list[str]]],
+) -> None:
+    """Refuse a line before the numbers that can be a row with a bad cell, not a title."""
+    for number, cells in before:
+        if len(cells) == len(body[0][1]) and any(map(_is_number_cell, cells)):
+            bad = next(cell for cell in cells if not _is_number_cell(cell))
+            raise file.error(
+                f"'{bad}' is not a number, and the line is no header; correct it, or exclude it",
+                number,
+                inputs=("exclude",),
+            )
+
+
+def _width(names: list[str] | None, body: list[tuple[int, list[str]]]) -> int:
+    """Number of columns, without empty ones after the last separator."""
+    widths = Counter(_filled(cells) for _, cells in body)
+    usual = widths.most_common(1)[0][0] if names is None else _filled(names)
+    return max(usual, 1)
+
+
+def _filled(cells: Sequence[str]) -> int:
+    """Number of cells up to the last that is not empty."""
+    return max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
+
+
+def _padded(cells: Sequence[str], width: int) -> list[str]:
+    return [*cells[:width], *[""] * (width - len(cells))]
+
+
+def _cells_of_width(
+    file: SourceFile, cells: list[str], width: int, names: list[str] | None, number: int
+) -> list[str]:
+    if _filled(cells) <= width <= len(cells) or (len(cells) == width):
+        return cells[:width]
+    count = max(_filled(cells), len(cells) if len(cells) < width else 0)
+    expected = (
+        f"the header names {width} columns" if names is not None else f"other lines have {width}"
+    )
+    decimal = count > width and not any("." in cell for cell in cells)
+    raise file.error(
+        f"{count} values, but {expected}"
+        + (
+            "; are there decimal commas? They cannot be told from the separators: save the table "
+            "with semicolons"
+            if decimal
+            else "; correct the line, or exclude it"
+        ),
+        number,
+        inputs=() if decimal else ("exclude",),
+    )
+
+
+def _stated_unit(file: SourceFile, notes: Sequence[str]) -> str | None:
+    """Unit of length that comments and lines before the table state."""
+    found = set()
+    for note in notes:
+        for match in _UNIT_IN_TEXT.finditer(note):
+            code = (match[2] or "").upper()
+            unit = {"G20": "inch", "G21": "mm"}.get(code) or unit_of(match[1] or "")
+            if unit not in (None, "1"):
+                found.add(unit)
+    if len(found) > 1:
+        raise file.error(
+            f"the comments state several units: {', '.join(sorted(map(str, found)))}",
+            inputs=("units",),
+        )
+    return found.pop() if found else None

@@ -1,0 +1,361 @@
+"""Columns of touches in a table of any form, and a sentence that states what was understood."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from pretravel.base.errors import InputError
+from pretravel.base.units import DEGREE
+from pretravel.files.column_names import (
+    FEED_UNITS,
+    LENGTH_ROLES,
+    LENGTH_UNITS,
+    NUMBER_ROLES,
+    OWN_NAMES,
+    POSITION_ROLES,
+    ROLES,
+)
+from pretravel.files.column_roles import ColumnRoles, column_roles
+from pretravel.files.csv_table import CsvTable
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.parquet import read_parquet_table
+from pretravel.files.source_file import SourceFile
+from pretravel.files.text_table import SEPARATORS, TextTable, read_text_table
+
+NO_UNIT = "unit"
+"""Name of the unit of a table that is looked at and states none."""
+_GROUPED = re.compile(r"[-+−]?[1-9]\d{0,2}(?:,\d{3})")
+"""A comma that can group thousands as well as begin decimals."""
+
+
+@dataclass(frozen=True)
+class TouchColumns:
+    """The columns of a table that touches are made of.
+
+    Attributes
+    ----------
+    table : CsvTable
+        With the names that this package writes; other columns are left out.
+    titles : mapping of str to str
+        The file's own name of the column of each role.
+    understood : str
+        What was understood of the file, in one line, without the number of rows.
+    own_form : bool
+        The table has the form that this package writes: nothing was guessed.
+    unit_known : bool
+        False only for a table that is looked at.
+    places : mapping of str to int
+        The place of each column of `table` in the file, from 0.
+    separator : str
+        A key of `SEPARATORS`; empty for Parquet.
+    """
+
+    table: CsvTable
+    titles: Mapping[str, str]
+    understood: str
+    own_form: bool
+    unit_known: bool = True
+    places: Mapping[str, int] = field(default_factory=dict)
+    separator: str = ""
+
+    def title(self, *roles: str) -> str:
+        """The file's names of columns, for messages."""
+        return ", ".join(self.titles[role] for role in roles)
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """Unit of the lengths of a table, and how it is known."""
+
+    name: str
+    why: str
+
+
+def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) -> TouchColumns:
+    r"""Read the columns of touches or targets from a table of any form, CSV or Parquet.
+
+    Parameters
+    ----------
+    file : SourceFile
+    options : ReadingOptions, optional
+        What the user states: columns, unit, decimal sign, rows to leave out.
+
+    Returns
+    -------
+    TouchColumns
+
+    Raises
+    ------
+    InputError
+        As `read_text_table`; a column that is stated does not exist; two columns have one meaning;
+        the unit or the decimal sign is not known. The message contains the line.
+
+    >>> file = SourceFile("a.txt", b"X [in];Y [in];Z [in]\n0,5;1,5;2\n")
+    >>> found = read_touch_columns(file)
+    >>> found.table.numbers("x_mm").tolist(), found.understood.split(",")[:3]
+    ([[12.7]], ["separator ';'", ' decimal comma', ' inch (stated in the file)'])
+    """
+    options = options or ReadingOptions()
+    text, roles = _kept_rows(file, options)
+    unit = _unit(text, roles, options)
+    decimal = _decimal(text, roles, options)
+    columns = {_own_name(role): text.column(i) for role, i in roles.index.items()}
+    table = CsvTable(
+        file.path,
+        columns,
+        text.lines,
+        text.header_line,
+        decimal=decimal or ".",
+        scales={_own_name(role): _scale(role, roles, unit) for role in roles.index},
+        titles={_own_name(role): text.title(i) for role, i in roles.index.items()},
+        unread=tuple(text.title(i) for i in _other_columns(text, roles)),
+    )
+    refuse_control_characters(table)
+    own_form = (
+        text.separator == ","
+        and text.encoding == "UTF-8"
+        and decimal != ","
+        and not (text.preamble or text.units or text.disabled or roles.stated)
+        and all(text.title(i) == _own_name(role) for role, i in roles.index.items())
+    )
+    titles = {role: text.title(i) for role, i in roles.index.items()}
+    sentence = _sentence(text, roles, unit, decimal)
+    known = unit is None or unit.name != NO_UNIT
+    return TouchColumns(
+        table,
+        titles,
+        sentence,
+        own_form,
+        known,
+        places={_own_name(role): i for role, i in roles.index.items()},
+        separator="" if file.ending == ".parquet" else text.separator,
+    )
+
+
+def _own_name(role: str) -> str:
+    return OWN_NAMES.get(role, role)
+
+
+def _kept_rows(file: SourceFile, options: ReadingOptions) -> tuple[TextTable, ColumnRoles]:
+    """The table without the rows that are excluded, by their labels or their lines."""
+    named = set(options.exclude) & set(_labels_of_all_rows(file, options))
+    lines = own_lines(options.exclude, file) - named  # a label comes first
+    text = _text_table(file, lines)
+    roles = column_roles(text, options)
+    labels = text.column(roles.index["label"]) if "label" in roles.index else ()
+    named |= {name for name in options.exclude if name in labels and name not in lines}
+    for name in options.exclude:
+        if name not in named and name.rpartition(":")[2] not in lines:
+            raise file.error(
+                f"there is no touch with the label or on the line '{name}'", inputs=("exclude",)
+            )
+    kept = [i for i in range(len(text.rows)) if not labels or labels[i] not in named]
+    if not kept:
+        raise file.error("all touches are excluded", inputs=("exclude",))
+    rows, numbers = [text.rows[i] for i in kept], [text.lines[i] for i in kept]
+    return replace(text, rows=tuple(rows), lines=tuple(numbers)), roles
+
+
+def _labels_of_all_rows(file: SourceFile, options: ReadingOptions) -> tuple[str, ...]:
+    """The labels before anything is left out; none where a bad line must be left out first."""
+    if not options.exclude:
+        return ()
+    try:
+        text = _text_table(file, ())
+        roles = column_roles(text, options)
+    except InputError:
+        return ()
+    return text.column(roles.index["label"]) if "label" in roles.index else ()
+
+
+def _text_table(file: SourceFile, left_out: Collection[str]) -> TextTable:
+    if file.ending != ".parquet":
+        return read_text_table(file, left_out)
+    table = read_parquet_table(file)
+    kept = [i for i, line in enumerate(table.lines) if str(line) not in left_out]
+    if not kept:
+        raise file.error("all touches are excluded", inputs=("exclude",))
+    columns = [[cells[i] for i in kept] for cells in table.columns.values()]
+    return TextTable(
+        file,
+        tuple(table.columns),
+        tuple(zip(*columns, strict=True)),
+        tuple(table.lines[i] for i in kept),
+    )
+
+
+def own_lines(exclude: Sequence[str], file: SourceFile) -> set[str]:
+    """Return the lines of a file that are excluded: "17", or "name.csv:17".
+
+    >>> sorted(own_lines(["17", "b.csv:3", "a.csv:4", "pole"], SourceFile("a.csv", b"")))
+    ['17', '4']
+    """
+    found = set()
+    for name in exclude:
+        place, _, line = name.rpartition(":")
+        if line.isdecimal() and place in ("", file.name, file.path):
+            found.add(line)
+    return found
+
+
+def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit | None:
+    """Unit of the lengths: of the columns, the comments, the user; None for normals alone."""
+    if not set(LENGTH_ROLES) & set(roles.index):
+        return None
+    own = {unit for role, unit in roles.units.items() if role in LENGTH_ROLES}
+    if not own and text.unit is not None:
+        own = {text.unit}
+    if len(own) > 1:
+        raise text.file.error(
+            f"the columns have different units ({', '.join(sorted(own))}); one unit is read",
+            text.header_line,
+        )
+    stated = options.units
+    if own:
+        unit = own.pop()
+        if stated not in (None, unit):
+            raise text.file.error(
+                f"the file states {unit}, but {stated} was given", text.header_line or None,
+                inputs=("units",),
+            )  # fmt: skip
+        return _Unit(unit, "stated in the file")
+    if stated is not None:
+        return _Unit(stated, "stated")
+    if options.reference_diameter is not None:
+        return _Unit("mm", "not stated; the diameters are compared")
+    if options.look_only:
+        return _Unit(NO_UNIT, "not stated")
+    text.file.scale(None, "the table does not state its unit of length (such as x_mm or X [in])")
+    raise AssertionError  # scale refuses
+
+
+def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:
+    scale = roles.sign.get(role, 1.0)
+    if role in LENGTH_ROLES and unit is not None:
+        return scale * LENGTH_UNITS.get(unit.name, 1.0)
+    if role == "feed":
+        return scale * FEED_UNITS[_feed_unit(roles, unit)]
+    if role == "spindle":
+        return scale * DEGREE
+    return scale
+
+
+def _feed_unit(roles: ColumnRoles, unit: _Unit | None) -> str:
+    own = roles.units.get("feed")
+    return own or ("inch/min" if unit is not None and unit.name == "inch" else "mm/min")
+
+
+def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> str | None:
+    """The decimal sign of the numbers that are read; None where no number has one."""
+    cells = [
+        (row[i], line)
+        for role, i in roles.index.items()
+        if role in NUMBER_ROLES
+        for row, line in zip(text.rows, text.lines, strict=True)
+        if "," in row[i] or "." in row[i] or "'" in row[i]
+    ]
+    commas = [(cell, line) for cell, line in cells if "," in cell]
+    points = [(cell, line) for cell, line in cells if "." in cell]
+    _refuse_thousands(text, cells)
+    if options.decimal is not None:
+        sign = {"comma": ",", "point": "."}.get(options.decimal)
+        if sign is None:
+            raise text.file.error(f"the decimal sign '{options.decimal}' is not comma or point")
+        return sign
+    if commas and points:
+        raise text.file.error(
+            f"'{commas[0][0]}' has a comma and '{points[0][0]}' (line {points[0][1]}) a point: "
+            "which is the decimal sign? State it, or remove the separators of thousands",
+            commas[0][1],
+            inputs=("decimal",),
+        )
+    if commas and all(_GROUPED.fullmatch(cell) for cell, _ in commas):
+        raise text.file.error(
+            f"'{commas[0][0]}' can be a number with three decimals or with thousands; state the "
+            "decimal sign",
+            commas[0][1],
+            inputs=("decimal",),
+        )
+    return "," if commas else "." if points else None
+
+
+def _refuse_thousands(text: TextTable, cells: Sequence[tuple[str, int]]) -> None:
+    for cell, line in cells:
+        signs = re.sub(r"[^.,'’\s]", "", cell)
+        if len(signs) > 1 and re.fullmatch(r"[-+−\d.,'’\s]+", cell):
+            raise text.file.error(
+                f"'{cell}' has separators of thousands; save the table without them", line
+            )
+
+
+def refuse_control_characters(table: CsvTable) -> None:
+    """A label goes to pages, programs and logs: one line of visible characters.
+
+    Raises
+    ------
+    InputError
+    """
+    if not table.has("label"):
+        return
+    for label, line in zip(table.columns["label"], table.lines, strict=True):
+        if not label.isprintable():
+            raise InputError(
+                f"the label {label!r} contains a control character or a line break; remove it",
+                path=table.path,
+                line=line,
+            )
+
+
+def _sentence(text: TextTable, roles: ColumnRoles, unit: _Unit | None, decimal: str | None) -> str:
+    """What was understood, in one line."""
+    parts = []
+    if text.file.ending != ".parquet":
+        name = SEPARATORS.get(text.separator, f"'{text.separator}'")
+        parts.append(f"separator {name}")
+    if decimal is not None:
+        parts.append("decimal comma" if decimal == "," else "decimal point")
+    if text.encoding != "UTF-8":
+        parts.append(text.encoding)
+    if text.names is None:
+        parts.append("no header")
+    if unit is not None:
+        known = unit.name != NO_UNIT
+        parts.append(f"{unit.name} ({unit.why})" if known else "unit of length not stated")
+    shown = [role for role in ROLES if role in roles.index and role != "label"]
+    parts.append(" ".join(f"{role}={_shown(text, roles, role)}" for role in shown))
+    if "feed" in roles.index and "feed" not in roles.units:
+        parts.append(f"feed in {_feed_unit(roles, unit)} (not stated)")
+    if "label" in roles.index:
+        parts.append(f"label={_shown(text, roles, 'label')}")
+    elif set(POSITION_ROLES) <= set(roles.index):
+        parts.append("no labels: numbered")
+    rest = [text.title(i) for i in _other_columns(text, roles)]
+    if rest:
+        parts.append(f"not read: {', '.join(rest[:8])}{' …' if len(rest) > 8 else ''}")
+    if text.preamble:
+        parts.append(f"not read: {_line_names([n for n, _ in text.preamble])} before the table")
+    if text.disabled:
+        parts.append(f"comments, though they look like rows: {_line_names(text.disabled)}")
+    return ", ".join(parts)
+
+
+def _other_columns(text: TextTable, roles: ColumnRoles) -> list[int]:
+    """Columns that are not read, and not empty."""
+    others = [i for i in range(text.width) if i not in roles.index.values()]
+    return [i for i in others if any(text.column(i)) or text.title(i) != f"column {i + 1}"]
+
+
+def _line_names(lines: Sequence[int]) -> str:
+    if len(lines) > 1 and lines[-1] - lines[0] == len(lines) - 1:
+        return f"lines {lines[0]}–{lines[-1]}"
+    shown = ", ".join(map(str, lines[:8]))
+    return f"line{'s' if len(lines) > 1 else ''} {shown}{' …' if len(lines) > 8 else ''}"
+
+
+def _shown(text: TextTable, roles: ColumnRoles, role: str) -> str:
+    index = roles.index[role]
+    sign = "-" if math.copysign(1.0, roles.sign.get(role, 1.0)) < 0.0 else ""
+    return f"{sign}{index + 1 if text.names is None else text.title(index)}"

@@ -1,0 +1,361 @@
+"""Touches and targets as tables, CSV of any usual form or Parquet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import checked_unit
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
+from pretravel.files.csv_table import CsvTable
+from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
+from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.stated_normals import refuse_inward, stated_normals
+from pretravel.files.tables import write_table
+from pretravel.files.touch_columns import TouchColumns, read_touch_columns
+from pretravel.probing.targets import Targets
+from pretravel.surface.cad.part import Part
+from pretravel.surface.local_geometry import Surface
+from pretravel.surface.shapes import Sphere
+from pretravel.touches import Touches
+
+_POSITION = ("x_mm", "y_mm", "z_mm")
+_NORMAL = ("nx", "ny", "nz")
+_APPROACH = ("ax", "ay", "az")
+_NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
+_DIRECTIONS = ReadingOptions(
+    columns={f"{kind}{axis}": "none" for kind in ("", "nominal_") for axis in "xyz"}
+)
+"""Directions have no unit of length, so that lengths are not looked at."""
+
+
+def read_touches(source: Source, options: ReadingOptions | None = None) -> Touches:
+    r"""Read touches from a table: CSV in any usual form, or Parquet.
+
+    The table needs positions and normals. Its columns are found by their names, such as ``x_mm``,
+    ``X [mm]``, ``nx``, ``I`` (see docs/formats.md), or as the options state them. Optional are
+    approaches, a feed, the spindle's orientation, a label and nominal points. Other columns are
+    ignored.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+        Text; Parquet where its ending is .parquet.
+    options : ReadingOptions, optional
+        Columns, unit, decimal sign, rows to leave out.
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    InputError
+        A column is missing or its meaning is not clear; the unit is not known; a cell is not a
+        finite number; a normal is zero, not of unit length or points into the part. The message
+        contains the line.
+
+    >>> len(read_touches(SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")))
+    1
+    >>> german = SourceFile("a.csv", b"X;Y;Z;I;J;K\n0,5;0;3;0;0;1\n")
+    >>> read_touches(german, ReadingOptions(units="inch")).positions.round(6).tolist()
+    [[12.7, 0.0, 76.2]]
+    """
+    file = opened(source)
+    columns = read_touch_columns(file, options)
+    columns.table.require(*_POSITION, *_NORMAL, what="touches")
+    return touches_of_columns(file, columns, options or ReadingOptions())[0]
+
+
+def read_table_of_touches(
+    file: SourceFile, options: ReadingOptions
+) -> FileReadings | FilePositions:
+    """Read a table of touches, or of positions where it has no normals.
+
+    Parameters
+    ----------
+    file : SourceFile
+    options : ReadingOptions
+
+    Raises
+    ------
+    InputError
+        As `read_touches`; positions that nothing gives normals to.
+    """
+    columns = read_touch_columns(file, options)
+    table = columns.table
+    if table.has(*_POSITION) and not any(table.has(name) for name in _NORMAL):
+        found = FilePositions(
+            file.path,
+            table.numbers(*_POSITION),
+            table.lines,
+            labels=_labels(table),
+            feeds=_feeds(table),
+            spindle=_spindle(table),
+            understood=_understood(columns),
+        )
+        on_sphere = options.reference_diameter is not None and not options.ring
+        if options.plan is None and not (on_sphere or options.look_only):
+            raise file.error(
+                "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
+                "plan that was run, or state which columns are the normals",
+                table.header_line or table.lines[0],
+                inputs=("plan", "columns"),
+            )
+        return found
+    table.require(*_POSITION, *_NORMAL, what="touches")
+    touches, warnings = touches_of_columns(file, columns, options)
+    return FileReadings(touches, warnings=warnings)
+
+
+def touches_of_columns(
+    file: SourceFile, columns: TouchColumns, options: ReadingOptions
+) -> tuple[Touches, tuple[str, ...]]:
+    """Make touches of a table with positions and normals.
+
+    Parameters
+    ----------
+    file : SourceFile
+        For messages.
+    columns : TouchColumns
+    options : ReadingOptions
+
+    Returns
+    -------
+    Touches
+    tuple of str
+        Warnings about them.
+
+    Raises
+    ------
+    InputError
+        As `read_touches`.
+    """
+    table = columns.table
+    if "pretravel_um" in table.unread:
+        raise file.error(
+            "the table has the column pretravel_um: these are surface points that were "
+            "compensated, not touches",
+            table.header_line or None,
+        )
+    positions, nominal = table.numbers(*_POSITION), _optional_vectors(table, _NOMINAL)
+    normals, warnings = stated_normals(file, columns)
+    refuse_inward(
+        file,
+        columns,
+        positions,
+        normals,
+        nominal,
+        on_sphere=options.reference_diameter is not None and not options.ring,
+    )
+    with file.named_in_errors(table.lines):
+        touches = Touches(
+            positions=positions,
+            normals=normals,
+            approaches=_optional_vectors(table, _APPROACH),
+            feeds=_feeds(table),
+            spindle=_spindle(table),
+            labels=_labels(table),
+            nominal_points=nominal,
+            source=file.name,
+            lines=table.lines,
+            reading="" if columns.own_form else _understood(columns),
+        )
+    return touches, warnings
+
+
+def _understood(columns: TouchColumns) -> str:
+    count = len(columns.table)
+    return f"{count} touch{'es' if count > 1 else ''}; {columns.understood}"
+
+
+def _feeds(table: CsvTable) -> FloatArray | None:
+    return table.numbers("feed_mm_min")[:, 0] if table.has("feed_mm_min") else None
+
+
+def _spindle(table: CsvTable) -> FloatArray | None:
+    return table.numbers("spindle_deg")[:, 0] if table.has("spindle_deg") else None
+
+
+def read_targets(
+    source: Source,
+    surface: Surface | Part | None = None,
+    *,
+    approach: str = "normal",
+    options: ReadingOptions | None = None,
+) -> Targets:
+    r"""Read targets of touches from a CSV or Parquet file.
+
+    A target is a point of the surface (``nominal_x_mm…``, or else ``x_mm, y_mm, z_mm``) with its
+    outward normal ``nx, ny, nz``. The tip approaches along the line through the point, so that a
+    file of touches is also a file of targets: its touches lie on the same lines. Normals alone
+    are targets on a sphere, because a sphere has each normal at one point.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    surface : Surface or Part, optional
+        A sphere, for files without points.
+    approach : str
+        ``normal``: along -n; ``file``: the columns ax, ay, az.
+    options : ReadingOptions, optional
+        As for `read_touches`.
+
+    Returns
+    -------
+    Targets
+
+    Raises
+    ------
+    InputError
+        As `read_touches`; an approach moves away from the surface.
+
+    >>> file = SourceFile("targets.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,5,0,0,1\n")
+    >>> read_targets(file).points.tolist()
+    [[0.0, 0.0, 5.0]]
+    """
+    if approach not in ("normal", "file"):
+        raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
+    file = opened(source)
+    table = read_touch_columns(file, options).table
+    table.require(*_NORMAL, what="targets")
+    if approach == "file":
+        table.require(*_APPROACH, what="targets with approaches of their own")
+    return _targets(file, table, surface, own_approaches=approach == "file")
+
+
+def read_plan(source: Source, options: ReadingOptions | None = None) -> Targets:
+    r"""Read the targets of a program that was run: points, normals, and approaches if stated.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    options : ReadingOptions, optional
+        As for `read_touches`.
+
+    Returns
+    -------
+    Targets
+
+    Raises
+    ------
+    InputError
+        As `read_targets`; the file has no points.
+
+    >>> file = SourceFile("plan.csv", b"x_mm,y_mm,z_mm,nx,ny,nz,ax,ay,az\n0,0,5,0,0,1,0,0,-1\n")
+    >>> read_plan(file).approaches.tolist()
+    [[0.0, 0.0, -1.0]]
+    """
+    file = opened(source)
+    table = read_touch_columns(file, options).table
+    table.require(*_NORMAL, *(_NOMINAL if table.has(*_NOMINAL) else _POSITION), what="a plan")
+    return _targets(file, table, None, own_approaches=table.has(*_APPROACH))
+
+
+def read_normals(source: Source) -> FloatArray:
+    r"""Read the columns nx, ny, nz of touches or targets, (n, 3).
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Raises
+    ------
+    InputError
+        As `read_touches`.
+
+    >>> read_normals(SourceFile("normals.csv", b"nx,ny,nz\n0,0,1\n")).tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    file = opened(source)
+    table = read_touch_columns(file, _DIRECTIONS).table
+    table.require(*_NORMAL, what="directions")
+    with file.named_in_errors(table.lines):
+        return checked_unit(table.numbers(*_NORMAL), "normals")
+
+
+def write_touches(path: str | Path, touches: Touches) -> None:
+    """Write touches as CSV, or as Parquet by the ending, with all the columns they have.
+
+    Parameters
+    ----------
+    path : str or Path
+    touches : Touches
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "touches.csv"
+    >>> write_touches(path, Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]))
+    >>> read_touches(path).positions.tolist()
+    [[0.0, 0.0, 3.0]]
+    """
+    write_table(path, touches_table(touches))
+
+
+def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
+    """Return touches as the columns that `write_touches` writes, one row per touch.
+
+    Returns
+    -------
+    mapping of str to (n,) values
+        label, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az, feed_mm_min, spindle_deg, nominal_x_mm,
+        nominal_y_mm, nominal_z_mm: those that the touches have.
+
+    >>> list(touches_table(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])))[:4]
+    ['x_mm', 'y_mm', 'z_mm', 'nx']
+    """
+    columns: dict[str, npt.ArrayLike] = {}
+    if touches.labels is not None:
+        columns["label"] = list(touches.labels)
+    vectors: list[tuple[tuple[str, str, str], FloatArray]] = [
+        (_POSITION, touches.positions),
+        (_NORMAL, touches.normals),
+        (_APPROACH, touches.approach_directions),
+    ]
+    for names, values in vectors:
+        columns |= {name: values[:, i] for i, name in enumerate(names)}
+    if touches.feeds is not None:
+        columns["feed_mm_min"] = touches.feeds
+    if touches.spindle is not None:
+        columns["spindle_deg"] = touches.spindle / DEGREE
+    if touches.nominal_points is not None:
+        columns |= {name: touches.nominal_points[:, i] for i, name in enumerate(_NOMINAL)}
+    return columns
+
+
+def _targets(
+    file: SourceFile, table: CsvTable, surface: Surface | Part | None, *, own_approaches: bool
+) -> Targets:
+    normals = table.numbers(*_NORMAL)
+    with file.named_in_errors(table.lines):
+        return Targets(
+            points=_points(table, normals, surface),
+            normals=normals,
+            approaches=table.numbers(*_APPROACH) if own_approaches else None,
+            labels=_labels(table),
+        )
+
+
+def _points(table: CsvTable, normals: FloatArray, surface: Surface | Part | None) -> FloatArray:
+    """Points of targets: nominal points, or else positions, or else those of a sphere."""
+    if table.has(*_NOMINAL):
+        return table.numbers(*_NOMINAL)
+    if isinstance(surface, Sphere) and not table.has(*_POSITION):
+        return np.asarray(surface.center) + surface.radius * normals
+    table.require(*_POSITION, what="targets")
+    return table.numbers(*_POSITION)
+
+
+def _labels(table: CsvTable) -> tuple[str, ...] | None:
+    return table.columns["label"] if table.has("label") else None
+
+
+def _optional_vectors(table: CsvTable, names: tuple[str, ...]) -> FloatArray | None:
+    stated = [name for name in names if table.has(name)]
+    if not stated:
+        return None
+    table.require(*names, what=f"touches with {stated[0]}")
+    return table.numbers(*names)

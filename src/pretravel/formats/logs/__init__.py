@@ -1,4 +1,0 @@
-"""Files that controls, CMMs and CAM systems write about touches, one module for each format.
-
-`pretravel.formats.format_registry` lists all formats.
-"""

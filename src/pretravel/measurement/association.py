@@ -1,0 +1,331 @@
+"""The feature of least squares through points, and how its quantities follow the points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import unit
+from pretravel.base.errors import PretravelError
+from pretravel.uncertainty.fitting.cone import fit_cone
+from pretravel.uncertainty.fitting.cylinder import fit_cylinder
+from pretravel.uncertainty.fitting.feature import FLAT, across, checked_points
+from pretravel.uncertainty.fitting.plane import fit_plane
+from pretravel.uncertainty.fitting.sphere import fit_sphere
+
+OUT_OF_PLANE = 0.05
+"""Largest height of a circle's points over their plane, in parts of the radius."""
+
+SHORTEST = 0.1
+"""Smallest extent along the axis of the points of a cylinder or cone, in parts of the radius."""
+
+
+@dataclass(frozen=True, eq=False)
+class Association:
+    """A feature of least squares (Gaussian association), and its linear dependence on the points.
+
+    The feature has k parameters. Their change follows from movements of the points along the
+    outward normals of the feature by the rows of `response`.
+
+    Attributes
+    ----------
+    points : (n, 3) float
+        [mm]
+    outward : (n, 3) float
+        Unit normals of the feature at the points; for circles and the like away from the centre.
+    residuals : (n,) float
+        Distances of the points from the feature, positive along `outward`. [mm]
+    jacobian : (n, k) float
+        Derivatives of the distances by the parameters.
+    point : (3,) float
+        Centre, or a point of the axis, the plane or the line. [mm]
+    point_rows : (3, k) float
+        Change of `point` by the parameters, in the directions in which the points determine it.
+    located_along : (m, 3) float
+        Unit vectors of these directions.
+    direction : (3,) float or None
+        Axis, normal of the plane, direction of the line.
+    direction_rows : (3, k) float or None
+        Its change by the parameters; None where the direction was given or is a plane's through
+        the points, which is not measured.
+    diameter : float or None
+        [mm]
+    diameter_row : (k,) float or None
+    half_angle : float or None
+        Of a cone. [rad]
+    half_angle_row : (k,) float or None
+    """
+
+    points: FloatArray
+    outward: FloatArray
+    residuals: FloatArray
+    jacobian: FloatArray
+    point: FloatArray
+    point_rows: FloatArray
+    located_along: FloatArray
+    direction: FloatArray | None = None
+    direction_rows: FloatArray | None = None
+    diameter: float | None = None
+    diameter_row: FloatArray | None = None
+    half_angle: float | None = None
+    half_angle_row: FloatArray | None = None
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom: points less parameters."""
+        return int(self.jacobian.shape[0] - self.jacobian.shape[1])
+
+    @property
+    def form(self) -> float:
+        """Largest less smallest residual. [mm]"""
+        return float(np.ptp(self.residuals))
+
+    @property
+    def response(self) -> FloatArray:
+        """Change of the parameters for a movement of each point along `outward`, (k, n)."""
+        return np.asarray(-np.linalg.pinv(self.jacobian))
+
+    def residual_change(self, moved: FloatArray) -> FloatArray:
+        """Change of the residuals for movements along `outward`, (…, n) both. [mm]"""
+        return np.asarray(moved + (moved @ self.response.T) @ self.jacobian.T)
+
+
+def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    del at
+    checked_points(p, "circle", 3)
+    middle = p.mean(axis=0)
+    normal = fit_plane(p).normal if axis is None else axis
+    sideways = across(normal)
+    fit = fit_sphere((p - middle) @ sideways.T)
+    height = float(np.max(np.abs((p - middle) @ normal)))
+    if height > OUT_OF_PLANE * fit.radius:
+        raise PretravelError(
+            f"the points do not lie in one plane across the axis: they are up to {height:.3g} mm "
+            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, state the "
+            "direction of the axis, or take the points of one height",
+            inputs=("axis",),
+        )
+    center = middle + fit.center @ sideways
+    outward = unit(((p - center) @ sideways.T) @ sideways)
+    return Association(
+        points=p,
+        outward=outward,
+        residuals=fit.residuals,
+        jacobian=-np.column_stack([outward @ sideways.T, np.ones(len(p))]),
+        point=center,
+        point_rows=np.column_stack([sideways.T, np.zeros(3)]),
+        located_along=sideways,
+        direction=normal,
+        diameter=2.0 * fit.radius,
+        diameter_row=np.array([0.0, 0.0, 2.0]),
+    )
+
+
+def _sphere(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    del axis, at
+    fit = fit_sphere(checked_points(p, "sphere", 4))
+    outward = unit(p - fit.center)
+    return Association(
+        points=p,
+        outward=outward,
+        residuals=fit.residuals,
+        jacobian=-np.column_stack([outward, np.ones(len(p))]),
+        point=fit.center,
+        point_rows=np.eye(3, 4),
+        located_along=np.eye(3),
+        diameter=2.0 * fit.radius,
+        diameter_row=np.array([0.0, 0.0, 0.0, 2.0]),
+    )
+
+
+def _plane(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    fit = fit_plane(p)
+    normal = fit.normal if axis is None or fit.normal @ axis > 0.0 else -fit.normal
+    sideways = across(normal)
+    lever = (p - fit.point) @ sideways.T
+    reach = _to_foot(fit.point, at) @ sideways.T
+    point = fit.point if at is None else at - ((at - fit.point) @ normal) * normal
+    # An offset along the normal, and two tilts: the normal moves by +x along `sideways`.
+    jacobian = np.column_stack([-np.ones(len(p)), lever])
+    return Association(
+        points=p,
+        outward=np.tile(normal, (len(p), 1)),
+        residuals=(p - fit.point) @ normal,
+        jacobian=jacobian,
+        point=point,
+        point_rows=np.outer(normal, [1.0, *(-reach)]),
+        located_along=normal[None],
+        direction=normal,
+        direction_rows=np.column_stack([np.zeros(3), sideways.T]),
+    )
+
+
+def _to_foot(point: FloatArray, at: FloatArray | None) -> FloatArray:
+    return np.zeros(3) if at is None else np.asarray(at - point)
+
+
+def _line(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    """A line in the plane of its direction and the normals of its points (given as `axis`)."""
+    checked_points(p, "line", 2)
+    middle = p.mean(axis=0)
+    _, extent, axes = np.linalg.svd(p - middle, full_matrices=False)
+    if extent[0] <= 0.0:
+        raise PretravelError("all points lie in one place; they do not determine a line")
+    # The normals of the points say in which direction the line was measured.
+    measured = axes[1] if axis is None else axis
+    along = axes[0] - (axes[0] @ measured) * measured
+    if np.linalg.norm(along) < FLAT:
+        raise PretravelError(
+            "the points lie in a row along their normals; they do not determine a line"
+        )
+    along = unit(along)
+    along = along * np.sign(along[np.argmax(np.abs(along))])
+    lever, offset = (p - middle) @ along, (p - middle) @ measured
+    slope = float(lever @ offset / (lever @ lever))
+    direction, outward = unit(along + slope * measured), unit(measured - slope * along)
+    lever = (p - middle) @ direction
+    reach = float(_to_foot(middle, at) @ direction)
+    return Association(
+        points=p,
+        outward=np.tile(outward, (len(p), 1)),
+        residuals=(p - middle) @ outward,
+        jacobian=-np.column_stack([np.ones(len(p)), lever]),
+        point=middle + reach * direction,
+        point_rows=np.outer(outward, [1.0, reach]),
+        located_along=outward[None],
+        direction=direction,
+        direction_rows=np.column_stack([np.zeros(3), outward]),
+    )
+
+
+def _refuse_one_height(height: FloatArray, radius: float, name: str) -> None:
+    """Refuse points at one height of an axis: their errors alone would tilt it."""
+    extent = float(np.ptp(height))
+    if extent < SHORTEST * radius:
+        raise PretravelError(
+            f"the points lie within {extent:.3g} mm along the axis of the {name}, with a radius of "
+            f"{radius:.4g} mm: too little for its direction. Measure them as a circle, or touch "
+            "two heights",
+            inputs=("feature",),
+        )
+
+
+def _cylinder(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    fit = fit_cylinder(p, axis)
+    sideways = across(fit.axis)
+    offset = p - fit.point
+    height = offset @ fit.axis
+    _refuse_one_height(height, fit.radius, "cylinder")
+    outward = unit(offset - np.outer(height, fit.axis))
+    flat = outward @ sideways.T
+    reach = float(_to_foot(fit.point, at) @ fit.axis)
+    direction = fit.axis if axis is None or fit.axis @ axis > 0.0 else -fit.axis
+    turn = float(np.sign(direction @ fit.axis))
+    return Association(
+        points=p,
+        outward=outward,
+        residuals=fit.residuals,
+        jacobian=-np.column_stack([flat, height[:, None] * flat, np.ones(len(p))]),
+        point=fit.point + reach * fit.axis,
+        point_rows=np.column_stack([sideways.T, reach * sideways.T, np.zeros(3)]),
+        located_along=sideways,
+        direction=direction,
+        direction_rows=np.column_stack([np.zeros((3, 2)), turn * sideways.T, np.zeros(3)]),
+        diameter=2.0 * fit.radius,
+        diameter_row=np.array([0.0, 0.0, 0.0, 0.0, 2.0]),
+    )
+
+
+def _cone(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    fit = fit_cone(p, axis)
+    sideways = across(fit.axis)
+    offset = p - fit.point
+    _refuse_one_height(offset @ fit.axis, fit.radius, "cone")
+    radial = unit(offset - np.outer(offset @ fit.axis, fit.axis))
+    sine, cosine = np.sin(fit.half_angle), np.cos(fit.half_angle)
+    away = _to_foot(fit.point, at)
+    reach = float(away @ fit.axis)
+    # Of the diameter at `at`: by tilts, which change its height on the axis, and by the half angle.
+    tilting = 2.0 * (sine / cosine) * (away @ sideways.T)
+    widening = 2.0 * reach / cosine**2
+    nothing = np.zeros((3, 2))
+    return Association(
+        points=p,
+        outward=cosine * radial - sine * fit.axis,
+        residuals=fit.residuals,
+        jacobian=fit.jacobian(p),
+        point=fit.point + reach * fit.axis,
+        point_rows=np.column_stack([sideways.T, reach * sideways.T, nothing]),
+        located_along=sideways,
+        direction=fit.axis,
+        direction_rows=np.column_stack([nothing, sideways.T, nothing]),
+        diameter=2.0 * (fit.radius + reach * sine / cosine),
+        diameter_row=np.array([0.0, 0.0, *tilting, 2.0, widening]),
+        half_angle=fit.half_angle,
+        half_angle_row=np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+    )
+
+
+_Associate = Callable[[FloatArray, FloatArray | None, FloatArray | None], Association]
+
+ASSOCIATIONS: dict[str, _Associate] = {
+    "circle": _circle,
+    "bore": _circle,
+    "boss": _circle,
+    "sphere": _sphere,
+    "plane": _plane,
+    "line": _line,
+    "cylinder": _cylinder,
+    "cone": _cone,
+}
+"""The features that are measured, by name."""
+
+
+def associate(
+    kind: str,
+    points: npt.ArrayLike,
+    *,
+    axis: npt.ArrayLike | None = None,
+    at: npt.ArrayLike | None = None,
+) -> Association:
+    """Fit a feature with the smallest sum of squared distances.
+
+    Parameters
+    ----------
+    kind : str
+        circle, bore, boss, sphere, plane, line, cylinder or cone.
+    points : (n, 3) float
+        [mm]
+    axis : (3,) float, optional
+        Circle: normal of its plane, by default that of the plane through the points. Cylinder and
+        cone: approximate axis. Line: direction in which its points were touched.
+    at : (3,) float, optional
+        The point of an axis, a plane or a line nearest to this one is evaluated, and a cone's
+        diameter there; the default is the point nearest to the centroid of the points. [mm]
+
+    Returns
+    -------
+    Association
+
+    Raises
+    ------
+    PretravelError
+        A feature of another name; points that do not determine it.
+
+    >>> ring = associate("circle", [[3, 0, 5], [0, 3, 5], [-3, 0, 5], [0, -3, 5]])
+    >>> ring.diameter, ring.point.round(9).tolist(), ring.dof
+    (6.0, [0.0, 0.0, 5.0], 1)
+    """
+    if kind not in ASSOCIATIONS:
+        raise PretravelError(
+            f"'{kind}' is not a feature that is measured: {', '.join(ASSOCIATIONS)}",
+            inputs=("feature",),
+        )
+    p = checked_points(points, kind, 1)
+    along = None if axis is None else unit(np.asarray(axis, dtype=np.float64))
+    reference = None if at is None else np.asarray(at, dtype=np.float64)
+    return ASSOCIATIONS[kind](frozen(p), along, reference)

@@ -1,0 +1,202 @@
+"""Residuals of simpler corrections than a map: none, one radius, axis radii, sectors, Woźniak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import azimuth_angle, checked_unit, fibonacci_cap, from_angles
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
+from pretravel.maps.kinds.sectors import SectorBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import equator, resampled_sectors, touched_sectors
+
+UNCORRECTED = "uncorrected"
+"""The method that subtracts no pretravel, only the radius of the tip."""
+_COUNT = 4000  # directions over the sphere
+_AXIS = np.array([[0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True)
+class CorrectionResidual:
+    """Residual of a correction over some directions. [mm]
+
+    Attributes
+    ----------
+    method : str
+    where : str
+        equator, all or part.
+    count : int
+        Directions.
+    largest, rms : float
+        Of correction less map.
+    """
+
+    method: str
+    where: str
+    count: int
+    largest: float
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Corrections compared with a map.
+
+    Attributes
+    ----------
+    rows : tuple of CorrectionResidual
+        Method by method, the finest last.
+    azimuth_deg : (a,) float
+    curves : mapping of str to (a,) float
+        Correction less map on the equator, by method. [mm]
+    u_map : float
+        Root mean square of the standard uncertainty of the map over all directions; zero where the
+        map states none. [mm]
+    """
+
+    rows: tuple[CorrectionResidual, ...]
+    azimuth_deg: FloatArray
+    curves: dict[str, FloatArray]
+    u_map: float
+
+
+def compare_corrections(
+    pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
+) -> Comparison:
+    """Compare the corrections of today's controls, and Woźniak's, with a map.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+        Represents the probe. The corrections are made from it, without errors of touching.
+    part_normals : (n, 3) float, optional
+        Outward unit normals of the touches of a part.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ExtrapolationError
+        The map does not hold all around the equator, or not along the normals of the part.
+
+    Notes
+    -----
+    The radii of controls hold in the plane of the table. The length of the tool is set along the
+    axis, which shifts every point along it. Between axis and plane the correction is interpolated
+    by the component of the normal along the axis (where the map holds on the axis).
+    Woźniak's constant and lobe azimuth are fitted to the map over all directions.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> flat = PretravelMap(MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
+    >>> round(compare_corrections(flat).rows[2].largest, 12)
+    0.0
+    """
+    azimuth = np.arange(0.0, 360.0, 1.0)
+    around = from_angles(0.5 * np.pi, azimuth * DEGREE)
+    places = {"equator": around, "all": _supported(pretravel_map)}
+    if part_normals is not None:
+        places["part"] = checked_unit(part_normals, "normals of the part")
+    truth = {where: pretravel_map.pretravel(n) for where, n in places.items()}
+    rows, curves = [], {}
+    for method, correction in _corrections(pretravel_map, places["all"]).items():
+        off = {where: correction(n) - truth[where] for where, n in places.items()}
+        curves[method] = off["equator"]
+        rows += [
+            CorrectionResidual(
+                method,
+                where,
+                len(values),
+                # All directions contain the equator, which the spread ones miss by some degrees.
+                _largest(values, *([off["equator"]] if where == "all" else [])),
+                float(np.sqrt(np.mean(values**2))),
+            )
+            for where, values in off.items()
+        ]
+    u = pretravel_map.standard_uncertainty(places["all"])
+    return Comparison(tuple(rows), azimuth, curves, float(np.sqrt(np.mean(u**2))))
+
+
+def _largest(*errors: FloatArray) -> float:
+    return float(np.max(np.abs(np.concatenate(errors))))
+
+
+def _supported(pretravel_map: PretravelMap) -> FloatArray:
+    """Directions spread over all that the map supports, machine frame.
+
+    They are some 2° apart, so that several lie within the margin of any node.
+    """
+    sphere = fibonacci_cap(_COUNT, np.pi)
+    held = sphere[pretravel_map.support.supports(sphere)]
+    return np.asarray(held @ pretravel_map.rotation.T)
+
+
+def _corrections(
+    pretravel_map: PretravelMap, everywhere: FloatArray
+) -> dict[str, Callable[[FloatArray], FloatArray]]:
+    """Pretravel that each method subtracts, as functions of the normal, machine frame."""
+    ring = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
+    four = equator(pretravel_map, np.array([0.0, 90.0, 180.0, 270.0]))
+    axes = np.array([0.5 * (four[0] + four[2]), 0.5 * (four[1] + four[3])])
+    touched = touched_sectors(pretravel_map).pretravel
+    resampled = resampled_sectors(pretravel_map).pretravel
+    axial = pretravel_map.pretravel(_AXIS)[0] if pretravel_map.supports(_AXIS)[0] else None
+
+    def nearest(n: FloatArray, values: FloatArray) -> FloatArray:
+        quarter = np.floor(azimuth_angle(n) / (90.0 * DEGREE) + 0.5).astype(np.int64)
+        return np.asarray(values[quarter % len(values)])
+
+    def in_plane(across: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
+        def correction(n: FloatArray) -> FloatArray:
+            value = across(n)
+            if axial is None:
+                return value
+            return np.asarray(value + np.maximum(n[:, 2], 0.0) * (axial - value))
+
+        return correction
+
+    basis = SectorBasis()
+    return {
+        UNCORRECTED: lambda n: np.zeros(len(n)),
+        "mean radius": in_plane(lambda n: np.full(len(n), float(np.mean(ring)))),
+        "two axis radii": in_plane(lambda n: nearest(n, axes)),
+        "four directions": in_plane(lambda n: nearest(n, four)),
+        "eight sectors": in_plane(lambda n: basis.design(n) @ touched),
+        "eight sectors, resampled": in_plane(lambda n: basis.design(n) @ resampled),
+        "Woźniak": _wozniak(pretravel_map, everywhere),
+        "full map": pretravel_map.pretravel,
+    }
+
+
+def _wozniak(
+    pretravel_map: PretravelMap, everywhere: FloatArray
+) -> Callable[[FloatArray], FloatArray]:
+    """One constant and the azimuth of a lobe, least squares over all directions."""
+    truth = pretravel_map.pretravel(everywhere)
+    directions = pretravel_map.probe_directions(everywhere)
+    best: tuple[float, float, float] | None = None
+    for lobe in np.arange(0.0, 120.0, 1.0) * DEGREE:
+        shape = WozniakBasis(float(lobe)).design(directions)[:, 0]
+        power = float(shape @ shape)
+        if power <= 0.0:
+            raise PretravelError("the map holds along the axis only")
+        constant = float(shape @ truth) / power
+        left = float(np.sum((truth - constant * shape) ** 2))
+        if best is None or left < best[0]:
+            best = (left, constant, float(lobe))
+    assert best is not None
+    _, constant, lobe = best
+    basis = WozniakBasis(lobe)
+    return lambda n: np.asarray(constant * basis.design(pretravel_map.probe_directions(n))[:, 0])

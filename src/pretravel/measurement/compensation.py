@@ -1,0 +1,321 @@
+"""Compensation: touches to surface points with uncertainties; `embed` does the inverse."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.directions import checked_unit, describe
+from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.quantities import as_numbers
+from pretravel.base.units import DEGREE
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin
+from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
+from pretravel.measurement.points import Points
+from pretravel.measurement.points_summary import TouchSummary
+from pretravel.surface.cad.part import Part
+from pretravel.surface.contact import Lines, Reach
+from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.search import ContactProblem, ContactSearch
+from pretravel.touches import Touches, at_rest, refuse_glancing
+
+OBLIQUE = 10.0 * DEGREE
+"""Approaches at a larger angle to the normal than this are warned about. [rad]"""
+
+
+def apply(
+    touches: Touches,
+    pretravel_map: PretravelMap,
+    *,
+    nominal: Surface | Part | None = None,
+    extrapolate: bool = False,
+    shared: bool = True,
+) -> Points:
+    """Compensate touches: from the latched spindle points to the surface.
+
+    Without a nominal surface the normals are those of the touches. Between first contact and
+    trigger the spindle travels ``pretravel / |a·n|`` along the approach a. The point of first
+    contact lies back by this travel, and by the tip radius along n. A map that contains the
+    signal delay is that of the probe at rest; feed times delay is subtracted first.
+
+    With a nominal surface the contact is determined on it: the deflected ball touches a surface
+    parallel to the nominal one. The map is evaluated at the normal there, however far the tip has
+    slid, and the distance of the two surfaces is the deviation.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+        Predicted or measured.
+    nominal : Surface or Part, optional
+        Not given: deviations are from the nominal points of the touches, where there are any.
+    extrapolate : bool
+        Also for normals outside the directions of the map.
+    shared : bool
+        The points state which errors they have in common (`Points.shared`). It takes time.
+
+    Returns
+    -------
+    Points
+        What their uncertainty does not contain (an unknown feed, a predicted map) is told by
+        `compensation_warnings`, not here.
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+    PretravelError
+        Touches that do not touch the nominal surface.
+
+    References
+    ----------
+    Rodrigues 2021, equation 3.36; with a nominal surface iterated to the true contact.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> points = apply(Touches([[0.0, 0.0, 2.990]], up), mean)
+    >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
+    ([[0.0, 0.0, 0.0]], [0.316])
+    """
+    latched = touches.positions
+    if pretravel_map.delay is not None:
+        touches = at_rest(touches, pretravel_map.delay)
+    if nominal is not None:
+        contact, deviation = _on_nominal(touches, pretravel_map, nominal)
+        normals = contact.normal
+        positions = contact.point + deviation[:, None] * normals
+    else:
+        normals, deviation = touches.normals, None
+    with np.errstate(invalid="ignore"):  # a probe that does not trigger: refused below
+        pretravel, u_map = pretravel_map.pretravel_and_uncertainty(normals, extrapolate=extrapolate)
+    lost = np.flatnonzero(~np.isfinite(pretravel))
+    if len(lost):
+        raise ExtrapolationError(
+            f"{touches.where(int(lost[0]))}: in the direction of its normal "
+            f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
+            f"({len(lost)} such touches). Do the normals point out of the part?"
+        )
+    errors = errors_of_points(touches, normals, pretravel_map)
+    if nominal is None:
+        travel = pretravel / errors.closing
+        positions = (
+            touches.positions
+            - travel[:, None] * errors.approaches
+            - pretravel_map.tip_radius * normals
+        )
+        if touches.nominal_points is not None:
+            deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
+    return Points(
+        positions=frozen(positions),
+        normals=frozen(normals),
+        pretravel=frozen(pretravel),
+        covariance=frozen(errors.covariance(u_map)),
+        deviation=None if deviation is None else frozen(deviation),
+        labels=touches.labels
+        or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
+        shared=errors.shared_along_normals() if shared else None,
+        uncompensated=frozen(latched - pretravel_map.tip_radius * touches.normals),
+    )
+
+
+def _on_nominal(
+    touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
+) -> tuple[LocalGeometry, FloatArray]:
+    """Contact of each touch with a surface parallel to the nominal one, and their distance."""
+    radius = pretravel_map.tip_radius
+    search = ContactSearch(nominal, len(touches))
+    near = touches.positions - radius * touches.normals
+    curvatures = np.zeros((len(touches), 2))
+    # Twice: the curvature of the part at the contact changes its compression a little.
+    for _ in range(2):
+
+        def reach_of(rows: IntArray, curvatures: FloatArray = curvatures) -> Reach:
+            def reach(own: IntArray, local: LocalGeometry) -> FloatArray:
+                # Steps on the way to the contact may leave the map; `apply` checks the end.
+                moved = pretravel_map.tip_displacement(
+                    local.normal, curvatures[rows[own]], extrapolate=True
+                )
+                return np.asarray(radius * local.normal - moved)
+
+            return reach
+
+        lines, against = Lines(touches.positions), touches.approach_directions
+        search.solve(near, ContactProblem(lines, reach_of, against=against))
+        found = search.contacts()
+        if not np.all(found.solved):
+            break
+        curvatures = found.local.principal_curvatures
+    lost = np.flatnonzero(~found.solved)
+    if len(lost):
+        beyond = int(np.sum(found.beyond_edge[lost]))
+        names = ", ".join(touches.where(int(row)) for row in lost[:5])
+        raise PretravelError(
+            f"{len(lost)} of {len(touches)} touches do not touch the nominal surface"
+            + (f" ({beyond} of them beyond its edges)" if beyond else "")
+            + f": {names}{'…' if len(lost) > 5 else ''}. Is the nominal where the part is, in the "
+            "touches' frame and in mm?"
+        )
+    return found.local, found.length
+
+
+def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
+    """What to know before the points are used, as sentences.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    list of str
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> compensation_warnings(TouchSummary.of(touches, apply(touches, mean), mean), mean)
+    []
+    """
+    warnings = []
+    if touches.outside:
+        warnings.append(
+            f"{touches.outside} of {touches.count} normals lie outside the map: pretravel is "
+            "extrapolated there, and u does not contain the error of that"
+        )
+    if not pretravel_map.states_uncertainty:
+        warnings.append(
+            "this map is a prediction without an uncertainty of its own: u_um contains the tip "
+            "radius (and a given repeatability) alone, not the difference between the described "
+            "probe and yours"
+        )
+    made_at = pretravel_map.feed if pretravel_map.delay is None else None
+    if made_at is not None and touches.feeds is not None:
+        slowest, fastest = touches.feeds
+        if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
+            at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
+            warnings.append(
+                f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
+                "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
+            )
+    if (
+        pretravel_map.delay is None
+        and pretravel_map.provenance.origin is Origin.QUALIFIED
+        and (made_at is None or touches.feeds is None)
+    ):
+        warnings.append(_unknown_feeds(made_at, known_of_touches=touches.feeds is not None))
+    if touches.feeds is not None and not pretravel_map.states_uncertainty:
+        warnings.append(
+            f"the touches were made at {touches.feeds[1]:g} mm/min, and a predicted map "
+            "contains no signal delay: feed × delay is still in the deviations"
+        )
+    obliqueness = math.acos(min(touches.least_closing, 1.0))
+    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
+        warnings.append(
+            f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
+            "signal delay adds its travel along the approach, but a qualified map contains it as "
+            "pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along the "
+            "normal, or qualify at two feeds, which separates the delay"
+        )
+    if touches.middle is not None and abs(touches.middle) > 0.2 * pretravel_map.tip_radius:
+        warnings.append(
+            f"deviations are about {touches.middle:+.3f} mm, of the size of the tip radius "
+            f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+            "mm, do the normals point out of the part, is the nominal where the part is?"
+        )
+    return warnings
+
+
+def _unknown_feeds(made_at: float | None, *, known_of_touches: bool) -> str:
+    """What is not known about the feeds of a map and of touches."""
+    if made_at is None and not known_of_touches:
+        return (
+            "neither the map nor the touches state a feed: both must have the same one. 100 mm/min "
+            "of difference are 3.3 µm for a signal delay of 2 ms, which u does not contain. State "
+            "the feed of both, in a column feed_mm_min or when you qualify and compensate"
+        )
+    known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
+    return (
+        f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "
+        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
+        "points are wrong by the difference × signal delay; u contains the feed that is known × "
+        f"{USUAL_DELAY * 1e3:g} ms. "
+        + (
+            "Qualify again and state the feed of the touches on the reference"
+            if unknown == "map"
+            else "State the feed of these touches"
+        )
+    )
+
+
+def embed(
+    positions: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    pretravel_map: PretravelMap,
+    *,
+    approaches: npt.ArrayLike | None = None,
+    feeds: npt.ArrayLike | None = None,
+    extrapolate: bool = False,
+) -> Touches:
+    """The touches that a probe with this map would report at given surface points.
+
+    The inverse of `apply`.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        Points of the surface. [mm]
+    normals : (n, 3) float
+        Outward unit normals there.
+    pretravel_map : PretravelMap
+    approaches : (n, 3) float, optional
+        -normals when not given.
+    feeds : (n,) float, optional
+        Of the touches; their delay travel is added where the map contains the delay. At rest when
+        not given. [mm/min]
+    extrapolate : bool
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    ExtrapolationError
+        Normals that the map does not support.
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([0.0]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> embed([[0.0, 0.0, 0.0]], up, mean).positions.round(9).tolist()
+    [[0.0, 0.0, 2.99]]
+    """
+    n = checked_unit(normals, "normals")
+    a = -n if approaches is None else checked_unit(approaches, "approaches")
+    refuse_glancing(a, n, lambda row: f"point {row + 1}")
+    closing = -np.sum(a * n, axis=1)
+    travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
+    points = as_numbers(positions, "positions")
+    touches = Touches(
+        positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
+        normals=n,
+        approaches=a,
+        feeds=None if feeds is None else as_numbers(feeds, "feeds"),
+    )
+    if feeds is None or pretravel_map.delay is None:
+        return touches
+    return at_rest(touches, -pretravel_map.delay)

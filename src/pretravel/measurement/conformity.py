@@ -1,0 +1,273 @@
+"""Conformity with a tolerance, with the uncertainty of the measurement: ISO 14253-1, JCGM 106."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COORDINATE, DISTANCE, PROBABILITY, UNCERTAINTY, checked
+from pretravel.measurement.feature_uncertainty import FormResult
+from pretravel.measurement.measured_feature import position_and_uncertainty
+
+DEFAULT_PROBABILITY = 0.95
+"""Probability at which conformity or nonconformity is proven: the default of ISO 14253-1:2017."""
+_TRIALS = 40_000
+_SEED = 1
+_STEPS = 60  # of a bisection: to the last digit
+
+
+class ConformityVerdict(Enum):
+    """The three outcomes of the decision rule."""
+
+    CONFORMS = "conforms"
+    DOES_NOT_CONFORM = "does not conform"
+    UNDECIDED = "cannot be decided"
+
+
+_BY_PROBING_ALONE = {
+    ConformityVerdict.CONFORMS: "within the tolerance",
+    ConformityVerdict.DOES_NOT_CONFORM: "outside the tolerance",
+}
+MACHINE_NOT_IN_U = "machine not in u"
+"""What a verdict adds where u contains the errors of probing alone."""
+
+
+def verdict_words(verdict: ConformityVerdict, u_machine: float) -> str:
+    """An outcome in words: conformity is stated only where the errors of the machine are in u.
+
+    Parameters
+    ----------
+    verdict : ConformityVerdict
+    u_machine : float
+        Standard uncertainty of a length by the machine's geometry, temperature and clamping. [mm]
+
+    >>> verdict_words(ConformityVerdict.CONFORMS, 0.002)
+    'conforms'
+    >>> verdict_words(ConformityVerdict.CONFORMS, 0.0)
+    'within the tolerance'
+    """
+    return verdict.value if u_machine > 0.0 else _BY_PROBING_ALONE.get(verdict, verdict.value)
+
+
+@dataclass(frozen=True)
+class Conformity:
+    """A quantity with its tolerance, and the decision about it.
+
+    Attributes
+    ----------
+    name : str
+    value, u : float
+        [mm]
+    lower, upper : float
+        Limits of the tolerance; -inf where there is no lower one. [mm]
+    guard_band : float
+        Distance of the acceptance limits from the limits of the tolerance. Not a number where the
+        tolerance is too narrow for the uncertainty: no value proves conformity. [mm]
+    rejection_band : float
+        Distance beyond a limit of the tolerance from which nonconformity is proven. [mm]
+    probability : float
+        That the true value conforms; not a number for form, whose distribution is not known.
+    required : float
+        Probability at which conformity or nonconformity is proven.
+    verdict : ConformityVerdict
+    """
+
+    name: str
+    value: float
+    u: float
+    lower: float
+    upper: float
+    guard_band: float
+    rejection_band: float
+    probability: float
+    required: float
+    verdict: ConformityVerdict
+
+    @property
+    def coverage(self) -> float:
+        """Factor of the standard uncertainty for a band at one limit, 1.645 for 95 %."""
+        return float(ndtri(self.required))
+
+
+def size_conformity(
+    name: str, value: float, u: float, limits: tuple[float, float], required: float
+) -> Conformity:
+    """Decide about a quantity with normal errors and limits on one or both sides.
+
+    Parameters
+    ----------
+    name : str
+    value, u : float
+        [mm]
+    limits : pair of float
+        Lower and upper; infinite where there is none. [mm]
+    required : float
+        Probability for a decision, above 0.5.
+
+    Returns
+    -------
+    Conformity
+
+    References
+    ----------
+    ISO 14253-1:2017 (recalled, not checked against its text): conformity is proven where its
+    probability is at least 95 %. JCGM 106, section 7: this probability for normal errors.
+
+    >>> bore = size_conformity("diameter", 20.019, 0.001, (20.0, 20.021), 0.95)
+    >>> bore.verdict.value, round(bore.guard_band, 6), round(bore.probability, 3)
+    ('conforms', 0.001645, 0.977)
+    """
+    lower, upper = limits
+    _check(required, u, lower, upper)
+
+    def probability(y: float) -> float:
+        if u == 0.0:
+            return float(lower <= y <= upper)
+        return float(ndtr((upper - y) / u) - ndtr((lower - y) / u))
+
+    checked(value, "the value", COORDINATE)
+    band = float(ndtri(required)) * u
+    if math.isfinite(lower) and math.isfinite(upper):
+        guard = _guard_band(lambda g: probability(upper - g), 0.5 * (upper - lower), required)
+    else:
+        guard = band
+    found = probability(value)
+    return Conformity(
+        name, value, u, lower, upper, guard, band, found, required, _verdict(found, required, u)
+    )
+
+
+def position_conformity(
+    located: FloatArray, covariance: FloatArray, tolerance: float, required: float
+) -> Conformity:
+    """Decide about a position with a tolerance zone around the nominal one.
+
+    Parameters
+    ----------
+    located : (m,) float
+        Distance from the nominal position, by direction. [mm]
+    covariance : (m, m) float
+        [mm²]
+    tolerance : float
+        Diameter of the zone; for a plane or a line, its width. [mm]
+    required : float
+
+    Returns
+    -------
+    Conformity
+        Its value is twice the distance, which ISO 1101 compares with the tolerance. The
+        probability is found by trials, because a distance near zero has no normal distribution.
+
+    >>> hole = position_conformity(np.array([0.01, 0.0]), 1e-6 * np.eye(2), 0.05, 0.95)
+    >>> round(hole.value, 6), hole.verdict.value, round(hole.guard_band, 4)
+    (0.02, 'conforms', 0.0033)
+    """
+    checked(tolerance, "the tolerance", DISTANCE, inputs=("tolerance",))
+    sizes, vectors = np.linalg.eigh(covariance)
+    deviations = np.sqrt(np.maximum(sizes, 0.0))
+    draws = np.random.default_rng(_SEED).standard_normal((_TRIALS, len(located)))
+    errors = (draws * deviations) @ vectors.T
+    value, u = position_and_uncertainty(located, covariance)
+    along = 2.0 * located / value if value > 0.0 else vectors[:, -1]
+    _check(required, u, -math.inf, tolerance)
+
+    def probability(y: float) -> float:
+        moved = np.linalg.norm(0.5 * y * along + errors, axis=1)
+        return float(np.mean(2.0 * moved <= tolerance))
+
+    found = probability(value)
+    guard = _guard_band(lambda g: probability(tolerance - g), tolerance, required)
+    band = _rejection_band(lambda g: probability(tolerance + g), 10.0 * float(deviations[-1]),
+                           required)  # fmt: skip
+    return Conformity(
+        "position", value, u, -math.inf, tolerance, guard, band, found, required,
+        _verdict(found, required, u),
+    )  # fmt: skip
+
+
+def form_conformity(name: str, form: FormResult, tolerance: float, required: float) -> Conformity:
+    """Decide about the form of a feature.
+
+    Parameters
+    ----------
+    name : str
+    form : FormResult
+    tolerance : float
+        [mm]
+    required : float
+
+    Returns
+    -------
+    Conformity
+
+    Notes
+    -----
+    Errors of the points enlarge a range. Conformity is proven below the tolerance less k u, with
+    the range as it was observed. Nonconformity is proven only where the range exceeds the
+    tolerance by more than the errors alone produce in 95 of 100 cases: the range of a sum is not
+    larger than the sum of the ranges.
+
+    >>> form = FormResult(value=0.004, u=0.0005, bias=0.0002, noise=0.001, most_noise=0.0015)
+    >>> form_conformity("roundness", form, 0.003, 0.95).verdict.value
+    'cannot be decided'
+    """
+    _check(required, form.u, -math.inf, tolerance)
+    guard = float(ndtri(required)) * form.u
+    verdict = ConformityVerdict.UNDECIDED
+    if form.u > 0.0 and form.value <= tolerance - guard:
+        verdict = ConformityVerdict.CONFORMS
+    elif form.u > 0.0 and form.value > tolerance + max(form.most_noise, guard):
+        verdict = ConformityVerdict.DOES_NOT_CONFORM
+    return Conformity(
+        name, form.value, form.u, -math.inf, tolerance, guard if guard < tolerance else math.nan,
+        max(form.most_noise, guard), math.nan, required, verdict,
+    )  # fmt: skip
+
+
+def _check(required: float, u: float, lower: float, upper: float) -> None:
+    checked(required, "the probability for a decision", PROBABILITY, inputs=("probability",))
+    if not 0.5 < required < 1.0:
+        raise PretravelError(
+            f"the probability for a decision is {required:g}; it must lie between 0.5 and 1",
+            inputs=("probability",),
+        )
+    if not lower < upper or (math.isinf(lower) and not upper > 0.0):
+        raise PretravelError(
+            f"the tolerance from {lower:g} to {upper:g} mm is empty", inputs=("tolerance",)
+        )
+    checked(u, "the uncertainty of the quantity", UNCERTAINTY)
+
+
+def _verdict(probability: float, required: float, u: float) -> ConformityVerdict:
+    if u == 0.0:  # nothing is known about the errors
+        return ConformityVerdict.UNDECIDED
+    if probability >= required:
+        return ConformityVerdict.CONFORMS
+    if probability <= 1.0 - required:
+        return ConformityVerdict.DOES_NOT_CONFORM
+    return ConformityVerdict.UNDECIDED
+
+
+def _guard_band(probability: Callable[[float], float], largest: float, required: float) -> float:
+    """The smallest distance from a limit at which conformity is proven; nan if there is none."""
+    if probability(largest) < required:
+        return math.nan
+    low, high = 0.0, largest
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if probability(middle) >= required else (middle, high)
+    return high
+
+
+def _rejection_band(
+    probability: Callable[[float], float], largest: float, required: float
+) -> float:
+    """The smallest distance beyond a limit at which nonconformity is proven."""
+    return _guard_band(lambda g: 1.0 - probability(g), largest, required)

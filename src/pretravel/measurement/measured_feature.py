@@ -1,0 +1,366 @@
+"""A feature of a part from compensated points: size, position, direction and form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
+from pretravel.base.units import MICROMETRE
+from pretravel.measurement.association import Association, associate
+from pretravel.measurement.feature_uncertainty import (
+    MACHINE,
+    FeatureErrors,
+    FormResult,
+    feature_errors,
+    form_result,
+)
+from pretravel.measurement.points import Points
+
+FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
+              "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
+"""The name of the form of a feature; `form` of the others."""
+_TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity of a feature, before and after the compensation.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        From the compensated points. [mm or rad]
+    u : float
+        Standard uncertainty. [mm or rad]
+    parts : mapping of str to float
+        Contributions to `u` by source, whose squares add up to its square.
+    uncompensated : float or None
+        From the uncompensated points, where these are known. [mm or rad]
+    angle : bool
+        Whether it is an angle, in rad, not a length in mm.
+    """
+
+    name: str
+    value: float
+    u: float
+    parts: Mapping[str, float]
+    uncompensated: float | None = None
+    angle: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredFeature:
+    """A feature of least squares through compensated points.
+
+    Attributes
+    ----------
+    kind : str
+    label : str
+    points : Points
+        That were used.
+    association : Association
+        Through the compensated points.
+    uncompensated : Association or None
+        Through the same points without compensation.
+    uncompensated_is_rebuilt : bool
+        The uncompensated points were not in the file: compensated points moved back by their
+        pretravel stand for them.
+    side : str
+        "inside" (a bore), "outside" (a boss) or "", which the normals of the points state.
+    errors : FeatureErrors
+    quantities : tuple of Quantity
+        diameter, half angle, x, y, z of the position, where the feature has them.
+    located : (m,) float or None
+        Distance from the nominal position in the directions `association.located_along`, where a
+        nominal position was given. [mm]
+    located_covariance : (m, m) float
+        Of the position in these directions. [mm²]
+    form : FormResult
+    nominal : (3,) float or None
+        The nominal position that was given. [mm]
+    """
+
+    kind: str
+    label: str
+    points: Points
+    association: Association
+    uncompensated: Association | None
+    uncompensated_is_rebuilt: bool
+    side: str
+    errors: FeatureErrors
+    quantities: tuple[Quantity, ...]
+    located: FloatArray | None
+    located_covariance: FloatArray
+    form: FormResult
+    nominal: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
+        told += [
+            f"{q.name} {q.value:.5f} mm, u = {q.u / MICROMETRE:.2f} µm"
+            for q in self.quantities
+            if q.name == "diameter"
+        ]
+        told.append(
+            f"{self.form_name} {self.form.value / MICROMETRE:.2f} µm, "
+            f"u = {self.form.u / MICROMETRE:.2f} µm"
+        )
+        return f"MeasuredFeature({'; '.join(told)})"
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Twice the distance from the nominal position, and its standard uncertainty. [mm]
+
+        The uncertainty is that along the distance.
+
+        Raises
+        ------
+        PretravelError
+            No nominal position was given.
+        """
+        if self.located is None:
+            raise PretravelError("the position needs a nominal position", inputs=("at",))
+        return position_and_uncertainty(self.located, self.located_covariance)
+
+    @property
+    def uncompensated_position(self) -> float | None:
+        """Twice the distance of the uncompensated feature from the nominal position. [mm]"""
+        if self.uncompensated is None or self.nominal is None:
+            return None
+        along = self.uncompensated.located_along
+        away = along @ (self.uncompensated.point - self.nominal)
+        return float(2.0 * np.linalg.norm(away))
+
+    @property
+    def form_name(self) -> str:
+        """Roundness, flatness, straightness, cylindricity, or form."""
+        return FORM_NAMES.get(self.kind, "form")
+
+    @property
+    def u_direction(self) -> float | None:
+        """Standard uncertainty of the direction where it is largest. [rad]"""
+        rows = self.association.direction_rows
+        if rows is None:
+            return None
+        covariance = sum(self.errors.parts(rows).values())
+        return float(np.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0)))
+
+    def quantity(self, name: str) -> Quantity:
+        """One of `quantities`, by name.
+
+        Raises
+        ------
+        PretravelError
+            The feature has no such quantity.
+        """
+        for quantity in self.quantities:
+            if quantity.name == name:
+                return quantity
+        known = ", ".join(q.name for q in self.quantities)
+        raise PretravelError(f"a {self.kind} has no {name}; it has {known}, {self.form_name}")
+
+
+def measure_feature(
+    points: Points,
+    kind: str,
+    *,
+    axis: npt.ArrayLike | None = None,
+    at: npt.ArrayLike | None = None,
+    u_machine: float = 0.0,
+    label: str = "",
+) -> MeasuredFeature:
+    """Fit a feature to compensated points, with the uncertainties that follow from the points'.
+
+    Errors that points have in common (tip radius, map, signal delay) do not average out: the
+    diameter of a bore contains twice the error of the tip radius, however many points it has.
+
+    Parameters
+    ----------
+    points : Points
+        From `apply` or `read_points`. Where they do not state which errors are common
+        (`Points.shared` is None), uncertainties are the largest that any correlation allows.
+    kind : str
+        circle, bore, boss, sphere, plane, line, cylinder or cone.
+    axis : (3,) float, optional
+        Circle: normal of its plane, by default that of the plane through the points. Cylinder,
+        cone: approximate axis.
+    at : (3,) float, optional
+        Nominal position. An axis, a plane or a line is evaluated at its point nearest to this
+        one, and so is the diameter of a cone. [mm]
+    u_machine : float
+        Standard uncertainty of a length by other causes than the probe (geometry of the machine,
+        temperature, clamping); it is added to all lengths. [mm]
+    label : str
+
+    Returns
+    -------
+    MeasuredFeature
+
+    Raises
+    ------
+    PretravelError
+        Points that do not determine the feature, or normals that contradict it.
+
+    References
+    ----------
+    JCGM 102, equation 3, for several outputs. Form by trials after JCGM 101.
+
+    >>> angle = np.arange(8) * np.pi / 4
+    >>> outward = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    >>> one = 1e-6 * outward[:, :, None] * outward[:, None, :]     # u = 1 µm
+    >>> tip = {"tip radius": np.full(8, 0.8e-3)}                   # 0.8 µm of it in common
+    >>> points = Points(10.0 * outward, -outward, np.zeros(8), one, None, tuple("12345678"), tip)
+    >>> bore = measure_feature(points, "bore").quantity("diameter")
+    >>> round(bore.value, 6), round(bore.u * 1e3, 4)      # 2 sqrt(0.6²/8 + 0.8²)
+    (20.0, 1.6553)
+    """
+    if len(points) == 0:
+        raise PretravelError(f"there are no points for the {kind}")
+    what = "the standard uncertainty by the machine"
+    checked(u_machine, what, UNCERTAINTY, inputs=("u_machine",))
+    if at is not None:
+        checked_values(at, "the nominal position", COORDINATE)
+    mean_normal = np.asarray(points.normals.mean(axis=0))
+    if kind == "line" and axis is None:
+        axis = _unless_zero(mean_normal)
+    if kind == "plane" and axis is None:
+        axis = _unless_zero(mean_normal)
+    association = associate(kind, points.positions, axis=axis, at=at)
+    side = _side(points, association, kind)
+    errors = feature_errors(points, association, u_machine=u_machine)
+    before, rebuilt = _uncompensated(points, association, kind, axis, at)
+    parts = errors.parts(association.located_along @ association.point_rows)
+    covariance = sum(parts.values()) + u_machine**2 * np.eye(len(association.located_along))
+    located = None
+    if at is not None:
+        located = frozen(association.located_along @ (association.point - np.asarray(at, float)))
+    return MeasuredFeature(
+        kind=kind,
+        label=label,
+        points=points,
+        association=association,
+        uncompensated=before,
+        uncompensated_is_rebuilt=rebuilt,
+        side=side,
+        errors=errors,
+        quantities=_quantities(association, before, errors),
+        located=located,
+        located_covariance=frozen(covariance),
+        form=form_result(errors),
+        nominal=None if at is None else frozen(np.asarray(at, dtype=np.float64)),
+    )
+
+
+def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tuple[float, float]:
+    """Twice a distance from the nominal position, and its standard uncertainty along itself.
+
+    Parameters
+    ----------
+    located : (m,) float
+        Distance by direction. [mm]
+    covariance : (m, m) float
+        [mm²]
+
+    Returns
+    -------
+    position, u : float
+        [mm]
+
+    >>> value, u = position_and_uncertainty(np.array([0.03, 0.04]), 1e-6 * np.eye(2))
+    >>> round(value, 9), round(u, 9)
+    (0.1, 0.002)
+    """
+    distance = float(np.linalg.norm(located))
+    along = located / distance if distance > 0.0 else np.linalg.eigh(covariance)[1][:, -1]
+    return 2.0 * distance, 2.0 * float(np.sqrt(max(float(along @ covariance @ along), 0.0)))
+
+
+def _unless_zero(vector: FloatArray) -> FloatArray | None:
+    return vector if np.linalg.norm(vector) > _TANGENTIAL else None
+
+
+def _side(points: Points, association: Association, kind: str) -> str:
+    """On which side of the feature the part is; refuses normals that contradict the feature."""
+    along = np.sum(association.outward * points.normals, axis=1)
+    wrong = np.flatnonzero(np.abs(along) < _TANGENTIAL)
+    if len(wrong):
+        raise PretravelError(
+            f"point {points.labels[wrong[0]]}: its normal lies along the surface of the {kind} "
+            "that fits the points. Is this the right feature, with the right axis and points?",
+            inputs=("feature", "axis"),
+        )
+    inside = along < 0.0
+    if np.any(inside) and not np.all(inside):
+        first = int(np.flatnonzero(inside != inside[0])[0])
+        raise PretravelError(
+            f"the normal of point {points.labels[first]} points to the other side of the {kind} "
+            f"than that of point {points.labels[0]}: these are points of two "
+            "features, or a normal has the wrong sign"
+        )
+    if kind in ("plane", "line"):
+        return ""
+    side = "inside" if inside[0] else "outside"
+    wanted = {"bore": "inside", "boss": "outside"}.get(kind, side)
+    if side != wanted:
+        raise PretravelError(
+            f"the normals of the points point {'to' if inside[0] else 'away from'} the centre: "
+            f"this is a {'bore' if inside[0] else 'boss'}, not a {kind} (normals point "
+            "out of the part)",
+            inputs=("feature",),
+        )
+    return side
+
+
+def _uncompensated(
+    points: Points,
+    association: Association,
+    kind: str,
+    axis: npt.ArrayLike | None,
+    at: npt.ArrayLike | None,
+) -> tuple[Association | None, bool]:
+    """The same feature through the points without compensation, and whether these are rebuilt."""
+    plain, rebuilt = points.uncompensated, False
+    if plain is None:
+        if not np.all(np.isfinite(points.pretravel)):
+            return None, False
+        plain, rebuilt = points.positions - points.pretravel[:, None] * points.normals, True
+    if kind in ("circle", "bore", "boss"):
+        axis = association.direction
+    return associate(kind, plain, axis=axis, at=at), rebuilt
+
+
+def _quantities(
+    association: Association, before: Association | None, errors: FeatureErrors
+) -> tuple[Quantity, ...]:
+    found = []
+
+    def add(
+        name: str, row: FloatArray | None, value: float | None, plain: float | None, angle: bool
+    ) -> None:
+        if row is None or value is None:
+            return
+        parts = {
+            cause: float(np.sqrt(max(part[0, 0], 0.0)))
+            for cause, part in errors.parts(row[None]).items()
+        }
+        if errors.machine > 0.0 and not angle:
+            parts[MACHINE] = errors.machine
+        u = float(np.sqrt(sum(part**2 for part in parts.values())))
+        found.append(Quantity(name, value, u, parts, plain, angle))
+
+    now, plain = association, before
+    add("diameter", now.diameter_row, now.diameter, plain.diameter if plain else None, False)
+    add("half angle", now.half_angle_row, now.half_angle, plain.half_angle if plain else None, True)
+    for index, name in enumerate("xyz"):
+        row: FloatArray | None = now.point_rows[index]
+        if np.linalg.norm(now.located_along[:, index]) < _TANGENTIAL:
+            row = None  # the points do not determine this coordinate
+        add(name, row, float(now.point[index]), float(plain.point[index]) if plain else None, False)
+    return tuple(found)

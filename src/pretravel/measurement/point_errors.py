@@ -1,0 +1,350 @@
+"""The errors of compensated points: one model, as covariances, as a budget, and as trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import delay_travel
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.measurement.points import FIXED_SCATTER, Points
+from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Correlation, Covariance
+
+REPEATABILITY = "repeatability"
+_LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
+_MOST_FACTOR_VALUES = 20_000_000  # numbers of touches times coefficients that are decomposed
+
+
+@dataclass(frozen=True, eq=False)
+class PointErrors:
+    """Sources of error of compensated points, and the directions in which they move a point.
+
+    Repeatability, the map and the signal delay move a point along its approach, the map by its
+    error over the cosine of the obliqueness, because an oblique approach travels further. The tip
+    radius moves a point along its normal. Map and delay come from the same touches: the error of a
+    longer delay in the map and its travel cancel in part, and are one source.
+
+    Attributes
+    ----------
+    pretravel_map : PretravelMap
+    normals, approaches : (n, 3) float
+        Unit vectors, machine frame.
+    closing : (n,) float
+        Cosine between approach and inward normal.
+    by_delay : (n,) float
+        Change of the map's pretravel for a delay longer by one standard uncertainty. [mm]
+    delay_along_approach : (n,) float
+        Movement of each point for a delay longer by one standard uncertainty. [mm]
+    """
+
+    pretravel_map: PretravelMap
+    normals: FloatArray
+    approaches: FloatArray
+    closing: FloatArray
+    by_delay: FloatArray
+    delay_along_approach: FloatArray
+
+    def at(self, rows: IntArray) -> PointErrors:
+        """Of some of the points, (k,) rows."""
+        return replace(
+            self,
+            normals=self.normals[rows],
+            approaches=self.approaches[rows],
+            closing=self.closing[rows],
+            by_delay=self.by_delay[rows],
+            delay_along_approach=self.delay_along_approach[rows],
+        )
+
+    @property
+    def _delay_matters(self) -> bool:
+        return self.pretravel_map.delay is not None or bool(self.delay_along_approach.any())
+
+    def covariance(self, u_map: FloatArray) -> FloatArray:
+        """Covariance of each point by itself.
+
+        Parameters
+        ----------
+        u_map : (n,) float
+            Standard uncertainty of the map along the normals. [mm]
+
+        Returns
+        -------
+        (n, 3, 3) float
+            [mm²]
+        """
+        a, n = self.approaches, self.normals
+        of_map = np.maximum(u_map**2 - self.by_delay**2, 0.0) / self.closing**2
+        along = self.pretravel_map.single_touch**2 + of_map + self.delay_along_approach**2
+        found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
+        found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
+        return np.asarray(found)
+
+    def along_normals(self) -> dict[str, Covariance]:
+        """Covariance of all points along their normals, source by source. [mm²]"""
+        count = len(self.closing)
+        of_map = self.pretravel_map.value_covariance(self.normals)
+        sources = {
+            REPEATABILITY: Covariance.independent(
+                (self.pretravel_map.single_touch * self.closing) ** 2
+            ),
+            "map": Covariance(Correlation.FULL, of_map - np.outer(self.by_delay, self.by_delay)),
+            "tip radius": Covariance.fully_shared(
+                np.full(count, self.pretravel_map.u_tip_radius**2)
+            ),
+        }
+        if self._delay_matters:
+            moved = self.delay_along_approach * self.closing
+            sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
+        return sources
+
+    def shared_along_normals(self) -> dict[str, FloatArray] | None:
+        """The errors that points have in common, as factors; see `Points.shared`.
+
+        The factors of the map are the principal components of its errors at these points. Those
+        that make up less than a fiftieth of every point's variance are left out: `measure` takes
+        the rest of a point's variance for an error of its own. None where a map of very many
+        numbers and very many touches would need too much memory.
+        """
+        shared: dict[str, FloatArray] = {}
+        if self.pretravel_map.u_tip_radius > 0.0:
+            radius = np.full(len(self.closing), self.pretravel_map.u_tip_radius)
+            shared["tip radius"] = frozen(radius)
+        if self.pretravel_map.fixed_scatter > 0.0:
+            shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
+        if self.delay_along_approach.any():
+            shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
+        if not self.pretravel_map.states_uncertainty:
+            return shared
+        covariance = self.pretravel_map.covariance
+        if len(self.closing) * len(covariance) > _MOST_FACTOR_VALUES:
+            return None
+        directions = self.pretravel_map.probe_directions(self.normals)
+        design = self.pretravel_map.basis.design(directions) @ covariance.root
+        parts, sizes, _ = np.linalg.svd(design, full_matrices=False)
+        factors = (parts * sizes).T
+        own = (self.pretravel_map.repeatability * self.closing) ** 2
+        total = own + sum(part**2 for part in shared.values()) + np.sum(factors**2, axis=0)
+        left = np.flip(np.cumsum(np.flip(factors**2, axis=0), axis=0), axis=0)
+        # One at least: without any, the map would seem to state no uncertainty.
+        count = max(int(np.sum(np.any(left > _LEFT_TO_OWN * total, axis=1))), 1)
+        return shared | {f"map {k + 1}": frozen(factors[k]) for k in range(count)}
+
+    def trials(
+        self, pretravel: FloatArray, trials: int, generator: np.random.Generator
+    ) -> FloatArray:
+        """Errors of the points, drawn: one map, one tip radius and one delay in each trial.
+
+        Parameters
+        ----------
+        pretravel : (n,) float
+            That compensation subtracted. [mm]
+        trials : int
+        generator : numpy.random.Generator
+
+        Returns
+        -------
+        (trials, n, 3) float
+            [mm]
+        """
+        values = map_by_trials(
+            replace(self.pretravel_map, delay_effect=None),
+            self.normals,
+            trials=trials,
+            seed=int(generator.integers(2**31)),
+        )
+        travel = (values - pretravel) / self.closing
+        travel += self.pretravel_map.single_touch * generator.standard_normal(values.shape)
+        if self._delay_matters:
+            travel += generator.standard_normal((trials, 1)) * self.delay_along_approach
+        radius = self.pretravel_map.u_tip_radius * generator.standard_normal((trials, 1, 1))
+        return np.asarray(-travel[..., None] * self.approaches - radius * self.normals)
+
+
+USUAL_DELAY = 2e-3
+"""Standard uncertainty of a signal delay that was not determined: optical and radio transmission
+take up to some milliseconds. [s]"""
+_SAME_FEED = 0.01  # relative
+
+
+def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> FloatArray:
+    """Standard uncertainty of the delay travel that a map without a signal delay does not contain.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+        Qualified, without a signal delay.
+
+    Returns
+    -------
+    (n,) float
+        `USUAL_DELAY` times the difference between the feeds of touch and map. Where one of the two
+        is not stated, times the one that is; zero where neither is stated. [mm]
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, feed=60.0)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up, feeds=[360.0])
+    >>> unknown_delay_travel(touches, mean).round(6).tolist()
+    [0.01]
+    """
+    made_at, feeds = pretravel_map.feed, touches.feeds
+    if not pretravel_map.states_uncertainty or (made_at is None and feeds is None):
+        return np.zeros(len(touches))
+    if made_at is None or feeds is None:
+        known = np.asarray(feeds) if made_at is None else np.full(len(touches), made_at)
+        return np.asarray(delay_travel(known, USUAL_DELAY))
+    apart = np.abs(np.asarray(feeds) - made_at)
+    return np.asarray(delay_travel(np.where(apart > _SAME_FEED * made_at, apart, 0.0), USUAL_DELAY))
+
+
+def errors_of_points(
+    touches: Touches, normals: FloatArray, pretravel_map: PretravelMap
+) -> PointErrors:
+    """The sources of error of touches that are compensated with a map.
+
+    Parameters
+    ----------
+    touches : Touches
+    normals : (n, 3) float
+        That the compensation used.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    PointErrors
+    """
+    closing = touches.closing(normals)
+    by_delay = pretravel_map.change_by_delay(normals)
+    moved = by_delay / closing
+    if pretravel_map.delay is None:
+        moved = moved + unknown_delay_travel(touches, pretravel_map)
+    else:
+        moved = moved + delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+    return PointErrors(
+        pretravel_map, normals, touches.approach_directions, closing, by_delay, moved
+    )
+
+
+def point_sources(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> dict[str, Covariance]:
+    """The points' errors along their normals, source by source, with their correlation.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        The same touches, compensated with the map.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    dict of str to Covariance
+        repeatability (independent), map, tip radius and, where the map contains it, signal delay
+        (common to all points). Their sum has `Points.standard_uncertainty` squared on its
+        diagonal. [mm²]
+
+    >>> from pretravel.measurement.compensation import apply
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0, repeatability=3e-4)
+    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+    >>> sorted(point_sources(touches, apply(touches, mean), mean))
+    ['map', 'repeatability', 'tip radius']
+    """
+    return errors_of_points(touches, points.normals, pretravel_map).along_normals()
+
+
+def total_covariance(sources: Mapping[str, Covariance]) -> Covariance:
+    """The covariance of all sources together. [mm²]"""
+    return Covariance(Correlation.FULL, np.asarray(sum(part.matrix for part in sources.values())))
+
+
+def map_by_trials(
+    pretravel_map: PretravelMap,
+    normals: npt.ArrayLike,
+    *,
+    trials: int = 10_000,
+    seed: int | None = 1,
+) -> FloatArray:
+    """Trials of a map's values, with the errors that directions have in common.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    normals : (n, 3) float
+        Machine frame.
+    trials : int
+    seed : int or None
+
+    Returns
+    -------
+    (trials, n) float
+        Their standard deviation is `PretravelMap.standard_uncertainty`. [mm]
+
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(up), tip_radius=3.0)
+    >>> bool(abs(map_by_trials(mean, up).std() / 1e-4 - 1.0) < 0.03)
+    True
+    """
+    if trials < 2:
+        raise PretravelError(f"{trials} trials do not make a distribution", inputs=("trials",))
+    generator = np.random.default_rng(seed)
+    design = pretravel_map.basis.design(pretravel_map.probe_directions(normals))
+    moved = pretravel_map.covariance.errors(generator, trials, weights=design)
+    by_delay = pretravel_map.change_by_delay(normals)
+    moved = moved + generator.standard_normal((trials, 1)) * by_delay
+    return np.asarray(design @ pretravel_map.coefficients + moved)
+
+
+def points_by_trials(
+    touches: Touches,
+    points: Points,
+    pretravel_map: PretravelMap,
+    *,
+    trials: int = 10_000,
+    seed: int | None = 1,
+) -> FloatArray:
+    """Trials of compensated points: repeatability, map, tip radius and delay are drawn.
+
+    For results of your own: evaluate each trial as you evaluate the points. Each trial has one
+    map, one tip radius and one delay for all points.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        The same touches, compensated with the map.
+    pretravel_map : PretravelMap
+    trials : int
+    seed : int or None
+
+    Returns
+    -------
+    (trials, n, 3) float
+        [mm]
+
+    References
+    ----------
+    JCGM 102, section 7: several outputs, drawn together.
+    """
+    errors = errors_of_points(touches, points.normals, pretravel_map)
+    generator = np.random.default_rng(seed)
+    return np.asarray(points.positions + errors.trials(points.pretravel, trials, generator))

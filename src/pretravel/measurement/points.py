@@ -1,0 +1,144 @@
+"""Surface points with their uncertainties: the result of a compensation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset
+from pretravel.base.frames import Placement
+from pretravel.base.quantities import extent
+from pretravel.base.units import MICROMETRE
+
+FIXED_SCATTER = "fixed scatter"
+"""The cause in `Points.shared` that is common to points with the same normal, and to no others:
+what repeated touches of a direction do not reduce (`PretravelMap.fixed_scatter`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points(ShownInNotebooks, WithDataFrame, WithDataset):
+    """Surface points, one for each touch, in the touches' order and frame.
+
+    Attributes
+    ----------
+    positions : (n, 3) float
+        Points of first contact. [mm]
+    normals : (n, 3) float
+        Outward unit normals that the compensation used.
+    pretravel : (n,) float
+        That was subtracted, along -n. [mm]
+    covariance : (n, 3, 3) float
+        Of each point: repeatability along the approach, map, tip radius. [mm²]
+    deviation : (n,) float or None
+        Distance from the nominal along its normal, positive outside. [mm]
+    labels : tuple of str
+    shared : mapping of str to (n,) float, or None
+        Errors that points have in common: for each independent cause, the movement of every point
+        along its normal when the cause is off by one standard uncertainty. Several factors
+        ("map 1", "map 2") make up the errors of a map. `FIXED_SCATTER` is common to the points of
+        one direction only. None: it is not known which part of `covariance` is common. [mm]
+    uncompensated : (n, 3) float or None
+        Tip centres less the tip radius along the normals of the touches: what a control reports
+        that takes off the radius alone. [mm]
+
+    Notes
+    -----
+    Covariances are of single points. Errors of map, tip radius and delay are common to many points
+    (`shared`): the mean of n points does not have an uncertainty smaller by the root of n.
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    pretravel: FloatArray
+    covariance: FloatArray
+    deviation: FloatArray | None
+    labels: tuple[str, ...]
+    shared: Mapping[str, FloatArray] | None = None
+    uncompensated: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
+        return (
+            f"Points({len(self):,} points; {where} mm; "
+            f"pretravel {extent(self.pretravel / MICROMETRE)} µm; "
+            f"u {extent(self.standard_uncertainty / MICROMETRE, 2)} µm)"
+        )
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def standard_uncertainty(self) -> FloatArray:
+        """Standard uncertainty along the normal, (n,). [mm]"""
+        variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def placed(points: Points, placement: Placement) -> Points:
+    """Points of a part in the frame of the machine.
+
+    Parameters
+    ----------
+    points : Points
+    placement : Placement
+        Of the part in the machine.
+
+    Returns
+    -------
+    Points
+    """
+    turn = placement.rotation
+    plain = points.uncompensated
+    return replace(
+        points,
+        positions=frozen(placement.points(points.positions)),
+        normals=frozen(placement.vectors(points.normals)),
+        covariance=frozen(turn @ points.covariance @ turn.T),
+        uncompensated=None if plain is None else frozen(placement.points(plain)),
+    )
+
+
+def joined_points(parts: Sequence[Points]) -> Points:
+    """The points of several parts, one after the other.
+
+    Parameters
+    ----------
+    parts : sequence of Points
+        All state the same; shared errors are kept where all have the same causes.
+
+    Returns
+    -------
+    Points
+
+    >>> up = np.array([[0.0, 0.0, 1.0]])
+    >>> one = Points(up, up, np.zeros(1), np.zeros((1, 3, 3)), None, ("a",))
+    >>> joined_points([one, one]).labels
+    ('a', 'a')
+    """
+    first = parts[0]
+
+    def together(name: str) -> FloatArray | None:
+        values = [getattr(part, name) for part in parts]
+        return None if any(v is None for v in values) else frozen(np.concatenate(values))
+
+    causes = [None if part.shared is None else tuple(part.shared) for part in parts]
+    shared = None
+    if first.shared is not None and len(set(causes)) == 1:
+        shared = {
+            cause: frozen(np.concatenate([(part.shared or {})[cause] for part in parts]))
+            for cause in first.shared
+        }
+    return replace(
+        first,
+        positions=frozen(np.vstack([part.positions for part in parts])),
+        normals=frozen(np.vstack([part.normals for part in parts])),
+        pretravel=frozen(np.concatenate([part.pretravel for part in parts])),
+        covariance=frozen(np.concatenate([part.covariance for part in parts])),
+        deviation=together("deviation"),
+        labels=tuple(label for part in parts for label in part.labels),
+        shared=shared,
+        uncompensated=together("uncompensated"),
+    )

@@ -1,0 +1,162 @@
+"""The points of each feature, chosen by their labels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from re import fullmatch
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base.arrays import frozen
+from pretravel.base.errors import PretravelError
+from pretravel.measurement.points import Points
+
+_SHOWN = 8
+
+
+def points_at(points: Points, rows: npt.ArrayLike) -> Points:
+    """Some of the points.
+
+    Parameters
+    ----------
+    points : Points
+    rows : (k,) int
+
+    Returns
+    -------
+    Points
+    """
+    index = np.asarray(rows, dtype=np.int64)
+    shared, plain = points.shared, points.uncompensated
+    return replace(
+        points,
+        positions=frozen(points.positions[index]),
+        normals=frozen(points.normals[index]),
+        pretravel=frozen(points.pretravel[index]),
+        covariance=frozen(points.covariance[index]),
+        deviation=None if points.deviation is None else frozen(points.deviation[index]),
+        labels=tuple(points.labels[row] for row in index.tolist()),
+        shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
+        uncompensated=None if plain is None else frozen(plain[index]),
+    )
+
+
+def label_prefix(label: str) -> str:
+    """A label without the number at its end; the label itself where nothing else is left.
+
+    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
+    ('bore1', 'A', '12')
+    """
+    name = label.rstrip("0123456789")
+    return (name.rstrip(" \t._:#/-") if name != label else label) or label
+
+
+def _matches(label: str, pattern: str) -> bool:
+    """Whether a label is meant by a pattern with * and ?, or by a range of numbers.
+
+    >>> [_matches(label, "9..11") for label in ("9", "10", "012", "A10", "12")]
+    [True, True, False, False, False]
+    """
+    numbers = fullmatch(r"([0-9]+)\.\.([0-9]+)", pattern)
+    if numbers is not None and fullmatch("[0-9]+", label):
+        return int(numbers[1]) <= int(label) <= int(numbers[2])
+    return fnmatchcase(label, pattern)
+
+
+def points_of_features(
+    points: Points, patterns: Sequence[str] = (), *, by_prefix: bool = False
+) -> dict[str, Points]:
+    """The points of each feature.
+
+    Parameters
+    ----------
+    points : Points
+    patterns : sequence of str
+        Of labels, with * and ? as in names of files, or 10..21 for labels that are these numbers;
+        each is one feature. All points when empty.
+    by_prefix : bool
+        Points whose labels differ only in the number at the end are one feature each.
+
+    Returns
+    -------
+    dict of str to Points
+        By the name of the feature: its pattern or prefix; "" for all points.
+
+    Raises
+    ------
+    PretravelError
+        A pattern without points; numbers as labels, which do not say what belongs together.
+    """
+    features = FeaturesOfLabels(tuple(patterns), by_prefix)
+    rows = features.add(points.labels)
+    return {name: points_at(points, rows[name]) for name in features.names()}
+
+
+@dataclass
+class FeaturesOfLabels:
+    """The features that labels belong to, gathered part by part.
+
+    Attributes
+    ----------
+    patterns : tuple of str
+    by_prefix : bool
+        As for `points_of_features`.
+    counts : dict of str to int
+        Points of each feature so far.
+    """
+
+    patterns: tuple[str, ...]
+    by_prefix: bool
+    counts: dict[str, int] = field(default_factory=dict)
+    _place: dict[str, int] = field(default_factory=dict)
+    _matched: set[int] = field(default_factory=set)
+    _first_labels: tuple[str, ...] = ()
+    _total: int = 0
+    _grouped: bool = False
+
+    def add(self, labels: Sequence[str]) -> dict[str, list[int]]:
+        """Add labels; return the rows of each feature among them."""
+        self._first_labels = (*self._first_labels, *labels)[:_SHOWN]
+        self._total += len(labels)
+        rows: dict[str, list[int]] = {}
+        for row, label in enumerate(labels):
+            prefix = label_prefix(label)
+            self._grouped |= prefix != label
+            own: dict[str, int] = {}
+            for place, pattern in enumerate(self.patterns or ("*",)):
+                if _matches(label, pattern):
+                    self._matched.add(place)
+                    name = prefix if self.by_prefix else pattern if self.patterns else ""
+                    own.setdefault(name, place)
+            for name, place in own.items():
+                rows.setdefault(name, []).append(row)
+                self._place[name] = min(place, self._place.get(name, place))
+        for name, mine in rows.items():
+            self.counts[name] = self.counts.get(name, 0) + len(mine)
+        return rows
+
+    def names(self) -> list[str]:
+        """The features of all labels, in the order of their patterns.
+
+        Raises
+        ------
+        PretravelError
+            As `points_of_features`.
+        """
+        for place, pattern in enumerate(self.patterns):
+            if place not in self._matched:
+                shown = ", ".join(self._first_labels) + ("…" if self._total > _SHOWN else "")
+                raise PretravelError(
+                    f"no label of the {self._total} points matches '{pattern}'; there are {shown}",
+                    inputs=("select",),
+                )
+        if self.by_prefix and not self._grouped:
+            raise PretravelError(
+                "the labels of the points do not end with numbers behind a common name (bore1-1, "
+                f"bore1-2, …), so they form no groups; the first is {self._first_labels[0]}",
+                inputs=("group", "select"),
+            )
+        return sorted(self._place, key=self._place.__getitem__)

@@ -1,0 +1,149 @@
+"""The tolerances of a feature, and the decisions about it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import DISTANCE, PROBABILITY, check_numbers
+from pretravel.measurement.conformity import (
+    DEFAULT_PROBABILITY,
+    Conformity,
+    ConformityVerdict,
+    form_conformity,
+    position_conformity,
+    size_conformity,
+)
+from pretravel.measurement.measured_feature import MeasuredFeature
+
+
+@dataclass(frozen=True)
+class FeatureTolerances:
+    """What a drawing allows a feature.
+
+    Attributes
+    ----------
+    size : pair of float or None
+        Limits of the diameter; infinite where there is none. [mm]
+    position : float or None
+        Diameter (for a plane or line: width) of the zone around the nominal position. [mm]
+    form : float or None
+        Roundness, flatness, straightness, cylindricity. [mm]
+    probability : float
+        At which conformity or nonconformity is proven.
+    """
+
+    size: tuple[float, float] | None = None
+    position: float | None = None
+    form: float | None = None
+    probability: float = DEFAULT_PROBABILITY
+
+    def __post_init__(self) -> None:
+        check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
+
+    @property
+    def any_stated(self) -> bool:
+        """Whether there is a tolerance at all."""
+        return not (self.size is None and self.position is None and self.form is None)
+
+
+@dataclass(frozen=True, eq=False)
+class InspectedFeature:
+    """A measured feature and the decisions about its tolerances.
+
+    Attributes
+    ----------
+    feature : MeasuredFeature
+    conformities : tuple of Conformity
+        One for each tolerance.
+    """
+
+    feature: MeasuredFeature
+    conformities: tuple[Conformity, ...]
+
+    @property
+    def verdict(self) -> ConformityVerdict | None:
+        """Of all tolerances together; None without a tolerance."""
+        found = Counter(conformity.verdict for conformity in self.conformities)
+        for verdict in (ConformityVerdict.DOES_NOT_CONFORM, ConformityVerdict.UNDECIDED):
+            if found[verdict]:
+                return verdict
+        return ConformityVerdict.CONFORMS if found else None
+
+
+def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> InspectedFeature:
+    """Compare a feature with its tolerances.
+
+    Parameters
+    ----------
+    feature : MeasuredFeature
+    tolerances : FeatureTolerances
+
+    Returns
+    -------
+    InspectedFeature
+        Nothing is decided where the map of the points stated no uncertainty (a prediction): its
+        error may be larger than all others.
+
+    Raises
+    ------
+    PretravelError
+        A tolerance of a quantity that the feature does not have; a position without a nominal one.
+    """
+    found = []
+    required = tolerances.probability
+    if tolerances.size is not None:
+        size = feature.quantity("diameter")
+        found.append(size_conformity("diameter", size.value, size.u, tolerances.size, required))
+    if tolerances.position is not None:
+        if feature.located is None:
+            raise PretravelError(
+                "a tolerance of the position needs the nominal position", inputs=("at",)
+            )
+        found.append(
+            position_conformity(
+                feature.located, feature.located_covariance, tolerances.position, required
+            )
+        )
+    if tolerances.form is not None:
+        if feature.association.dof < 1:
+            raise PretravelError(
+                f"{len(feature.points)} points determine a {feature.kind} exactly: they say "
+                f"nothing about its {feature.form_name}; touch more points"
+            )
+        found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
+    if not feature.errors.map_is_stated:
+        found = [
+            replace(each, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
+            for each in found
+        ]
+    return InspectedFeature(feature, tuple(found))
+
+
+def side_of_failure(conformity: Conformity, side: str) -> str:
+    """In words, on which side a diameter is outside its tolerance, and what that means.
+
+    Parameters
+    ----------
+    conformity : Conformity
+        Of a diameter.
+    side : str
+        "inside" or "outside": where the surface is (`MeasuredFeature.side`).
+
+    >>> small = size_conformity("diameter", 19.99, 0.001, (20.0, 20.021), 0.95)
+    >>> side_of_failure(small, "inside")
+    'too small by 10.0 µm, material is left'
+    """
+    if conformity.lower <= conformity.value <= conformity.upper:
+        return ""
+    small = conformity.value < conformity.lower
+    by = conformity.lower - conformity.value if small else conformity.value - conformity.upper
+    left = small == (side == "inside")
+    if not side or math.isinf(by):
+        return ""
+    return (
+        f"too {'small' if small else 'large'} by {by * 1e3:.1f} µm, "
+        f"{'material is left' if left else 'no material is left'}"
+    )

@@ -1,1 +1,0 @@
-"""Elastic deformation of the probe: beams, contacts, finite elements."""

@@ -1,0 +1,142 @@
+"""Linear elastic materials by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+from pretravel.base.errors import DescriptionError
+from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic linear elastic material.
+
+    Parameters
+    ----------
+    name : str
+    youngs_modulus : float
+        [MPa]
+    poissons_ratio : float
+    density : float
+        [kg/mm³]
+    source : str
+        Where the numbers come from.
+
+    >>> material("ceramic").youngs_modulus
+    413000.0
+    """
+
+    name: str
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.youngs_modulus > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': Young's modulus {self.youngs_modulus} MPa "
+                "must be positive"
+            )
+        if not -1.0 < self.poissons_ratio < 0.5:
+            raise DescriptionError(
+                f"material '{self.name}': Poisson's ratio {self.poissons_ratio} "
+                "must lie between -1 and 0.5"
+            )
+        if not self.density > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': density {self.density} kg/mm³ must be positive"
+            )
+
+    @property
+    def shear_modulus(self) -> float:
+        """E / (2 (1 + nu)). [MPa]"""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu²) / E, one body's part of a contact modulus. [1/MPa]"""
+        return (1.0 - self.poissons_ratio**2) / self.youngs_modulus
+
+
+@dataclass(frozen=True)
+class _MaterialTable:
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    source: str = ""
+
+
+_STRUCTURE = TomlStructure()
+_STRUCTURE.table(_MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+
+
+def material_in(document: TomlDocument, name: str, *place: str | int) -> Material:
+    r"""A material from its table at `place` in a document; the keys state the units.
+
+    >>> text = "youngs_modulus_GPa = 70\npoissons_ratio = 0.33\ndensity_g_cm3 = 2.7"
+    >>> material_in(parse_toml(text), "aluminium").youngs_modulus
+    70000.0
+    """
+    table = _STRUCTURE.make(document, _MaterialTable, *place)
+    with document.located(*place):
+        return Material(
+            name, table.youngs_modulus, table.poissons_ratio, table.density, table.source
+        )
+
+
+@cache
+def known_materials() -> Mapping[str, Material]:
+    """The materials that come with the package, by name.
+
+    >>> "tungsten carbide" in known_materials()
+    True
+    """
+    text = files("pretravel.prediction").joinpath("data/materials.toml").read_text(encoding="utf-8")
+    document = parse_toml(text, "materials")
+    return {name: material_in(document, name, name) for name in document.tables}
+
+
+def material(name: str, others: Mapping[str, Material] | None = None) -> Material:
+    """A material by name.
+
+    Parameters
+    ----------
+    name : str
+    others : mapping of str to Material, optional
+        Materials of a description; they have precedence.
+
+    Raises
+    ------
+    DescriptionError
+        No such material; the message lists the known ones.
+
+    >>> material("cheese")
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.DescriptionError: material 'cheese' is not known; known are aluminium, \
+carbon fibre, cast iron, ceramic, copper, granite, ruby, silicon nitride, stainless steel, \
+steel, titanium, tungsten carbide, zirconia. Add a [materials.'cheese'] table with \
+youngs_modulus_GPa, poissons_ratio and density_g_cm3 to use another.
+    """
+    known = {**known_materials(), **(others or {})}
+    if name not in known:
+        raise DescriptionError(
+            f"material '{name}' is not known; known are {', '.join(sorted(known))}. "
+            f"Add a [materials.'{name}'] table with youngs_modulus_GPa, poissons_ratio "
+            "and density_g_cm3 to use another."
+        )
+    return known[name]
+
+
+def default_workpiece() -> Material:
+    """The material of the workpiece when none is given: steel.
+
+    >>> default_workpiece().name
+    'steel'
+    """
+    return material("steel")

@@ -1,0 +1,232 @@
+"""A document as plain values for JSON, and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from cattrs import BaseValidationError, Converter, override
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
+
+from pretravel.base.errors import PretravelError
+from pretravel.show.document import (
+    Column,
+    Digits,
+    Document,
+    FigureValue,
+    KeyFigure,
+    Picture,
+    Section,
+    Span,
+    Table,
+)
+from pretravel.show.work_record import InputFile, Setting, WorkRecord
+from pretravel.uncertainty.gum import Budget, Component
+
+_INFINITE = {"infinite": 1}, {"infinite": -1}
+_MOST_DIGITS = 30
+_LARGEST_WHOLE = 10**15
+_TYPES = (
+    Document,
+    Section,
+    Table,
+    Column,
+    KeyFigure,
+    Digits,
+    Budget,
+    Component,
+    WorkRecord,
+    InputFile,
+    Setting,
+)
+
+
+def document_values(document: Document) -> dict[str, Any]:
+    """A document as values that `json` can write; what is not known is null.
+
+    Parameters
+    ----------
+    document : Document
+        Of its pictures, the captions are kept.
+
+    Returns
+    -------
+    dict
+        Without what has its default value.
+
+    >>> document_values(Document("Probe", figures=(KeyFigure("force", math.nan, "N"),)))["figures"]
+    [{'name': 'force', 'value': None, 'unit': 'N'}]
+    """
+    values: dict[str, Any] = _converter().unstructure(document)
+    return values
+
+
+def document_from_values(values: Mapping[str, Any]) -> Document:
+    """The document of values that `document_values` made.
+
+    Parameters
+    ----------
+    values : mapping
+
+    Returns
+    -------
+    Document
+        Its pictures have captions only.
+
+    Raises
+    ------
+    PretravelError
+        Values of another form.
+
+    >>> document_from_values({"title": "Probe", "verdict": "good"})
+    Document('Probe'; 'good'; 0 key figures; 0 tables; 0 pictures; 0 warnings)
+    >>> document_from_values({"title": 3})
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: the values are not those of a report
+    """
+    document: Document = _structured(values, Document)
+    return document
+
+
+def record_values(record: WorkRecord) -> dict[str, Any]:
+    """A record of what was done as values that `json` can write.
+
+    >>> record_values(WorkRecord("pretravel formats", (), (), "2026-01-02", ()))["date"]
+    '2026-01-02'
+    """
+    values: dict[str, Any] = _converter().unstructure(record)
+    return values
+
+
+def record_from_values(values: Mapping[str, Any]) -> WorkRecord:
+    """The record of values that `record_values` made.
+
+    Raises
+    ------
+    PretravelError
+        Values of another form.
+    """
+    record: WorkRecord = _structured(values, WorkRecord)
+    return record
+
+
+def _structured(values: Mapping[str, Any], kind: type[Any]) -> Any:
+    try:
+        return _converter().structure(values, kind)
+    except (
+        BaseValidationError,
+        ArithmeticError,
+        RecursionError,
+        TypeError,
+        ValueError,
+        AttributeError,
+    ) as error:
+        raise PretravelError("the values are not those of a report") from error
+
+
+@cache
+def _converter() -> Converter:
+    converter = Converter(forbid_extra_keys=True, omit_if_default=True)
+    converter.register_unstructure_hook(float, _plain)
+    converter.register_unstructure_hook(FigureValue, _plain)
+    converter.register_unstructure_hook(float | str, _plain)
+    converter.register_unstructure_hook(float | tuple[float, ...] | None, _plain)
+    converter.register_unstructure_hook(Picture, lambda picture: picture.caption)
+    converter.register_structure_hook(str, _text)
+    converter.register_structure_hook(bool, lambda value, _: _of_type(value, bool))
+    converter.register_structure_hook(int, _whole)
+    converter.register_structure_hook(float, _number)
+    converter.register_structure_hook(FigureValue, _figure_value)
+    converter.register_structure_hook(float | str, _figure_value)
+    converter.register_structure_hook(
+        float | tuple[float, ...] | None, lambda value, _: _tuple_or_number(value)
+    )
+    converter.register_structure_hook(
+        Picture, lambda value, _: Picture(_text(value, str), _not_drawn)
+    )
+    for kind in _TYPES:
+        converter.register_unstructure_hook(
+            kind,
+            make_dict_unstructure_fn(kind, converter, _cattrs_omit_if_default=True),
+        )
+    read_digits = make_dict_structure_fn(Digits, converter)
+
+    def digits(value: Any, kind: Any) -> Digits:
+        found: Digits = read_digits(value, kind)
+        if not 0 <= found.count <= _MOST_DIGITS:
+            raise ValueError("no number of digits")
+        return found
+
+    read_table = make_dict_structure_fn(Table, converter)
+
+    def table(value: Any, kind: Any) -> Table:
+        found: Table = read_table(value, kind)
+        if len({len(column.values) for column in found.columns}) != 1:
+            raise ValueError("columns of different lengths, or none")
+        return found
+
+    converter.register_structure_hook(Digits, digits)
+    converter.register_structure_hook(Table, table)
+    converter.register_structure_hook(
+        Span, make_dict_structure_fn(Span, converter, low=override(), high=override())
+    )
+    return converter
+
+
+def _not_drawn() -> Any:
+    raise PretravelError("a picture of values has a caption only")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Span):
+        return {"low": _plain(value.low), "high": _plain(value.high)}
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return _INFINITE[value < 0.0]
+    return value
+
+
+def _of_type(value: Any, kind: type[Any]) -> Any:
+    if type(value) is not kind:
+        raise ValueError(f"not a {kind.__name__}")
+    return value
+
+
+def _text(value: Any, _: Any) -> str:
+    text: str = _of_type(value, str)
+    return text
+
+
+def _whole(value: Any, _: Any) -> int:
+    number: int = _of_type(value, int)
+    if abs(number) > _LARGEST_WHOLE:
+        raise ValueError("no size of a file and no number of digits")
+    return number
+
+
+def _number(value: Any, _: Any = None) -> float:
+    if value is None:
+        return math.nan
+    if value in _INFINITE:
+        return math.inf if value == _INFINITE[0] else -math.inf
+    if type(value) not in (int, float):
+        raise ValueError("not a number")
+    return float(value)
+
+
+def _tuple_or_number(value: Any) -> float | tuple[float, ...]:
+    return tuple(map(_number, value)) if isinstance(value, list) else _number(value)
+
+
+def _figure_value(value: Any, _: Any) -> FigureValue:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, dict) and "low" in value:
+        return Span(_number(value["low"]), _number(value["high"]))
+    return _tuple_or_number(value)

@@ -1,0 +1,445 @@
+"""Charts drawn by matplotlib, for files and paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.units import DEGREE
+from pretravel.show.chart import (
+    COMPASS,
+    Axis,
+    Chart,
+    PlaneChart,
+    PolarChart,
+    Scale,
+    SpaceChart,
+    TopView,
+    View,
+    box_of,
+    compass_of,
+    rings_to,
+    title_and_frame,
+)
+from pretravel.show.chart_marks import (
+    Area,
+    Bars,
+    Dots,
+    LineMark,
+    Mark,
+    Note,
+    Rule,
+    SpaceArrow,
+    SpaceLines,
+    SpaceMark,
+    SpaceMesh,
+    SpaceNotes,
+    SpacePoints,
+)
+from pretravel.show.colours import LIGHT, SEQUENTIAL, SIGNED
+from pretravel.show.style import new_figure, some_rows
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+    from matplotlib.projections.polar import PolarAxes
+    from mpl_toolkits.mplot3d import Axes3D
+
+_LEGEND_SIGNS = 66
+"""About as many signs are as wide as a chart."""
+_SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
+
+
+def drawn_figure(view: View) -> Figure:
+    """A view as a matplotlib figure.
+
+    Parameters
+    ----------
+    view : View
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    >>> line = LineMark(np.arange(3.0), np.arange(3.0), "force")
+    >>> chart = PlaneChart("Force", Axis("time", "s"), Axis("force", "N"), (line,))
+    >>> drawn_figure(View("Touch", (chart,))).axes[0].get_xlabel()
+    'time / s'
+    """
+    columns = min(view.columns, len(view.charts))
+    rows = math.ceil(len(view.charts) / columns)
+    figure = new_figure(max(4.6 * columns, 6.0), 4.7 * rows + 0.2, view.title)
+    for index, chart in enumerate(view.charts, start=1):
+        _draw(chart, figure, (rows, columns, index))
+    return figure
+
+
+def _draw(chart: Chart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    match chart:
+        case PlaneChart():
+            _plane(chart, figure, cell)
+        case PolarChart():
+            _polar(chart, figure, cell)
+        case TopView():
+            _top_view(chart, figure, cell)
+        case SpaceChart():
+            _space(chart, figure, cell)
+
+
+def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = figure.add_subplot(*cell)
+    for mark in chart.marks:
+        _draw_mark(mark, axes, chart.scale)
+    _set_axis(axes, chart.x, "x")
+    _set_axis(axes, chart.y, "y")
+    if chart.equal:
+        fixed = None not in (chart.x.low, chart.x.high, chart.y.low, chart.y.high)
+        axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
+    axes.grid(color=LIGHT["grid"], lw=0.6)
+    axes.set_axisbelow(True)
+    axes.set_title(chart.title, fontsize=11)
+    _legend_and_note(axes, chart.note, below=0.16)
+
+
+def _polar(chart: PolarChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = _polar_axes(figure, cell, title_and_frame(chart))
+    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), compass_of(*chart.directions))
+    for mark in chart.marks:
+        _draw_mark(mark, axes, chart.scale)
+    axes.set_ylim(chart.radius.low, chart.radius.high)
+    axes.set_rlabel_position(112.0)
+    if chart.radius.ticks:
+        axes.set_yticks(chart.radius.ticks)
+    _on_paper(axes)
+    axes.grid(color=LIGHT["grid"], lw=0.6)
+    axes.text(0.5, -0.15, f"radius: {chart.radius.text}", transform=axes.transAxes, ha="center",
+              fontsize=8, color=LIGHT["ink"])  # fmt: skip
+    _legend_and_note(axes, chart.note, below=0.17)
+
+
+def _top_view(chart: TopView, figure: Figure, cell: tuple[int, int, int]) -> None:
+    axes = _polar_axes(figure, cell, title_and_frame(chart))
+    azimuth = np.append(chart.azimuth_deg, chart.azimuth_deg[0] + 360.0) * DEGREE
+    values = np.hstack([chart.values, chart.values[:, :1]])
+    mesh = axes.pcolormesh(azimuth, chart.polar_deg, values, shading="gouraud",
+                           **_colouring(chart.scale))  # fmt: skip
+    if chart.node_azimuth_deg is not None and chart.node_polar_deg is not None:
+        axes.plot(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, "o", mfc="w", mec="k",
+                  ms=11 if chart.numbered else 3, mew=0.4, clip_on=False, zorder=6,
+                  ls="", label=_named(chart.node_name))  # fmt: skip
+        places = zip(chart.node_azimuth_deg * DEGREE, chart.node_polar_deg, strict=True)
+        for number, place in enumerate(places if chart.numbered else (), start=1):
+            axes.annotate(str(number), place, ha="center", va="center", fontsize=7, zorder=7,
+                          annotation_clip=False)  # fmt: skip
+    axes.set_ylim(0.0, float(chart.polar_deg.max()))
+    axes.set_axisbelow(False)
+    rings = rings_to(float(chart.polar_deg.max()))
+    axes.set_yticks(rings, [f"{ring:.3g}°" for ring in rings])
+    axes.set_rlabel_position(112.0)
+    _on_paper(axes)
+    axes.grid(color="w", alpha=0.35, lw=0.5)
+    figure.colorbar(mesh, ax=axes, shrink=0.75, pad=0.12, label=chart.scale.text)
+    _legend_and_note(axes, chart.note, below=0.1)
+
+
+def _on_paper(axes: PolarAxes) -> None:
+    """The numbers of the rings stand on a light background: no mark and no colour hides them."""
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.8})
+        label.set_zorder(5)
+
+
+def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> None:
+    # Marks are drawn in their order above all meshes, whose triangles are sorted by depth.
+    axes: Axes3D = figure.add_subplot(*cell, projection="3d", computed_zorder=False)
+    axes.view_init(elev=chart.elevation, azim=chart.azimuth)
+    _space_meshes(chart, axes)
+    for mark in chart.marks:
+        _draw_space(mark, axes, chart)
+    middle, sides = box_of(chart)
+    for name, center, side in zip("xyz", middle.tolist(), sides.tolist(), strict=True):
+        getattr(axes, f"set_{name}lim")(center - 0.53 * side, center + 0.53 * side)
+        getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
+        getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=0.93)
+    axes.tick_params(labelsize=7)
+    axes.set_title(title_and_frame(chart), fontsize=11)
+    if chart.scale is not None:
+        from matplotlib.cm import ScalarMappable
+
+        mappable = ScalarMappable(**_colouring(chart.scale))
+        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.2, label=chart.scale.text)
+    _legend_and_note(axes, chart.note, below=0.18, meshes=_mesh_patches(chart))
+
+
+def _few_ticks(side: float, longest: float) -> Any:
+    """Numbers that do not touch each other along a short side."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(max(2, round(6.0 * side / longest)), steps=[1, 2, 5, 10])
+
+
+def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
+    from matplotlib.projections.polar import PolarAxes
+
+    axes = figure.add_subplot(*cell, projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_title(title, fontsize=11, pad=14)
+    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), COMPASS)
+    axes.tick_params(labelsize=8)
+    axes.set_axisbelow(True)
+    return axes
+
+
+def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
+    getattr(axes, f"set_{name}label")(axis.text)
+    if axis.logarithmic:
+        getattr(axes, f"set_{name}scale")("log")
+    if axis.categories:
+        getattr(axes, f"set_{name}ticks")(range(len(axis.categories)), axis.categories)
+        axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
+    if axis.ticks:
+        getattr(axes, f"set_{name}ticks")(axis.ticks, axis.tick_names or None)
+    if axis.tick_names:
+        axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
+    getattr(axes, f"set_{name}lim")(axis.low, axis.high)
+    if axis.logarithmic and not axis.ticks:
+        _plain_numbers(axes, name)  # by the limits that are drawn
+
+
+def _plain_numbers(axes: Axes, name: str) -> None:
+    """0.5, 1, 2 along a logarithmic axis of two decades or less, which else has 5·10⁻¹ and 10⁰."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = getattr(axes, f"get_{name}lim")()
+    if high > 300.0 * low:
+        return
+    along = getattr(axes, f"{name}axis")
+    along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    along.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    along.set_minor_formatter(NullFormatter())
+
+
+def _legend_and_note(axes: Axes, note: str, below: float, meshes: Sequence[Patch] = ()) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    handles, labels = [*meshes, *handles], [*(str(m.get_label()) for m in meshes), *labels]
+    widest = max((len(label) for label in labels), default=1)
+    columns = int(np.clip(_LEGEND_SIGNS // (widest + 6), 1, 3))
+    if handles:
+        axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -below),
+                    fontsize=7, ncols=min(len(labels), columns), frameon=False)  # fmt: skip
+    if note:
+        lines = math.ceil(len(labels) / columns)
+        axes.annotate(note, (0.5, -below), (0.0, -6.0 - 12.0 * lines), ha="center",
+                      xycoords="axes fraction", textcoords="offset points", va="top",
+                      fontsize=7, color=LIGHT["reference"], annotation_clip=False)  # fmt: skip
+
+
+def _colouring(scale: Scale) -> dict[str, Any]:
+    """The scale of colours, and how values are placed on it."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    kind = LogNorm if scale.logarithmic else Normalize
+    norm = kind(scale.low, scale.high, clip=True)
+    return {"cmap": SIGNED if scale.signed else SEQUENTIAL, "norm": norm}
+
+
+def _named(name: str) -> str | None:
+    """A name for the legend; matplotlib leaves a name with a leading underscore out."""
+    return name.lstrip("_") or None
+
+
+def _draw_mark(mark: Mark, axes: Axes, scale: Scale | None) -> None:
+    match mark:
+        case LineMark():
+            _line(mark, axes)
+        case Dots():
+            _points(mark, axes, scale)
+        case Area():
+            _band(mark, axes)
+        case Bars():
+            _bars(mark, axes)
+        case Rule():
+            _rule(mark, axes)
+        case Note():
+            axes.annotate(mark.text, (mark.x, mark.y), fontsize=8, color=LIGHT[mark.colour])
+
+
+def _line(mark: LineMark, axes: Axes) -> None:
+    axes.plot(mark.x, mark.y, color=LIGHT[mark.colour], lw=mark.width, label=_named(mark.name),
+              ls="--" if mark.dashed else "-", marker="." if mark.marked else "")  # fmt: skip
+
+
+def _points(mark: Dots, axes: Axes, scale: Scale | None) -> None:
+    rows = some_rows(np.arange(len(mark.x)))
+    colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
+    if mark.symbol == "ring":
+        colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
+    elif mark.values is not None and scale is not None:
+        colour = {"c": mark.values[rows], **_colouring(scale), "edgecolors": "0.3",
+                  "linewidths": 0.3}  # fmt: skip
+    if mark.u is not None:
+        axes.errorbar(mark.x[rows], mark.y[rows], mark.u[rows], fmt="none", capsize=2, lw=0.8,
+                      ecolor=LIGHT[mark.colour])  # fmt: skip
+    drawn = axes.scatter(mark.x[rows], mark.y[rows], s=mark.size**2, label=_named(mark.name),
+                         marker=_SYMBOLS[mark.symbol], zorder=3, **colour)  # fmt: skip
+    if mark.values is not None and scale is not None:
+        figure = axes.get_figure()
+        assert figure is not None
+        figure.colorbar(drawn, ax=axes, shrink=0.8, pad=0.1, label=scale.text)
+
+
+def _band(mark: Area, axes: Axes) -> None:
+    axes.fill_between(mark.x, mark.low, mark.high, color=LIGHT[mark.colour], alpha=mark.opacity,
+                      lw=0.0, label=_named(mark.name))  # fmt: skip
+
+
+def _bars(mark: Bars, axes: Axes) -> None:
+    base = np.zeros(len(mark.values)) if mark.base is None else mark.base
+    ends = base + mark.values
+    style: dict[str, Any] = {"color": LIGHT[mark.colour], "label": _named(mark.name)}
+    whisker: dict[str, Any] = {"fmt": "none", "ecolor": LIGHT["ink"], "capsize": 3, "lw": 1.0}
+    if mark.horizontal:
+        axes.barh(mark.places, mark.values, mark.width, left=base, **style)
+        if mark.u is not None:
+            axes.errorbar(ends, mark.places, xerr=mark.u, **whisker)
+        if not axes.yaxis_inverted():
+            axes.invert_yaxis()
+    else:
+        axes.bar(mark.places, mark.values, mark.width, bottom=base, **style)
+        if mark.u is not None:
+            axes.errorbar(mark.places, ends, mark.u, **whisker)
+    beyond = np.zeros(len(ends)) if mark.u is None else mark.u
+    for place, end, text in zip(mark.places, ends + beyond, mark.texts, strict=False):
+        at = (end, place) if mark.horizontal else (place, end)
+        shift, across = ((3, 0), "left") if mark.horizontal else ((0, 3), "center")
+        axes.annotate(text, at, shift, textcoords="offset points", fontsize=7, ha=across,
+                      va="center" if mark.horizontal else "bottom")  # fmt: skip
+    if mark.texts:
+        axes.margins(x=0.15 if mark.horizontal else None, y=None if mark.horizontal else 0.12)
+
+
+def _rule(mark: Rule, axes: Axes) -> None:
+    style: dict[str, Any] = {"color": LIGHT[mark.colour], "lw": 1.2, "ls": "--"}
+    style["label"] = _named(mark.name)
+    if axes.name == "polar":
+        circle = np.linspace(0.0, 2.0 * np.pi, 181)
+        axes.plot(circle, np.full(181, mark.value), **style)
+    elif mark.upright:
+        axes.axvline(mark.value, **style)
+    else:
+        axes.axhline(mark.value, **style)
+
+
+def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
+    match mark:
+        case SpacePoints():
+            _space_points(mark, axes, chart)
+        case SpaceLines():
+            _space_lines(mark, axes)
+        case SpaceArrow():
+            _space_arrow(mark, axes)
+        case SpaceNotes():
+            for place, text in zip(mark.positions.tolist(), mark.texts, strict=True):
+                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=8, zorder=10)
+
+
+def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
+    rows = some_rows(_in_front(mark.positions, chart))
+    colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
+    if mark.symbol == "ring":
+        colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
+    elif mark.values is not None and chart.scale is not None:
+        colour = {"c": mark.values[rows], **_colouring(chart.scale)}
+    axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
+                 depthshade=False, label=_named(mark.name), zorder=2.0, **colour)  # fmt: skip
+
+
+def _in_front(positions: FloatArray, chart: SpaceChart) -> IntArray:
+    """Rows of points at a side of the meshes that is seen: matplotlib hides no point itself."""
+    meshes = [mark for mark in chart.marks if isinstance(mark, SpaceMesh) and mark.outwards]
+    if not meshes or not len(positions):
+        return np.arange(len(positions))
+    from scipy.spatial import cKDTree
+
+    corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turn, rise = chart.azimuth * DEGREE, chart.elevation * DEGREE
+    eye = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+    nearest = np.asarray(cKDTree(corners.mean(axis=1)).query(positions)[1])
+    return np.flatnonzero(outwards[nearest] @ eye >= 0.0)
+
+
+def _triangles(mesh: SpaceMesh) -> IntArray:
+    return np.asarray(mesh.triangles, dtype=np.int64)
+
+
+def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    rows = some_rows(np.arange(len(mark.starts)))
+    segments = np.stack([mark.starts[rows], mark.ends[rows]], axis=1)
+    axes.add_collection3d(
+        Line3DCollection(segments, colors=LIGHT[mark.colour], linewidths=mark.width,
+                         label=_named(mark.name) or "_", zorder=1.0)
+    )  # fmt: skip
+
+
+def _space_meshes(chart: SpaceChart, axes: Axes3D) -> None:
+    """All triangles as one collection: matplotlib sorts by depth only within a collection."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    meshes = [mark for mark in chart.marks if isinstance(mark, SpaceMesh)]
+    if not meshes:
+        return
+    corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
+    faces = np.concatenate([_face_colours(mesh, chart.scale) for mesh in meshes])
+    axes.add_collection3d(
+        Poly3DCollection(corners, facecolors=faces, linewidths=0.0, antialiased=False)
+    )
+
+
+def _mesh_patches(chart: SpaceChart) -> list[Patch]:
+    """What stands for the meshes in the legend."""
+    from matplotlib.patches import Patch
+
+    return [
+        Patch(color=LIGHT[mark.colour], label=mark.name)
+        for mark in chart.marks
+        if isinstance(mark, SpaceMesh) and mark.name and mark.values is None
+    ]
+
+
+def _face_colours(mark: SpaceMesh, scale: Scale | None) -> FloatArray:
+    """Colour and opacity of each triangle, (t, 4)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgb
+
+    if mark.values is not None and scale is not None:
+        values = mark.values[_triangles(mark)].mean(axis=1)
+        style = _colouring(scale)
+        colours = colormaps[style["cmap"]](style["norm"](values))[:, :3]
+    else:
+        corners = mark.vertices[_triangles(mark)]
+        colours = np.broadcast_to(to_rgb(LIGHT[mark.colour]), (len(corners), 3))
+        colours = colours * _brightness(corners)[:, None]
+    return np.column_stack([colours, np.full(len(colours), mark.opacity)])
+
+
+def _brightness(corners: FloatArray) -> FloatArray:
+    """Light from above, so that the shape is seen. (t,) in 0.55 to 1."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    towards = np.abs(normals @ np.array([0.36, -0.48, 0.8])) / np.where(length > 0.0, length, 1.0)
+    return np.asarray(0.55 + 0.45 * towards)
+
+
+def _space_arrow(mark: SpaceArrow, axes: Axes3D) -> None:
+    axes.quiver(*mark.start, *mark.vector, color=LIGHT[mark.colour], lw=2.0,
+                arrow_length_ratio=0.25, zorder=3.0)  # fmt: skip
+    axes.text(*(mark.start - 0.08 * mark.vector), mark.name, color=LIGHT[mark.colour], fontsize=8)

@@ -1,0 +1,169 @@
+"""Numbers of a document as text: the one place where a number is formatted."""
+
+from __future__ import annotations
+
+import math
+
+from pretravel.show.document import Column, Digits, FigureValue, KeyFigure, Span
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
+
+UNKNOWN = "unknown"
+
+
+def decimals(count: int) -> Digits:
+    """Digits after the point."""
+    return Digits(count)
+
+
+def signed_decimals(count: int) -> Digits:
+    """Digits after the point, with the sign of a positive number."""
+    return Digits(count, signed=True)
+
+
+def significant(count: int) -> Digits:
+    """Digits from the first that is not zero; zeros at the end are left out."""
+    return Digits(count, significant=True)
+
+
+def shown_unit(unit: str) -> str:
+    """A unit of a file, as people read it.
+
+    >>> shown_unit("um"), shown_unit("N")
+    ('µm', 'N')
+    """
+    return "µm" if unit == "um" else unit
+
+
+def number_text(value: float, digits: Digits = Digits()) -> str:
+    """A number as text.
+
+    Parameters
+    ----------
+    value : float
+    digits : Digits
+
+    Returns
+    -------
+    str
+        A value that is not a number is "unknown"; zero has no sign.
+
+    >>> number_text(-0.001), number_text(2.5, signed_decimals(1)), number_text(0.00012345)
+    ('0.00', '+2.5', '0.00')
+    >>> number_text(12.3456, significant(3)), number_text(math.inf), number_text(math.nan)
+    ('12.3', '∞', 'unknown')
+    """
+    if math.isnan(value):
+        return UNKNOWN
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "-∞"
+    sign = "+" if digits.signed else ""
+    if digits.significant:
+        return f"{value + 0.0:{sign}.{digits.count}g}"
+    # Rounded first, so that no value is shown as -0.00.
+    return f"{round(value, digits.count) + 0.0:{sign}.{digits.count}f}"
+
+
+def value_text(value: FigureValue, unit: str = "", digits: Digits = Digits()) -> str:
+    """A number, vector, range or word with its unit.
+
+    >>> value_text(Span(1.0, 2.5), "µm", decimals(1)), value_text((0.0, 1.0), "mm", decimals(0))
+    ('1.0 to 2.5 µm', '(0, 1) mm')
+    >>> value_text(30.0, "°", decimals(0)), value_text(math.nan, "µm")
+    ('30°', 'unknown')
+    """
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Span):
+        text = f"{number_text(value.low, digits)} to {number_text(value.high, digits)}"
+    elif isinstance(value, tuple):
+        text = f"({', '.join(number_text(v, digits) for v in value)})"
+    else:
+        text = number_text(value, digits)
+    if not unit or text == UNKNOWN:
+        return text
+    return f"{text}{unit}" if unit == "°" else f"{text} {unit}"
+
+
+def figure_text(figure: KeyFigure) -> str:
+    """A key figure with its unit, its uncertainty and its remark.
+
+    >>> figure_text(KeyFigure("radius", 2.9836, "mm", decimals(4), 0.06, "µm", decimals(2)))
+    '2.9836 mm, u = 0.06 µm'
+    >>> figure_text(KeyFigure("spread", 0.3, "µm", interval=Span(0.2, 0.5), remark="3 touches"))
+    '0.30 µm, 95 % interval 0.20 to 0.50 µm (3 touches)'
+    """
+    return value_text(figure.value, figure.unit, figure.digits) + addition_text(figure)
+
+
+def addition_text(figure: KeyFigure) -> str:
+    """What follows the value of a key figure: uncertainty, interval and remark."""
+    text = f", u = {uncertainty_text(figure)}" if figure.u is not None else ""
+    if figure.interval is not None:
+        text += f", 95 % interval {value_text(figure.interval, figure.unit, figure.digits)}"
+    if figure.remark:
+        text += f" ({figure.remark})"
+    return text
+
+
+def uncertainty_text(figure: KeyFigure) -> str:
+    """The standard uncertainty of a key figure with its unit; empty where there is none."""
+    if figure.u is None:
+        return ""
+    return value_text(figure.u, figure.u_unit or figure.unit, figure.u_digits or figure.digits)
+
+
+def heading_text(column: Column) -> str:
+    """The heading of a column: its name and unit."""
+    return f"{column.name}/{column.unit}" if column.unit else column.name
+
+
+def cell_texts(column: Column) -> list[str]:
+    """The cells of a column; a value that is not a number is an empty cell.
+
+    >>> cell_texts(Column("u", (0.5, math.nan, "as given")))
+    ['0.50', '', 'as given']
+    """
+    return [
+        value
+        if isinstance(value, str)
+        else ""
+        if math.isnan(value)
+        else number_text(value, column.digits)
+        for value in column.values
+    ]
+
+
+def expanded_text(figure: KeyFigure) -> str:
+    """The expanded uncertainty U = k · u of a key figure with its unit; empty where u is unknown.
+
+    A coverage factor of the figure's own is stated.
+
+    >>> expanded_text(KeyFigure("radius", 2.9836, "mm", decimals(4), 0.06, "µm", decimals(2)))
+    '0.12 µm'
+    >>> expanded_text(KeyFigure("size", 3.0, "µm", u=0.5, coverage_factor=2.87))
+    '1.44 µm (k = 2.87)'
+    """
+    if figure.u is None:
+        return ""
+    u = figure.u if isinstance(figure.u, tuple) else (figure.u,)
+    own = figure.coverage_factor
+    expanded = tuple((COVERAGE_FACTOR if own is None else own) * part for part in u)
+    text = value_text(
+        expanded if isinstance(figure.u, tuple) else expanded[0],
+        figure.u_unit or figure.unit,
+        figure.u_digits or figure.digits,
+    )
+    return text if own is None else f"{text} (k = {number_text(own)})"
+
+
+def remark_text(figure: KeyFigure) -> str:
+    """The coverage interval and the remark of a key figure.
+
+    >>> remark_text(KeyFigure("spread", 0.3, "µm", interval=Span(0.2, 0.5), remark="3 touches"))
+    '95 % interval 0.20 to 0.50 µm; 3 touches'
+    """
+    interval = figure.interval
+    words = [] if interval is None else [
+        f"95 % interval {value_text(interval, figure.unit, figure.digits)}"
+    ]  # fmt: skip
+    return "; ".join([*words, *([figure.remark] if figure.remark else [])])

@@ -1,0 +1,128 @@
+"""The style that all pictures share. Matplotlib is imported when a picture is drawn."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pretravel.base.arrays import IntArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import whole_file
+from pretravel.show.document import Picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_ENDINGS = (".png", ".svg", ".pdf")
+_folder = {"trusted": True}
+"""Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
+
+
+def ignore_settings_of_folder() -> None:
+    """Draw without a ``matplotlibrc`` of the current folder: it can start other programs (LaTeX).
+
+    For the command line, which runs beside files of strangers.
+    """
+    _folder["trusted"] = False
+
+
+def _drop_settings_of_folder() -> None:
+    import matplotlib as mpl
+
+    if not _folder["trusted"] and Path(mpl.matplotlib_fname()).resolve().parent == Path.cwd():
+        mpl.rcdefaults()
+    _folder["trusted"] = True
+
+
+def new_figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty figure of a size in inches, with a title above all of it."""
+    from matplotlib.figure import Figure
+
+    _drop_settings_of_folder()
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def png_content(figure: Figure) -> bytes:
+    """The content of a PNG file of a figure, as ``savefig`` writes it.
+
+    ``savefig`` draws twice, first only to place the axes; a single drawing places them too.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    content = io.BytesIO()
+    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    image = Image.fromarray(pixels)
+    image.save(content, "png", dpi=(figure.dpi, figure.dpi))
+    return content.getvalue()
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+        Ending in .png, .svg or .pdf.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in _ENDINGS:
+        raise PretravelError(
+            f"a picture cannot be written to '{path}': the ending must be {', '.join(_ENDINGS)}"
+        )
+    with whole_file(path) as temporary:
+        if ending == ".png":
+            temporary.write_bytes(png_content(figure))
+        else:
+            figure.savefig(temporary)
+
+
+def save_picture_file(picture: Picture, path: str | Path) -> None:
+    """Write a picture of a report, whole or not at all; a PNG is drawn once for file and page.
+
+    Parameters
+    ----------
+    picture : Picture
+    path : str or Path
+        Ending in .png, .svg or .pdf.
+
+    Raises
+    ------
+    PretravelError
+        Another ending.
+    """
+    if Path(path).suffix.lower() != ".png":
+        save(picture.draw(), path)
+        return
+    with whole_file(path) as temporary:
+        temporary.write_bytes(picture.png)
+
+
+def some_rows(rows: IntArray, most: int = 5000) -> IntArray:
+    """Of very many rows those that a picture draws, evenly spread.
+
+    More marks than that hide each other, and make a file of a picture as large as the data.
+
+    >>> some_rows(np.arange(10), 4).tolist()
+    [0, 3, 6, 9]
+    """
+    if len(rows) <= most:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, most).round().astype(np.int64)])

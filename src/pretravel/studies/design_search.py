@@ -1,0 +1,293 @@
+"""The search for the design that fits a wish best.
+
+scipy's differential evolution finds the region of the best design, whatever kinks the trigger event
+makes, and COBYQA its exact place.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution, minimize
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.prediction.description import Probe
+from pretravel.studies.conditions import case_of
+from pretravel.studies.definition import Level
+from pretravel.studies.outputs import computed
+from pretravel.studies.wish import Wish
+
+log = logging.getLogger(__name__)
+
+_POPULATION, _GENERATIONS = 12, 60
+"""Designs for each free quantity in a generation; generations at most."""
+_TOLERANCE = 1e-3
+"""Spread of a generation, relative, at which the region is found."""
+_SLACK = 1e-6
+"""Of a limit, relative: rounding of the search."""
+_IMPOSSIBLE = 1e6
+"""Goal of a design that cannot be: worse than any."""
+_FAR = 1.0
+"""Largest violation of a limit that the search sees, relative to the limit."""
+_FRONT = 7
+"""Designs between the two ends of a front."""
+
+
+@dataclass(frozen=True, eq=False)
+class TriedDesign:
+    """A design with its quantities.
+
+    Attributes
+    ----------
+    levels : mapping of key to value
+        Of the free quantities.
+    probe : Probe
+    quantities : mapping of str to float
+        In the units of `pretravel.studies.wish.known_quantities`.
+    """
+
+    levels: Mapping[str, Level]
+    probe: Probe
+    quantities: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundDesign:
+    """The best design, beside the one from which the search started.
+
+    Attributes
+    ----------
+    wish : Wish
+    best, start : TriedDesign
+        `start` is the described probe.
+    front : tuple of TriedDesign
+        With a second goal: no other design found is better in both. By the first goal.
+    tried : int
+        Designs that were computed.
+    """
+
+    wish: Wish
+    best: TriedDesign
+    start: TriedDesign
+    front: tuple[TriedDesign, ...]
+    tried: int
+
+
+def tried_design(wish: Wish, levels: Mapping[str, Level]) -> TriedDesign:
+    """Compute the quantities of a design.
+
+    Raises
+    ------
+    PretravelError
+        A design that cannot be, or that never triggers in one of the directions.
+
+    >>> from pretravel.studies.wish import load_wish
+    >>> tried_design(load_wish("stylus-50mm"), {}).quantities["lever"]
+    64.4
+    """
+    case = case_of(wish.study, levels)
+    return TriedDesign(
+        levels,
+        case.probe,
+        {**computed(wish.study, case).numbers, **_of_geometry(case.probe, wish.overtravel)},
+    )
+
+
+def _of_geometry(probe: Probe, overtravel: float) -> dict[str, float]:
+    """Lengths of the description. [mm]
+
+    A tripod that tilts about two of its rods' ends lifts the third by the tilt times the height of
+    the triangle, 1.5 radii; the tip moves by the tilt times the lever.
+    """
+    return {
+        "lever": probe.lever,
+        "stylus_length": probe.stylus_length,
+        "rod_lift": 1.5 * probe.tripod.radius * overtravel / probe.lever,
+    }
+
+
+def find_design(wish: Wish) -> FoundDesign:
+    """Search the design that fits a wish best.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    FoundDesign
+
+    Raises
+    ------
+    PretravelError
+        No design was found that keeps the limits.
+    """
+    search = _Search(wish)
+    best = search.best({})
+    front: tuple[TriedDesign, ...] = ()
+    if wish.second:
+        front = _front(search, best)
+    return FoundDesign(wish, best, tried_design(wish, {}), front, len(search.known))
+
+
+class _Search:
+    """Computes designs once, and searches the best of them.
+
+    A point has one number for each free quantity: its share of the range, or the index of a text.
+    """
+
+    def __init__(self, wish: Wish) -> None:
+        self.wish = wish
+        self.known: dict[tuple[float, ...], TriedDesign | None] = {}
+
+    def levels(self, point: FloatArray) -> dict[str, Level]:
+        factors = self.wish.study.factors
+        return {
+            factor.key: factor.at(
+                (float(x) + 0.5) / len(factor.values) if factor.values is not None else float(x)
+            )
+            for factor, x in zip(factors, point, strict=True)
+        }
+
+    def design(self, point: FloatArray) -> TriedDesign | None:
+        """The design at a point; None where none can be."""
+        key = tuple(np.round(point, 12).tolist())
+        if key not in self.known:
+            try:
+                self.known[key] = tried_design(self.wish, self.levels(np.asarray(key)))
+            except (PretravelError, ArithmeticError):
+                self.known[key] = None
+        return self.known[key]
+
+    def value(self, point: FloatArray, name: str, sign: float) -> float:
+        """A quantity to make small; far too large where no design can be."""
+        found = self.design(point)
+        return _IMPOSSIBLE if found is None else sign * found.quantities[name]
+
+    def violations(
+        self, point: FloatArray, limits: Mapping[str, tuple[float, float]]
+    ) -> FloatArray:
+        """By how much each limit is broken, relative to it; 0 or less: it holds."""
+        found = self.design(point)
+        broken = []
+        for name, ends in limits.items():
+            for end, side in zip(ends, (1.0, -1.0), strict=True):
+                if math.isfinite(end):
+                    size = abs(end) or 1.0
+                    value = math.inf if found is None else side * (end - found.quantities[name])
+                    broken.append(min(value / size, _FAR))
+        return np.array(broken)
+
+    def best(self, more: Mapping[str, tuple[float, float]], goal: str = "") -> TriedDesign:
+        """The design with the least goal that keeps the limits and some more."""
+        limits = {limit.of: (limit.at_least, limit.at_most) for limit in self.wish.limits}
+        for name, (low, high) in more.items():
+            before = limits.get(name, (-math.inf, math.inf))
+            limits[name] = (max(low, before[0]), min(high, before[1]))
+        name, sign = (goal, 1.0) if goal else (self.wish.goal, self.wish.sign)
+
+        def value(point: FloatArray) -> float:
+            return self.value(point, name, sign)
+
+        def violations(point: FloatArray) -> FloatArray:
+            return self.violations(point, limits)
+
+        region = self._region(value, violations, len(limits))
+        point = self._polished(region, value, violations, len(limits))
+        found = self.design(point)
+        if found is None or (limits and violations(point).max() > _SLACK):
+            raise PretravelError(
+                "no design within the ranges keeps the limits: "
+                + ", ".join(_limit_text(name, ends) for name, ends in limits.items())
+                + ". Widen a range or a limit"
+            )
+        return found
+
+    def _bounds(self) -> tuple[Bounds, list[bool]]:
+        factors = self.wish.study.factors
+        counts = [None if f.values is None else len(f.values) for f in factors]
+        high = [1.0 if count is None else count - 1.0 for count in counts]
+        return Bounds(np.zeros(len(factors)), np.array(high)), [c is not None for c in counts]
+
+    def _region(
+        self, value: Callable[[FloatArray], float], violations: Callable[[FloatArray], FloatArray],
+        limits: int,
+    ) -> FloatArray:  # fmt: skip
+        bounds, whole = self._bounds()
+        constraint = NonlinearConstraint(violations, -np.inf, 0.0)
+
+        def tell(intermediate_result: object) -> None:
+            del intermediate_result
+            log.info("%d designs tried", len(self.known))
+
+        found = differential_evolution(
+            value, bounds, integrality=whole, constraints=constraint if limits else (),
+            popsize=_POPULATION, maxiter=_GENERATIONS, tol=_TOLERANCE, init="sobol",
+            polish=False, rng=self.wish.seed, callback=tell,
+        )  # fmt: skip
+        return np.asarray(found.x)
+
+    def _polished(
+        self, region: FloatArray, value: Callable[[FloatArray], float],
+        violations: Callable[[FloatArray], FloatArray], limits: int,
+    ) -> FloatArray:  # fmt: skip
+        """The exact place in a region; texts stay."""
+        bounds, whole = self._bounds()
+        free = ~np.array(whole)
+        if not free.any():
+            return region
+
+        def full(part: FloatArray) -> FloatArray:
+            point = region.copy()
+            point[free] = np.clip(part, bounds.lb[free], bounds.ub[free])
+            return point
+
+        size = abs(value(region)) or 1.0
+        found = minimize(  # type: ignore[call-overload]  # scipy's stubs: constraints of COBYQA
+            lambda part: value(full(part)) / size, region[free], method="COBYQA",
+            bounds=Bounds(bounds.lb[free], bounds.ub[free]),
+            constraints=(
+                NonlinearConstraint(lambda part: violations(full(part)), -np.inf, 0.0)
+                if limits else ()
+            ),
+            options={"initial_tr_radius": 0.05, "final_tr_radius": 1e-6, "maxfev": 400},
+        )  # fmt: skip
+        point = full(np.asarray(found.x))
+        held = not limits or violations(point).max() <= _SLACK
+        return point if held and value(point) <= value(region) else region
+
+
+def _limit_text(name: str, ends: tuple[float, float]) -> str:
+    low, high = ends
+    if math.isinf(high):
+        return f"{name} at least {low:g}"
+    return f"{name} at most {high:g}" if math.isinf(low) else f"{name} {low:g} to {high:g}"
+
+
+def _front(search: _Search, best: TriedDesign) -> tuple[TriedDesign, ...]:
+    """Best designs between the least of the first goal and the least of the second."""
+    wish = search.wish
+    other = search.best({}, goal=wish.second)
+    ends = best.quantities[wish.second], other.quantities[wish.second]
+    found = [best, other]
+    for step in range(1, _FRONT + 1):
+        most = ends[0] + (ends[1] - ends[0]) * step / (_FRONT + 1)
+        found.append(search.best({wish.second: (-math.inf, most)}))
+    return _undominated(found, wish)
+
+
+def _undominated(designs: list[TriedDesign], wish: Wish) -> tuple[TriedDesign, ...]:
+    def goals(design: TriedDesign) -> tuple[float, float]:
+        return wish.sign * design.quantities[wish.goal], design.quantities[wish.second]
+
+    ordered = sorted(designs, key=goals)
+    kept: list[TriedDesign] = []
+    for design in ordered:
+        if not kept or goals(design)[1] < goals(kept[-1])[1]:
+            kept.append(design)
+    return tuple(kept)

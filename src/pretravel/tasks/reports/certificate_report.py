@@ -1,0 +1,194 @@
+"""A calibration certificate: a calibration on the rig with the statements of a laboratory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base.version import installed_version
+from pretravel.laboratory.certificate import CalibrationCertificate
+from pretravel.laboratory.rig import RigTrace
+from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
+from pretravel.show.budget_picture import budget_picture
+from pretravel.show.document import Column, Document, KeyFigure, Section, Span, Table
+from pretravel.show.formatting import decimals, number_text, significant, value_text
+from pretravel.tasks.reports.budget_report import budget_table
+from pretravel.tasks.reports.laboratory_report import stated_figure
+from pretravel.tasks.reports.rig_report import (
+    BUDGET_TITLE,
+    direction_table,
+    performance_figures,
+    rig_pictures,
+)
+
+TEMPLATE = "certificate.html"
+"""The template of a page that prints on A4 (to PDF from any browser)."""
+
+
+_REPEATS_ALONE = (
+    "U and u of this section are from the repeats alone. The uncertainties of the calibration are "
+    "those of the results above."
+)
+
+
+def certificate_document(
+    certificate: CalibrationCertificate,
+    traces: Sequence[RigTrace],
+    *,
+    warnings: Sequence[str] = (),
+) -> Document:
+    """A calibration certificate.
+
+    Parameters
+    ----------
+    certificate : CalibrationCertificate
+    traces : sequence of RigTrace
+        Of the touches of the calibration, in their order.
+    warnings : sequence of str
+        What keeps it from being a certificate to hand out, and irregularities of the traces.
+
+    Returns
+    -------
+    Document
+    """
+    calibration = certificate.calibration
+    number = certificate.statements.certificate.number
+    return Document(
+        title="Calibration certificate" + (f" {number}" if number else ""),
+        verdict="Touch-trigger probe, calibrated on a rig after the Abbé principle: "
+        + _mean_pretravel(certificate),
+        sections=(
+            _data_section(certificate),
+            Section("Results by direction", tables=(_results_table(certificate),)),
+            Section(
+                "Performance",
+                figures=performance_figures(calibration),
+                tables=(direction_table(calibration),),
+                paragraphs=(_REPEATS_ALONE,),
+            ),
+            _uncertainty_section(certificate),
+            Section("Touches", tables=(_touches_table(calibration),)),
+        ),
+        pictures=(
+            *rig_pictures(calibration, traces),
+            budget_picture(certificate.budget, "a direction's mean pretravel"),
+        ),
+        notes=certificate.notes,
+        warnings=tuple(warnings),
+        budgets=(certificate.budget,),
+    )
+
+
+def _mean_pretravel(certificate: CalibrationCertificate) -> str:
+    """The range of the results, and the largest of their expanded uncertainties."""
+    values = [r.performance.pretravel / MICROMETRE for r in certificate.directions]
+    worst = max(result.expanded for result in certificate.directions) / MICROMETRE
+    low, high = min(values), max(values)
+    return (
+        f"pretravel {number_text(low, decimals(3))} to {value_text(high, 'µm', decimals(3))} in "
+        f"{len(values)} directions, U up to {value_text(worst, 'µm', decimals(2))} (coverage "
+        "probability of about 95 %)"
+    )
+
+
+def _data_section(certificate: CalibrationCertificate) -> Section:
+    """The statements of the laboratory, and the conditions of the traces."""
+    slowest, fastest = certificate.feeds
+    return Section(
+        "Data",
+        figures=(
+            *map(stated_figure, certificate.statements.of_certificate()),
+            KeyFigure(
+                "Feed of the push rod, from the traces",
+                Span(slowest, fastest),
+                "mm/min",
+                decimals(1),
+            ),
+            KeyFigure(
+                "Temperature of the ruler, lengths brought to 20 °C",
+                certificate.temperature,
+                "°C",
+                significant(6),
+            ),
+            KeyFigure("Evaluated with", f"pretravel {installed_version()}"),
+        ),
+    )
+
+
+def _results_table(certificate: CalibrationCertificate) -> Table:
+    """Mean pretravel with its expanded uncertainty in each direction."""
+
+    def column(name: str, values: Sequence[float], digits: int = 3) -> Column:
+        return Column.of(name, [value / MICROMETRE for value in values], "µm", decimals(digits))
+
+    directions = [result.performance for result in certificate.directions]
+    return Table(
+        (
+            Column.of("direction", [_direction_name(d) for d in directions]),
+            Column.of("touches", [float(d.count) for d in directions], digits=decimals(0)),
+            column("pretravel", [d.pretravel for d in directions]),
+            column("U", [result.expanded for result in certificate.directions], 2),
+            Column.of(
+                "k",
+                [result.coverage_factor for result in certificate.directions],
+                digits=decimals(2),
+            ),
+            column("standard deviation", [d.repeatability.value for d in directions]),
+            column("hysteresis", [d.hysteresis for d in directions]),
+        )
+    )
+
+
+def _direction_name(direction: DirectionPerformance) -> str:
+    if math.isnan(direction.azimuth):
+        return direction.name
+    return f"azimuth {value_text(direction.azimuth / DEGREE, '°', significant(6))}"
+
+
+def _uncertainty_section(certificate: CalibrationCertificate) -> Section:
+    """The budget at the mean pretravel, and the uncertainty as a function of the length."""
+    budget = certificate.budget
+    length = value_text(certificate.calibration.pretravel / MICROMETRE, "µm", decimals(3))
+    formula = f"U depends on the length by source; below it is given for L = {length}, the mean."
+    if certificate.constant_and_slope is not None:
+        constant, slope = certificate.constant_and_slope
+        formula = (
+            f"U(L) = {number_text(budget.coverage_factor())} · "
+            f"√({number_text(constant / MICROMETRE, decimals(4))}² + "
+            f"({number_text(slope * 1e6, decimals(3))} L)²) µm, L in m; below at L = {length}."
+        )
+    source = certificate.budget_source
+    return Section(
+        BUDGET_TITLE,
+        paragraphs=(
+            *((f"Budget: {source}",) if source else ()),
+            formula,
+            (
+                "U is the expanded uncertainty: the standard uncertainty times the coverage "
+                "factor k for a coverage probability of 95.45 %, from Student's distribution with "
+                "the effective degrees of freedom (GUM, JCGM 100:2008)."
+            ),
+        ),
+        tables=(budget_table(budget),),
+    )
+
+
+def _touches_table(calibration: RigCalibration) -> Table:
+    touches = calibration.touches
+    events = np.array([[t.r0, t.r1, t.r2, t.r3] for t in touches])
+    return Table(
+        (
+            Column.of("trace", [touch.trace for touch in touches]),
+            *(
+                Column.of(name, column, "mm", decimals(6))
+                for name, column in zip(("r0", "r1", "r2", "r3"), events.T, strict=True)
+            ),
+            Column.of("pretravel", [t.pretravel / MICROMETRE for t in touches], "µm", decimals(3)),
+            Column.of(
+                "hysteresis", [t.hysteresis / MICROMETRE for t in touches], "µm", decimals(3)
+            ),
+        )
+    )

@@ -1,0 +1,287 @@
+"""Report, pictures and files of the demonstration on example data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import azimuth_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.files.map_file import write_map
+from pretravel.files.point_files import write_points
+from pretravel.identification.kind_registry import KINDS
+from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
+from pretravel.show.chart_marks import Dots, LineMark, Rule
+from pretravel.show.colours import series
+from pretravel.show.document import Column, Document, Picture, Section, Table
+from pretravel.show.formatting import value_text
+from pretravel.show.page import write_page
+from pretravel.show.style import save_picture_file
+from pretravel.show.work_record import WorkRecord
+from pretravel.tasks.reports.comparison_report import comparison_document, comparison_view
+from pretravel.tasks.reports.demonstration import (
+    BEST,
+    KindErrors,
+    KindsCompared,
+    MainJob,
+    compare_kinds_of_map,
+    do_main_job,
+    read_demonstration,
+)
+from pretravel.tasks.reports.points_picture import points_view
+from pretravel.tasks.reports.points_report import points_document
+from pretravel.tasks.reports.qualification_report import qualification_document, qualification_view
+
+DEMONSTRATION_FILES = (
+    "index.html",
+    "points.csv",
+    "map.nc",
+    "qualification.png",
+    "points.png",
+    "compare.png",
+    "kp3_ring.png",
+)
+"""The files that `write_demonstration` writes."""
+_SPHERE_TEXT = (
+    "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
+    (
+        "Fitted: errors on the sphere of the touches that the map was made from. Left out: errors"
+        " on the sphere in directions that were left out of the fit, a fifth of them at a time. A"
+        " sector table needs all its directions, so none can be left out."
+    ),
+    (
+        "On the part: difference to the physical map at the part's 140 points, less a shift of "
+        "the whole part; it shows the errors that the other kinds would cause there. The error of"
+        " the physical map itself is not contained in it: that is u_um in points.csv. The true "
+        'form of the part is not known here; its deviation from the nominal is deviation_um. "Not'
+        ' compensated" subtracts the tip radius alone, so the mean pretravel is contained in its '
+        "16 µm."
+    ),
+)
+_RING_TEXT = (
+    (
+        "Real data: 72 directions, each read once from a published picture, to ±0.5 µm, with the "
+        "centring of the ring still contained. Fitted: every second direction, then the others; "
+        "left out: the directions that were not fitted. The centring is fitted too. Neighbouring "
+        "directions differ by about as much as the best kinds leave."
+    ),
+)
+_RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"
+
+
+def _title(kind: str) -> str:
+    """A kind of map in words; the empty name stands for touches without compensation."""
+    return KINDS[kind].title if kind else "not compensated"
+
+
+def main_job_pictures(job: MainJob) -> dict[str, Picture]:
+    """The pictures of the main job by the name of their file."""
+    return {
+        "qualification.png": Picture(
+            "The probe on its reference sphere: pretravel seen from the spindle with the touched "
+            "directions, over azimuth at four polar angles with the touches, and the residuals.",
+            lambda: qualification_view(
+                job.qualification, "Reference sphere, six-seat probe fitted"
+            ),
+        ),
+        "points.png": Picture(
+            "The part before and after compensation in space, its pretravel and uncertainty.",
+            lambda: points_view(job.points, "The part, compensated"),
+        ),
+        "compare.png": Picture(
+            "Errors that today's corrections would leave of this probe: over the azimuth on the "
+            "equator, and the largest error over directions and on the part.",
+            lambda: comparison_view(
+                job.comparison, "Errors that corrections of today's controls leave"
+            ),
+        ),
+    }
+
+
+def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
+    """The pictures of the comparison of kinds by the name of their file."""
+    return {
+        "kp3_ring.png": Picture(
+            "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
+            "kind of map leaves when it is fitted to all directions.",
+            lambda: _ring_view(kinds),
+        ),
+    }
+
+
+def demonstration_document(
+    job: MainJob, kinds: KindsCompared, pictures: Iterable[Picture] = ()
+) -> Document:
+    """The report of a demonstration.
+
+    Parameters
+    ----------
+    job : MainJob
+    kinds : KindsCompared
+    pictures : iterable of Picture
+
+    Returns
+    -------
+    Document
+    """
+    noise = value_text(job.qualification.repeatability / MICROMETRE)
+    error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in kinds.sphere_errors}
+    return Document(
+        title="pretravel: from touches to compensated points",
+        verdict=f"{len(job.points)} points compensated with the map of the {_title(BEST)}; "
+        f"without compensation they differ by {error['']} µm rms, with one mean radius by "
+        f"{error['mean']} µm.",
+        sections=(
+            qualification_document(job.qualification).as_section(
+                "The probe, qualified on the sphere"
+            ),
+            points_document(job.points).as_section("The part, compensated"),
+            Section(
+                "Errors that each kind of map leaves",
+                tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
+                tables=(_errors_table(kinds.sphere_errors, on_part=True),),
+            ),
+            comparison_document(job.comparison).as_section(
+                "Errors that today's corrections would leave of this probe"
+            ),
+            Section(
+                "A Centroid KP-3 in a ring gauge (real)",
+                _RING_TEXT,
+                tables=(_errors_table(kinds.ring_errors, on_part=False),),
+            ),
+        ),
+        pictures=tuple(pictures),
+    )
+
+
+def write_demonstration(
+    data: Path,
+    output: Path,
+    written: Callable[[Path], None],
+    record: WorkRecord | None = None,
+) -> Document:
+    """Do the main job on the example data, and write map, points, pictures and a page.
+
+    Each file is written as soon as what it shows is known.
+
+    Parameters
+    ----------
+    data : Path
+        Folder of the example data.
+    output : Path
+        Folder; made if it does not exist.
+    written : callable
+        Called with each file that is written.
+    record : WorkRecord or None
+        What was done with what, for the page.
+
+    Returns
+    -------
+    Document
+        That the page shows.
+
+    Raises
+    ------
+    PretravelError
+        Data that are missing or wrong; a folder that cannot be made.
+    """
+    touches = read_demonstration(data)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
+    job = do_main_job(touches)
+    pictures = main_job_pictures(job)
+    _write_pictures(pictures, output, written)
+    write_points(output / "points.csv", job.points)
+    written(output / "points.csv")
+    write_map(output / "map.nc", job.qualification.pretravel_map)
+    written(output / "map.nc")
+    kinds = compare_kinds_of_map(touches, job.qualification)
+    more = kinds_pictures(kinds)
+    _write_pictures(more, output, written)
+    pictures |= more
+    document = demonstration_document(job, kinds, pictures.values())
+    files = ("points.csv", "map.nc", *pictures)
+    write_page(output / "index.html", document, files, record=record)
+    return document
+
+
+def _write_pictures(
+    pictures: Mapping[str, Picture], output: Path, written: Callable[[Path], None]
+) -> None:
+    for name, picture in pictures.items():
+        save_picture_file(picture, output / name)
+        written(output / name)
+
+
+def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
+    def column(name: str, values: Sequence[float]) -> Column:
+        return Column.of(name, [value / MICROMETRE for value in values], "µm")
+
+    columns = [
+        Column.of("kind of map", [_title(entry.kind) for entry in errors]),
+        column("fitted", [entry.fitted for entry in errors]),
+        column("left out", [entry.left_out for entry in errors]),
+    ]
+    if on_part:
+        columns.append(column("on the part", [entry.on_part for entry in errors]))
+    return Table(tuple(columns))
+
+
+def _ring_view(compared: KindsCompared) -> View:
+    first = compared.ring_maps["mean"]
+    return ring_kinds_view(
+        azimuth_angle(-first.contact_normals),
+        first.observed,
+        {
+            # About the mean's centre, as the measured values are: each kind has its own.
+            _title(kind): first.observed - made.residuals
+            for kind, made in compared.ring_maps.items()
+        },
+        _RING_TITLE,
+    )
+
+
+def ring_kinds_view(
+    azimuth: FloatArray, observed: FloatArray, kinds: Mapping[str, FloatArray], title: str
+) -> View:
+    """Pretravel on a ring, and several kinds of map fitted to it.
+
+    Parameters
+    ----------
+    azimuth : (n,) float
+        [rad]
+    observed : (n,) float
+        [mm]
+    kinds : mapping of str to (n,) float
+        Map values. [mm]
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    order = np.argsort(azimuth)
+    closed = np.append(order, order[0])
+    around: list[LineMark | Dots] = []
+    errors: list[LineMark | Rule] = [Rule(0.0, colour="ink")]
+    for index, (name, values) in enumerate(kinds.items()):
+        around.append(LineMark(azimuth[closed], values[closed] / MICROMETRE, name, series(index)))
+        error = (observed - values) / MICROMETRE
+        label = f"{name}: {value_text(float(error.std()), 'µm')}"
+        errors.append(LineMark(azimuth[order] / DEGREE, error[order], label, series(index), 1.2))
+    around.append(Dots(azimuth, observed / MICROMETRE, "measured", "ink", size=3.0))
+    return View(
+        title,
+        (
+            PolarChart("pretravel", Axis("pretravel", "µm", 0.0), tuple(around)),
+            PlaneChart("errors left (standard deviation)", Axis("azimuth", "°", 0.0, 360.0),
+                       Axis("measured less map", "µm"), tuple(errors)),
+        ),
+        columns=2,
+    )  # fmt: skip

@@ -1,0 +1,340 @@
+"""Report of measured features: sizes, positions and forms, before and after, and conformity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.measurement.conformity import Conformity, ConformityVerdict, verdict_words
+from pretravel.measurement.feature_budget import feature_budgets
+from pretravel.measurement.feature_uncertainty import FORM_OF_PART
+from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
+from pretravel.measurement.tolerances import InspectedFeature, side_of_failure
+from pretravel.show.budget_picture import budget_picture
+from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Span, Table
+from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.tasks.reports.feature_picture import features_view
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
+
+_MOST_BUDGETS = 6
+"""Drawn as bars; a page lists all of them as tables."""
+_ASSOCIATION = (
+    "features of least squares (Gaussian association): not the largest inscribed or smallest "
+    "circumscribed ones. Form is the range of the residuals at the touched points; the surface "
+    "between them is not seen"
+)
+
+
+def features_document(
+    features: Sequence[InspectedFeature],
+    *,
+    points_name: str = "",
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of measured features.
+
+    Parameters
+    ----------
+    features : sequence of InspectedFeature
+    points_name : str
+        Of the file with the points.
+    warnings : sequence of str
+        Beside those that follow from the features.
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{points_name}, features" if points_name else "Features"
+    measured = [inspected.feature for inspected in features]
+    decided = [(i.feature, c) for i in features for c in i.conformities]
+    tables = [_results_table(measured)]
+    angles = _angles_table(measured)
+    tables += [angles] if angles is not None else []
+    tables += [_conformity_table(decided)] if decided else []
+    budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
+    return Document(
+        title=title,
+        verdict=_verdict(features),
+        tables=tuple(tables),
+        sections=tuple(_budget_section(feature) for feature in measured),
+        pictures=(
+            Picture(
+                "Residuals before and after compensation",
+                lambda: features_view(features, title),
+            ),
+            *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
+        ),
+        notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
+        warnings=(*warnings, *_warnings(measured)),
+        budgets=budgets,
+    )
+
+
+def _name(feature: MeasuredFeature) -> str:
+    return feature.label or feature.kind
+
+
+_WITHOUT_MACHINE = (
+    ". This is no statement of conformity: u contains the errors of probing alone, not those of "
+    "the machine's geometry, of temperature and clamping"
+)
+
+
+def _verdict(features: Sequence[InspectedFeature]) -> str:
+    """What was found, and what it does not state."""
+    lacking = any(i.verdict is not None and not i.feature.errors.machine for i in features)
+    return _found(features) + (_WITHOUT_MACHINE if lacking else "")
+
+
+def _found(features: Sequence[InspectedFeature]) -> str:
+    if len(features) == 1:
+        return _verdict_of_one(features[0])
+    u_machine = features[0].feature.errors.machine
+    words = []
+    for verdict in ConformityVerdict:
+        names = [_name(i.feature) for i in features if i.verdict is verdict]
+        if not names:
+            continue
+        which = "" if verdict is ConformityVerdict.CONFORMS else f" ({', '.join(names)})"
+        words.append(f"{len(names)} {_number_of(verdict, len(names), u_machine)}{which}")
+    count = f"{len(features)} features"
+    return f"{count}: {', '.join(words)}" if words else count
+
+
+def _number_of(verdict: ConformityVerdict, count: int, u_machine: float) -> str:
+    """The words of a verdict after a number of features."""
+    words = verdict_words(verdict, u_machine)
+    if count == 1:
+        return words
+    several = {"conforms": "conform", "does not conform": "do not conform"}
+    return several.get(words, words)
+
+
+def _verdict_of_one(inspected: InspectedFeature) -> str:
+    feature = inspected.feature
+    count = f"{len(feature.points)} points"
+    if inspected.verdict is None:
+        lead = next((q for q in feature.quantities if not q.angle and q.name == "diameter"), None)
+        if lead is None:
+            form = feature.form.value / MICROMETRE
+            return f"{_name(feature)}, {count}: {feature.form_name} {form:.2f} µm"
+        expanded = COVERAGE_FACTOR * lead.u / MICROMETRE
+        size = f"diameter {lead.value:.5f} mm, U = {expanded:.2f} µm (k = 2)"
+        return f"{_name(feature)}, {count}: {size}"
+    reasons = [
+        c.name + (f": {words}" if (words := _failure_words(c, feature)) else "")
+        for c in inspected.conformities
+        if c.verdict is inspected.verdict
+    ]
+    why = "" if inspected.verdict is ConformityVerdict.CONFORMS else f" ({'; '.join(reasons)})"
+    words = verdict_words(inspected.verdict, feature.errors.machine)
+    return f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}"
+
+
+def _decided_value(inspected: InspectedFeature) -> str:
+    """The one value that was compared with a tolerance, with its U; nothing for several."""
+    if len(inspected.conformities) != 1:
+        return ""
+    name = inspected.conformities[0].name
+    found = next((q for q in _rows(inspected.feature) if q.name == name), None)
+    if found is None:
+        return ""
+    expanded = COVERAGE_FACTOR * found.u / MICROMETRE
+    return f"; {name} {found.value:.5f} mm, U = {expanded:.2f} µm (k = 2)"
+
+
+def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
+    if (
+        conformity.name != "diameter"
+        or conformity.verdict is not ConformityVerdict.DOES_NOT_CONFORM
+    ):
+        return ""
+    return side_of_failure(conformity, feature.side)
+
+
+def _rows(feature: MeasuredFeature) -> list[Quantity]:
+    """The lengths of a feature: its size, coordinates, position and form."""
+    rows = [quantity for quantity in feature.quantities if not quantity.angle]
+    plain = feature.uncompensated
+    if feature.located is not None:
+        value, u = feature.position
+        rows.append(Quantity("position", value, u, {}, feature.uncompensated_position))
+    if feature.association.dof > 0:
+        form = feature.form
+        before = None if plain is None else plain.form
+        rows.append(Quantity(feature.form_name, form.value, form.u, {}, before))
+    return rows
+
+
+def _results_table(features: Sequence[MeasuredFeature]) -> Table:
+    rows = [(_name(feature), quantity) for feature in features for quantity in _rows(feature)]
+    plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
+    change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
+    u = [quantity.u / MICROMETRE for _, quantity in rows]
+    return Table(
+        (
+            Column.of("feature", [name for name, _ in rows]),
+            Column.of("quantity", [quantity.name for _, quantity in rows]),
+            Column.of("uncompensated", plain, "mm", decimals(5)),
+            Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
+            Column.of("change", change, "µm", signed_decimals(2)),
+            Column.of("u", u, "µm", decimals(3)),
+            Column.of("U (k = 2)", [COVERAGE_FACTOR * part for part in u], "µm", decimals(3)),
+        ),
+        explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
+        "uncertainty of the compensated value.",
+    )
+
+
+def _angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
+    """Half angles, and the uncertainties of directions; None where there are none."""
+    rows: list[tuple[str, str, float, float, float]] = []
+    for feature in features:
+        for quantity in (q for q in feature.quantities if q.angle):
+            before = math.nan if quantity.uncompensated is None else quantity.uncompensated
+            rows.append((_name(feature), quantity.name, before, quantity.value, quantity.u))
+        if feature.u_direction is not None:
+            what = "normal" if feature.kind == "plane" else "axis"
+            what = "direction" if feature.kind == "line" else what
+            rows.append((_name(feature), what, math.nan, math.nan, feature.u_direction))
+    if not rows:
+        return None
+    return Table(
+        (
+            Column.of("feature", [row[0] for row in rows]),
+            Column.of("angle", [row[1] for row in rows]),
+            Column.of("uncompensated", [row[2] / DEGREE for row in rows], "°", decimals(5)),
+            Column.of("compensated", [row[3] / DEGREE for row in rows], "°", decimals(5)),
+            Column.of("u", [row[4] / DEGREE for row in rows], "°", decimals(5)),
+        )
+    )
+
+
+def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> Table:
+    conformities = [conformity for _, conformity in decided]
+    lower = [c.lower if math.isfinite(c.lower) else math.nan for c in conformities]
+    upper = [c.upper if math.isfinite(c.upper) else math.nan for c in conformities]
+    guard = [
+        "too narrow" if math.isnan(c.guard_band) else number_text(c.guard_band / MICROMETRE)
+        for c in conformities
+    ]
+    reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
+    return Table(
+        (
+            Column.of("feature", [_name(feature) for feature, _ in decided]),
+            Column.of("quantity", [c.name for c in conformities]),
+            Column.of("value", [c.value for c in conformities], "mm", decimals(5)),
+            Column.of("from", lower, "mm", decimals(4)),
+            Column.of("to", upper, "mm", decimals(4)),
+            Column.of("guard band", guard, "µm"),
+            Column.of("rejection", reject, "µm"),
+            Column.of("P", [100.0 * c.probability for c in conformities], "%", decimals(1)),
+            Column.of(
+                "verdict",
+                [verdict_words(c.verdict, feature.errors.machine) for feature, c in decided],
+            ),
+        ),
+        title="Conformity",
+        explanation="It is decided that a value is inside the tolerance where it is so by at least "
+        "the guard band, and outside where it is so by more than the rejection band. P: the "
+        "probability that the true value is inside.",
+    )
+
+
+def _budget_section(feature: MeasuredFeature) -> Section:
+    """The contributions to each uncertainty, source by source."""
+    names = dict.fromkeys(cause for q in feature.quantities for cause in q.parts)
+    lengths = [q for q in feature.quantities if not q.angle]
+    table = Table(
+        (
+            Column.of("source", [*names, "u"]),
+            *(
+                Column.of(
+                    f"u({q.name})",
+                    [
+                        *(q.parts.get(cause, 0.0) / MICROMETRE for cause in names),
+                        q.u / MICROMETRE,
+                    ],
+                    "µm",
+                    decimals(3),
+                )
+                for q in lengths
+            ),
+        )
+    )
+    form = feature.form
+    return Section(
+        f"{_name(feature)}: sources of uncertainty",
+        figures=(
+            KeyFigure("form by errors", form.noise / MICROMETRE, "µm",
+                      remark="mean range that the errors of the points produce alone"),
+            KeyFigure("bias of the form", form.bias / MICROMETRE, "µm",
+                      remark="the form is too large by about this"),
+        ),
+        tables=(table,),
+        detail=True,
+    )  # fmt: skip
+
+
+def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformity]) -> list[str]:
+    notes = [_ASSOCIATION]
+    lost = [f for f in features if f.association.dof > 0 and f.form.value <= f.form.most_noise]
+    if lost:
+        alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
+        notes.append(
+            f"{', '.join(map(_name, lost))}: the form is not distinguished from the errors of the "
+            f"points, which alone produce {_range_text(alone)} on average"
+        )
+    rough = [feature for feature in features if feature.errors.excess > 0.0]
+    if rough:
+        excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
+        notes.append(
+            f"{', '.join(map(_name, rough))}: the residuals scatter by {_range_text(excess)} more "
+            f"than the errors of the points explain. This is {FORM_OF_PART} (or another error); "
+            "its effect on size and position is in u, as if it were random"
+        )
+    if conformities:
+        first = conformities[0]
+        notes.append(
+            f"decisions by the default rule of ISO 14253-1:2017 (recalled, not checked against its "
+            f"text): proven with a probability of {100 * first.required:g} %, at one limit "
+            f"{first.coverage:.3f} u"
+        )
+    return notes
+
+
+def _range_text(span: Span) -> str:
+    """A range in µm; one number where both ends are shown alike."""
+    alike = number_text(span.low) == number_text(span.high)
+    return value_text(span.low if alike else span, "µm")
+
+
+def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
+    warnings = []
+    if not all(feature.errors.correlation_known for feature in features):
+        warnings.append(
+            "the points do not state which errors they have in common (columns shared_…_um, which "
+            "files of older versions lack): u is the largest that any correlation allows"
+        )
+    elif not all(feature.errors.map_is_stated for feature in features):
+        warnings.append(
+            "the map of these points stated no uncertainty of its own (a prediction): the "
+            "difference between the described probe and yours is not in u, and no tolerance is "
+            "decided. Qualify the probe"
+        )
+    if any(feature.uncompensated is None for feature in features):
+        warnings.append("the file contains neither uncompensated points nor their pretravel")
+    elif any(feature.uncompensated_is_rebuilt for feature in features):
+        warnings.append(
+            "the file contains no uncompensated points: they are the compensated ones moved back "
+            "by their pretravel along the normal, without delay travel or oblique approach"
+        )
+    warnings.extend(
+        f"{_name(feature)}: {len(feature.points)} points determine it exactly, so its form is not "
+        "known, and a gross error would not be seen"
+        for feature in features
+        if feature.association.dof < 1
+    )
+    return warnings

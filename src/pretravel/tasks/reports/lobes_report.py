@@ -1,0 +1,63 @@
+"""A map in one sentence for a machinist: size of its lobes, and what corrections leave of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.base.units import MICROMETRE
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.sector_tables import equator
+from pretravel.measurement.comparison import Comparison
+from pretravel.show.formatting import decimals, value_text
+from pretravel.uncertainty.gum import COVERAGE_FACTOR
+
+
+def lobe_size(pretravel_map: PretravelMap) -> float:
+    """Largest less smallest pretravel around the equator. [mm]
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Raises
+    ------
+    ExtrapolationError
+        The map does not hold all around the equator.
+    """
+    values = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
+    return float(np.ptp(values))
+
+
+def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
+    """What the probe does on the equator, and what corrections leave there.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    comparison : Comparison
+        Of this map.
+
+    Returns
+    -------
+    str
+        The errors are the largest ones; that of the full map is its expanded uncertainty (k = 2).
+    """
+    left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
+    anywhere = {row.method: row.largest for row in comparison.rows if row.where == "all"}
+    beyond = (
+        f". In all directions one radius leaves up to {_micrometres(anywhere['mean radius'])}"
+        if "mean radius" in anywhere
+        else ""
+    )
+    expanded = COVERAGE_FACTOR * comparison.u_map
+    return (
+        f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
+        "around the probe (lobes). One radius in the control leaves errors of up to "
+        f"{_micrometres(left['mean radius'])}, eight radii up to "
+        f"{_micrometres(left['eight sectors'])}, the full map {_micrometres(expanded)} "
+        f"(U, k = 2){beyond}"
+    )
+
+
+def _micrometres(length: float) -> str:
+    return value_text(length / MICROMETRE, "µm", decimals(1))

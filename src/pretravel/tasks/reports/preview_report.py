@@ -1,0 +1,130 @@
+"""Preview of a file of touches: what was understood of it, and what it lacks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import INCH
+from pretravel.files.file_format import FilePositions, FileReadings
+from pretravel.show.document import Column, Document, KeyFigure, Span, Table
+from pretravel.show.formatting import decimals, value_text
+from pretravel.uncertainty.fitting.sphere import fit_sphere
+
+_ROWS = 5
+"""First rows that are shown."""
+_ROUND = 0.01
+"""Largest share of its radius by which points of a sphere deviate from it."""
+_FEWEST = 9
+
+
+def preview_document(
+    name: str, found: FileReadings | FilePositions, *, unit_known: bool = True
+) -> Document:
+    """The preview of a file.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    found : FileReadings or FilePositions
+    unit_known : bool
+        False: the lengths are as in the file.
+
+    Returns
+    -------
+    Document
+    """
+    touches = found.touches if isinstance(found, FileReadings) else None
+    positions = found.positions if isinstance(found, FilePositions) else found.touches.positions
+    reading = found.understood if isinstance(found, FilePositions) else found.touches.reading
+    unit = "mm" if unit_known else ""
+    kind = "positions without normals" if touches is None else "touches"
+    feeds = found.feeds if isinstance(found, FilePositions) else found.touches.feeds
+    return Document(
+        title=name,
+        verdict=f"{name}: {len(positions)} {kind}",
+        figures=(
+            *((KeyFigure("read", reading),) if reading else ()),
+            *(KeyFigure(axis, Span.of(positions[:, i]), unit) for i, axis in enumerate("xyz")),
+            *(() if feeds is None else (KeyFigure("feed", Span.of(feeds), "mm/min"),)),
+            *_sphere_figures(positions, None if touches is None else touches.normals, unit),
+            *(KeyFigure("missing", words) for words in _missing(unit_known, touches is None)),
+        ),
+        tables=(_first_rows(found, positions, unit),),
+        warnings=tuple(found.notes()) if isinstance(found, FileReadings) else (),
+    )
+
+
+def with_reading_note(document: Document, readings: FileReadings) -> Document:
+    """A document with how the files of its touches were understood.
+
+    Parameters
+    ----------
+    document : Document
+    readings : FileReadings
+
+    Returns
+    -------
+    Document
+    """
+    reading = readings.touches.reading
+    return replace(document, notes=(*document.notes, *([f"read: {reading}"] if reading else [])))
+
+
+def _missing(unit_known: bool, without_normals: bool) -> list[str]:
+    missing = []
+    if not unit_known:
+        missing.append("the unit of length: state mm or inch")
+    if without_normals:
+        missing.append(
+            "normals: give the plan that was run, or state their columns; on a "
+            "reference sphere, qualify takes those of the sphere"
+        )
+    return missing
+
+
+def _sphere_figures(
+    positions: FloatArray, normals: FloatArray | None, unit: str
+) -> tuple[KeyFigure, ...]:
+    """The sphere on which the positions lie, if it is one."""
+    if len(positions) < _FEWEST:
+        return ()
+    try:
+        fit = fit_sphere(positions)
+    except PretravelError:
+        return ()
+    off = np.linalg.norm(positions - fit.center, axis=1) - fit.radius
+    deviation = float(np.max(np.abs(off)))
+    if deviation > _ROUND * fit.radius:
+        return ()
+    diameter = 2.0 * fit.radius
+    text = f"{diameter:.4f} {unit}".rstrip()
+    if not unit:
+        text += f" (as inches: {INCH * diameter:.4f} mm)"
+    remark = (
+        f"the positions lie on a sphere of diameter {text}, tip included, within "
+        f"{deviation:.4f}{' ' + unit if unit else ''}; centre "
+        f"{value_text(tuple(np.round(fit.center, 4).tolist()))}"
+    )
+    figures = [KeyFigure("sphere", remark)]
+    if normals is not None:
+        outward = np.mean(np.sum((positions - fit.center) * normals, axis=1) > 0.0)
+        words = "out of it" if outward > 0.5 else "INTO it: are they directions of travel?"
+        figures.append(KeyFigure("normals", f"they point {words}"))
+    return tuple(figures)
+
+
+def _first_rows(found: FileReadings | FilePositions, positions: FloatArray, unit: str) -> Table:
+    labels = found.labels if isinstance(found, FilePositions) else found.touches.labels
+    names = [str(i + 1) for i in range(_ROWS)] if labels is None else list(labels[:_ROWS])
+    columns = [Column("touch", tuple(names[: len(positions)]))]
+    for i, axis in enumerate("xyz"):
+        columns.append(Column.of(axis, positions[:_ROWS, i], unit, decimals(4)))
+    if isinstance(found, FileReadings):
+        for i, axis in enumerate("xyz"):
+            columns.append(Column.of(f"n{axis}", found.touches.normals[:_ROWS, i], "", decimals(4)))
+    return Table(tuple(columns), title="first rows")

@@ -1,0 +1,347 @@
+"""Report and pictures of a calibration on a rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.laboratory.rig import RigTouch, RigTrace
+from pretravel.laboratory.rig_calibration import (
+    DirectionPerformance,
+    RigCalibration,
+    Spread,
+    direction_name,
+)
+from pretravel.laboratory.rig_left_out import left_out_sentences
+from pretravel.show.budget_picture import budget_picture
+from pretravel.show.chart import Axis, Chart, PlaneChart, PolarChart, View
+from pretravel.show.chart_marks import Bars, Dots, LineMark, Mark, Note, Rule, Symbol
+from pretravel.show.colours import Colour, series
+from pretravel.show.document import (
+    Column,
+    Document,
+    KeyFigure,
+    Picture,
+    Section,
+    Span,
+    Table,
+)
+from pretravel.show.formatting import decimals, number_text, significant
+from pretravel.show.style import some_rows
+from pretravel.show.whiskers import interval_lines
+from pretravel.tasks.reports.budget_report import budget_table, expanded_figure
+from pretravel.uncertainty.gum import Budget, coverage_factor
+
+BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
+_MOST_SAMPLES = 1500
+"""Of a trace in a picture."""
+
+
+def rig_document(
+    calibration: RigCalibration,
+    budget: Budget,
+    traces: Sequence[RigTrace],
+    *,
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of a calibration on the rig, overall and by direction.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    budget : Budget
+        Of the mean pretravel of the direction touched least often.
+    traces : sequence of RigTrace
+        Of the touches of the calibration, in their order.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{len(calibration.touches)} touches on the rig"
+    left_out = len(calibration.not_used)
+    return Document(
+        title=title,
+        verdict=f"{len(calibration.touches)} traces, {len(calibration.directions)} directions"
+        + (
+            f"; {left_out} trace{'s are' if left_out > 1 else ' is'} not in the results"
+            if left_out
+            else ""
+        ),
+        figures=(
+            *performance_figures(calibration),
+            expanded_figure("expanded U", budget, "of a direction's mean pretravel"),
+            *(KeyFigure("LEFT OUT", sentence) for sentence in left_out_sentences(calibration)),
+        ),
+        tables=(direction_table(calibration),),
+        sections=(Section(tables=(budget_table(budget, title=BUDGET_TITLE),), detail=True),),
+        pictures=(
+            *rig_pictures(calibration, traces, title),
+            budget_picture(budget, "a direction's mean pretravel"),
+        ),
+        notes=(
+            (
+                "touches of one direction start at different places, so the repeatability is that"
+                " of r1 - r0, not of r1 alone"
+            ),
+        )
+        if calibration.starts_differ
+        else (),
+        warnings=tuple(warnings),
+        budgets=(replace(budget, result="mean pretravel of the direction touched least often"),),
+    )
+
+
+def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
+    """The performance of a probe over all directions."""
+    digits = decimals(3)
+    low, high = (calibration.anisotropy_interval / MICROMETRE).tolist()
+    readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)]
+    u, dof = calibration.u_pretravel / MICROMETRE, calibration.repeatability.dof
+    return (
+        KeyFigure(
+            "pretravel r1 - r0", calibration.pretravel / MICROMETRE, "µm", digits,
+            None if math.isnan(u) else u,
+            coverage_factor=None if math.isnan(u) else coverage_factor(dof),
+            remark="mean of the directions" + ("" if math.isnan(u) else "; u from repeats alone"),
+        ),
+        KeyFigure(
+            "anisotropy", calibration.anisotropy / MICROMETRE, "µm", digits,
+            interval=None if math.isnan(low) else Span(low, high),
+            remark="largest less smallest" + ("" if math.isnan(low) else "; from repeats alone"),
+        ),
+        _repeatability_figure(calibration.repeatability),
+        KeyFigure(
+            "of that, sampling", float(np.mean(readings)) / MICROMETRE, "µm", digits,
+            remark="of a single pretravel: edges lie between samples", detail=True,
+        ),
+        KeyFigure(
+            "hysteresis r3 - r0", calibration.hysteresis / MICROMETRE, "µm", digits, remark="mean"
+        ),
+        KeyFigure(
+            "largest hysteresis", calibration.largest_hysteresis / MICROMETRE, "µm", digits
+        ),
+    )  # fmt: skip
+
+
+def _repeatability_figure(spread: Spread) -> KeyFigure:
+    if math.isnan(spread.value):
+        return KeyFigure("repeatability", "unknown: nothing was repeated")
+    return KeyFigure(
+        "repeatability",
+        spread.value / MICROMETRE,
+        "µm",
+        decimals(3),
+        interval=Span(spread.low / MICROMETRE, spread.high / MICROMETRE),
+        remark=f"{number_text(spread.dof, decimals(0))} degrees of freedom; unidirectional, pooled",
+    )
+
+
+def direction_table(calibration: RigCalibration) -> Table:
+    """The performance of a probe in each direction."""
+
+    def column(name: str, values: Sequence[float]) -> Column:
+        return Column.of(name, [value / MICROMETRE for value in values], "µm", decimals(3))
+
+    directions = calibration.directions
+    return Table(
+        (
+            Column.of(
+                "azimuth",
+                [d.azimuth / DEGREE if math.isfinite(d.azimuth) else d.name for d in directions],
+                "°",
+                significant(6),
+            ),
+            Column.of("n", [float(d.count) for d in directions], digits=decimals(0)),
+            column("pretravel", [d.pretravel for d in directions]),
+            column("u", [d.u_pretravel for d in directions]),
+            column("s", [d.repeatability.value for d in directions]),
+            column("range", [d.pretravel_range for d in directions]),
+            column("hysteresis", [d.hysteresis for d in directions]),
+            column("u of hysteresis", [d.u_hysteresis for d in directions]),
+        ),
+        title="Performance by direction",
+        explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
+        "directions; s: standard deviation of one touch, from the repeats of its direction.",
+        detail=True,
+    )
+
+
+def rig_pictures(
+    calibration: RigCalibration, traces: Sequence[RigTrace], title: str = ""
+) -> tuple[Picture, ...]:
+    """Pictures of all directions, where there are several touches, and of one touch.
+
+    That touch is the one with the median pretravel.
+    """
+    touches = calibration.touches
+    middle = int(np.argsort([touch.pretravel for touch in touches])[len(touches) // 2])
+    one = Picture(
+        f"One touch: {touches[middle].trace}", lambda: trace_view(traces[middle], touches[middle])
+    )
+    if len(touches) == 1:
+        return (one,)
+    return (
+        Picture(
+            "Pretravel, its repeatability and hysteresis over the directions",
+            lambda: rig_view(calibration, title),
+        ),
+        one,
+    )
+
+
+def rig_view(calibration: RigCalibration, title: str = "") -> View:
+    """Pretravel, repeatability and hysteresis over the directions of a calibration.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    directions = calibration.directions
+    around = all(math.isfinite(d.azimuth) for d in directions)
+    if around:
+        places = np.array([d.azimuth for d in directions]) / DEGREE
+        axis = Axis("azimuth", "°", -10.0, 370.0, ticks=tuple(45.0 * k for k in range(9)))
+        first: Chart = _around(calibration)
+    else:
+        places = np.arange(len(directions), dtype=np.float64)
+        axis = Axis("direction", categories=tuple(d.name for d in directions))
+        means = np.array([d.pretravel for d in directions]) / MICROMETRE
+        first = PlaneChart("pretravel r1 - r0", axis, Axis("pretravel", "µm", 0.0),
+                           (Bars(places, means, "mean of the direction"),))  # fmt: skip
+    charts = (first, *_spreads(directions, places, axis))
+    return View(title or "Calibration on the rig", charts)
+
+
+def _around(calibration: RigCalibration) -> PolarChart:
+    """Pretravel around the circle: every touch, and the mean of each direction.
+
+    No line connects the directions: nothing was touched between them.
+    """
+    directions = calibration.directions
+    means = np.array([d.pretravel for d in directions]) / MICROMETRE
+    marks: list[Dots | Rule] = [
+        Rule(calibration.pretravel / MICROMETRE, "mean of all directions", "reference")
+    ]
+    for used, name, role, symbol in _USED_OR_NOT:
+        azimuth, pretravel, labels = [], [], []
+        for d in directions:
+            for touch in calibration.touches:
+                if direction_name(touch.trace) == d.name and used == (
+                    touch.trace not in calibration.not_used
+                ):
+                    azimuth.append(d.azimuth)
+                    pretravel.append(touch.pretravel / MICROMETRE)
+                    labels.append(touch.trace)
+        if labels:
+            marks.append(Dots(np.array(azimuth), np.array(pretravel), name, role,
+                              symbol=symbol, size=4.0, labels=tuple(labels)))  # fmt: skip
+    names = tuple(f"mean of {d.count} touches" for d in directions)
+    marks.append(Dots(np.array([d.azimuth for d in directions]), means, "mean of a direction",
+                      "ink", symbol="ring", size=8.0, labels=names))  # fmt: skip
+    return PolarChart("pretravel r1 - r0", Axis("pretravel", "µm", 0.0), tuple(marks))
+
+
+_USED_OR_NOT: tuple[tuple[bool, str, Colour, Symbol], ...] = (
+    (True, "single touches", "series1", "dot"),
+    (False, "not in the results", "limit", "cross"),
+)
+
+
+def _spreads(
+    directions: Sequence[DirectionPerformance], places: FloatArray, axis: Axis
+) -> tuple[PlaneChart, PlaneChart]:
+    """Repeatability and hysteresis of each direction, with all of their intervals."""
+    value, low, high = (
+        np.array([getattr(d.repeatability, name) for d in directions]) / MICROMETRE
+        for name in ("value", "low", "high")
+    )
+    # Intervals from two repeats reach up thirty times: they need steps of equal ratios.
+    ratios = bool(np.all(low[np.isfinite(low)] > 0.0)) and bool(np.isfinite(low).any())
+    repeatability = PlaneChart(
+        "repeatability",
+        axis,
+        Axis("standard deviation of pretravel", "µm", logarithmic=ratios),
+        (interval_lines(places, low, high, "interval of 95 %"),
+         Dots(places, value, "standard deviation")),
+    )  # fmt: skip
+    hysteresis = np.array([d.hysteresis for d in directions]) / MICROMETRE
+    u = np.array([d.u_hysteresis for d in directions]) / MICROMETRE
+    back = PlaneChart(
+        "hysteresis r3 - r0",
+        axis,
+        Axis("hysteresis", "µm"),
+        (Rule(0.0, colour="ink"),
+         interval_lines(places, hysteresis - 2.0 * u, hysteresis + 2.0 * u, "2 u", "series2"),
+         Dots(places, hysteresis, "mean of a direction", "series2")),
+    )  # fmt: skip
+    return repeatability, back
+
+
+def trace_view(trace: RigTrace, touch: RigTouch) -> View:
+    """One trace with its events: as a whole, its signals, and near the contact.
+
+    Parameters
+    ----------
+    trace : RigTrace
+    touch : RigTouch
+        Of this trace.
+
+    Returns
+    -------
+    View
+    """
+    return View(trace.name, (_whole_trace(trace), _signals(trace), _contact(trace, touch)))
+
+
+def _whole_trace(trace: RigTrace) -> PlaneChart:
+    """Push rod and tip over time."""
+    rows = some_rows(np.arange(len(trace.time)), _MOST_SAMPLES)
+    return PlaneChart(
+        "push rod and tip",
+        Axis("time", "s"),
+        Axis("displacement", "µm"),
+        (LineMark(trace.time[rows], trace.ruler[rows] / MICROMETRE, "push rod"),
+         LineMark(trace.time[rows], trace.laser[rows] / MICROMETRE, "tip (laser)", "series2")),
+    )  # fmt: skip
+
+
+def _signals(trace: RigTrace) -> PlaneChart:
+    """The levels of contact and trigger over time; a level is high at rest."""
+    marks = []
+    for place, (level, name) in enumerate(((trace.contact, "contact"), (trace.trigger, "trigger"))):
+        edges = np.flatnonzero(np.diff(level.astype(np.int64)))
+        rows = np.unique(np.concatenate([[0], edges, edges + 1, [len(level) - 1]]))
+        marks.append(LineMark(trace.time[rows], place + 0.6 * level[rows], name, series(2 + place)))
+    return PlaneChart("signals, high at rest", Axis("time", "s"),
+                      Axis("", "", -0.2, 1.9, ("contact", "trigger")), tuple(marks))  # fmt: skip
+
+
+def _contact(trace: RigTrace, touch: RigTouch) -> PlaneChart:
+    """The tip over the push rod near the contact, with the four events."""
+    events = {name: getattr(touch, name) / MICROMETRE for name in ("r0", "r1", "r2", "r3")}
+    ruler, laser = trace.ruler / MICROMETRE, trace.laser / MICROMETRE
+    around = [events[name] for name in ("r0", "r2") if np.isfinite(events[name])]
+    low, high = (min(around) - 3.0, max(around) + 1.0) if around else (ruler.min(), ruler.max())
+    near = np.flatnonzero((ruler >= low) & (ruler <= high))
+    rows = some_rows(near, 2 * _MOST_SAMPLES)
+    marks: list[Mark] = [LineMark(ruler[rows], laser[rows], "tip", "series2", 1.0)]
+    top = float(laser[rows].max()) if len(rows) else 0.0
+    for name, place in events.items():
+        if np.isfinite(place):
+            height = 0.9 * top if name == "r3" else top  # r3 is close to r0
+            marks += [Rule(place, upright=True), Note(place, height, name)]
+    return PlaneChart("near the contact: r0 contact, r1 trigger, r2 stop, r3 contact lost",
+                      Axis("push rod", "µm", float(low), float(high)), Axis("tip", "µm"),
+                      tuple(marks))  # fmt: skip

@@ -1,1 +1,0 @@
-"""From forces on the tip to the trigger: statics, event, prediction."""

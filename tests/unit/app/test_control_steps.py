@@ -1,0 +1,26 @@
+"""The steps at a control name the programs that were made, for every control of the screen."""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.app.screens.control_steps import control_steps
+from pretravel.app.screens.engineer_control import CONTROL_WORDS
+from pretravel.tasks.export import ExportWish, export_map
+from tests.support.example_maps import example_map
+
+
+@pytest.mark.parametrize("control", [name for name in CONTROL_WORDS if name])
+def test_every_control_has_steps(control: str) -> None:
+    assert len(control_steps(control, [])) >= 1
+
+
+@pytest.mark.parametrize("control", ["fanuc", "haas"])
+def test_the_programs_that_are_called_are_those_of_the_files(control: str) -> None:
+    wish = ExportWish(program=8100)
+    files = export_map(example_map(), control, wish, written="2026-01-01")
+    steps = " ".join(control_steps(control, files.texts))
+    assert "G65 P8100" in steps
+    assert "G65 P8101" in steps
+    head = "\n".join(files.texts.values())
+    assert "G65 P8101" in head  # the head of the file states the same call

@@ -1,0 +1,88 @@
+"""The result of the inputs as they are at this moment, which buttons give."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from pretravel.app.project import ScreenState
+from pretravel.app.tasks import Finished, Inputs, Task, Work
+from pretravel.base.errors import PretravelError
+
+
+def length(inputs: Inputs) -> float:
+    """The setting; it is refused where it is negative."""
+    given: float = inputs.settings["length"]
+    if given < 0.0:
+        raise PretravelError("the length is negative")
+    return given
+
+
+def finished_after(
+    change: Callable[[Work], None], compute: Callable[[Inputs], float] = length, **options: bool
+) -> Finished:
+    """What is given at once after a change of a work that has the result 1."""
+
+    async def run() -> Finished:
+        state = ScreenState("screen")
+        work = Work(Task("length", compute, settings=("length",), **options), state)
+        state.listen(work.inputs_changed)
+        state.settings["length"] = 1.0
+        work.start()
+        assert (await work.finished()).result == 1.0
+        change(work)
+        return await work.finished()
+
+    return asyncio.run(asyncio.wait_for(run(), 60.0))
+
+
+def typed(value: float) -> Callable[[Work], None]:
+    def change(work: Work) -> None:
+        work.state.settings["length"] = value
+
+    return change
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_run_that_begins_soon_is_waited_for(live: bool) -> None:
+    found = finished_after(typed(2.0), live=live)
+    assert found.result == 2.0
+    assert found.settings == {"length": 2.0}
+
+
+def test_an_error_is_said_instead_of_the_old_result() -> None:
+    with pytest.raises(PretravelError, match="the length is negative"):
+        finished_after(typed(-1.0))
+
+
+def test_a_cancelled_run_gives_no_old_result() -> None:
+    go_on = threading.Event()
+
+    def slow(inputs: Inputs) -> float:
+        assert inputs.settings["length"] == 1.0 or go_on.wait(20.0)
+        return length(inputs)
+
+    def cancelled(work: Work) -> None:
+        typed(2.0)(work)
+        work.start()
+        work.cancel()
+        go_on.set()
+
+    with pytest.raises(PretravelError, match="Cancelled after"):
+        finished_after(cancelled, slow)
+
+
+def test_work_with_a_button_gives_its_result_with_the_settings_of_that_time() -> None:
+    """The page says that the settings have changed since."""
+    found = finished_after(typed(2.0), automatic=False)
+    assert found.result == 1.0
+    assert found.settings == {"length": 1.0}
+
+
+def test_without_a_result_it_says_what_to_do() -> None:
+    work = Work(Task("length", length, automatic=False), ScreenState("screen"))
+    with pytest.raises(PretravelError, match="no result yet"):
+        asyncio.run(work.finished())

@@ -1,0 +1,71 @@
+"""The part of a project is geometry: nothing of a file that was sent is executed."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pretravel.app.screens.designer_work import start_text
+from pretravel.app.screens.part_work import compensate_part, measure_part
+from pretravel.app.tasks import Inputs
+from pretravel.base.errors import PretravelError
+from pretravel.cli.measure import tolerance
+from pretravel.prediction.catalogue import description_text
+from tests.support.examples import EXAMPLES
+
+
+@pytest.mark.parametrize("name", ["evil.py", "evil.py#a.step"])
+def test_a_python_file_as_part_is_not_executed(tmp_path: Path, name: str) -> None:
+    """A project that somebody sent can contain any file: its endings were not checked at a drop."""
+    executed = tmp_path / "executed"
+    for place in (name, "evil.py"):
+        (tmp_path / place).write_text(f"open({str(executed)!r}, 'w')\nsurface = 1\n")
+    files = {"touches": (EXAMPLES / "part_touches.csv",), "part": (tmp_path / name,)}
+    with pytest.raises(PretravelError):
+        compensate_part(Inputs({"probe": "omp40-2"}, files))
+    assert not executed.exists()
+
+
+def test_a_path_as_a_probe_is_refused(tmp_path: Path) -> None:
+    """The field offers the catalogue alone, but a project that was sent can state anything."""
+    (tmp_path / "mine.toml").write_text(description_text("omp40-2"), encoding="utf-8")
+    files = {"touches": (EXAMPLES / "part_touches.csv",)}
+    with pytest.raises(PretravelError, match="choose a probe of the catalogue"):
+        compensate_part(Inputs({"probe": str(tmp_path / "mine.toml")}, files))
+
+
+@pytest.mark.parametrize("step", ["/etc/solids.step", "../../solids.step", "//host/share/a.step"])
+def test_a_description_names_no_file_of_this_computer(tmp_path: Path, step: str) -> None:
+    geometry = f'[geometry]\nstep = "{step}"\ntripod = "a"\nstylus = "b"\ntip = "c"\n'
+    sent = tmp_path / "sent.toml"
+    sent.write_text(f"{description_text('omp40-2')}\n{geometry}", encoding="utf-8")
+    files = {"touches": (EXAMPLES / "part_touches.csv",), "map": (sent,)}
+    with pytest.raises(PretravelError, match=f"takes its solids from {Path(step).name}"):
+        compensate_part(Inputs({}, files))
+    with pytest.raises(PretravelError, match=f"takes its solids from {Path(step).name}"):
+        start_text("omp40-2", sent)
+    sent.write_text(description_text("omp40-2"), encoding="utf-8")
+    assert start_text("omp40-2", sent) == description_text("omp40-2")
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(None, 25.1), (24.9, None), (24.9, 25.1), (None, None)]
+)
+def test_the_command_has_the_limits_that_were_used(
+    lower: float | None, upper: float | None
+) -> None:
+    files = {"touches": (EXAMPLES / "part_touches.csv",)}
+    result = compensate_part(Inputs({"probe": "omp40-2"}, files))
+    settings = {"feature": "sphere", "lower": lower, "upper": upper, "u_machine_um": 1.23456789}
+    found = measure_part(result, Inputs(settings, files))
+    words = shlex.split(found.command)
+    assert words[words.index("--u-machine") + 1] == "1.23456789"
+    assert ("--tolerance" in words) == (lower is not None or upper is not None)
+    if "--tolerance" in words:
+        typed = tolerance(words[words.index("--tolerance") + 1])
+        wanted = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
+        assert (typed.low, typed.high) == (lower, upper)
+        assert found.features.wish.tolerances.size == wanted

@@ -1,0 +1,115 @@
+"""Formats are recognised by their content; what a format needs is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pretravel.base.errors import InputError
+from pretravel.controls.machine import Machine, work_placement
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.format_registry import FORMATS, format_of
+from pretravel.files.logs.log_lines import read_log_positions
+from pretravel.files.machine_file import machine_text
+from pretravel.files.readings import read_readings
+from tests.support.commands import run
+from tests.support.control_logs import (
+    DMIS_OUTPUT,
+    FUSION_HAAS,
+    GRBL_LOG,
+    OWN_LOG,
+    PLAN,
+    PRINT_FILE,
+    PROBEOPEN_ROW,
+    QIF_FILE,
+    written,
+)
+from tests.support.examples import ROOT
+
+
+class TestCatalogue:
+    @pytest.mark.parametrize(
+        ("text", "name"),
+        [
+            (OWN_LOG, "linuxcnc"),
+            ("1 2 3 0 0 0 0 0 0\n", "probeopen"),
+            ("G1 X1.0 Y2.0 Z3.0\n", "positions"),
+            (GRBL_LOG, "grbl"),
+            (FUSION_HAAS, "fusion"),
+            (QIF_FILE, "qif"),
+            (DMIS_OUTPUT, "dmis"),
+            (PRINT_FILE, "print"),
+            ("x_mm,y_mm,z_mm,nx,ny,nz\n", "csv"),
+        ],
+    )
+    def test_formats_are_recognised(self, tmp_path: Path, text: str, name: str) -> None:
+        assert format_of(written(tmp_path, text)).name == name
+        assert name in {entry.name for entry in FORMATS}
+
+    def test_every_format_is_in_the_documents(self) -> None:
+        table = ROOT / "docs" / "formats.md"
+        text = table.read_text(encoding="utf-8")
+        for entry in FORMATS:
+            if entry.refusal:
+                assert f"| `{entry.name}` | {entry.what} | {entry.refusal} |" in text
+                continue
+            row = f"| `{entry.name}` | {entry.what} | {entry.reads} | {entry.writes} | "
+            assert row + f"{entry.needs} | {entry.verified} |" in text
+
+    def test_labels_like_coordinates_are_no_positions(self, tmp_path: Path) -> None:
+        text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"
+        assert format_of(written(tmp_path, text)).name == "csv"
+
+    def test_files_that_need_more_are_sent_to_convert(self, tmp_path: Path) -> None:
+        path = written(tmp_path, FUSION_HAAS)
+        told = run("qualify", path, "--diameter", 25, code=2)
+        assert "format fusion" in told
+        assert "pretravel convert" in told
+
+    def test_positions_want_the_plan_that_was_run(self, tmp_path: Path) -> None:
+        path = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
+        with pytest.raises(InputError, match="give the plan that was run"):
+            read_readings(path, ReadingOptions())
+        with pytest.raises(InputError, match="the tip's diameter is needed"):
+            read_readings(path, ReadingOptions(plan=PLAN))
+        found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
+        assert found.touches.labels == ("a",)
+
+    def test_a_plan_that_is_not_used_is_named(self, tmp_path: Path) -> None:
+        path = written(tmp_path, "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+        found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
+        assert "the plan was not used" in found.notes()[-1]
+        assert "plan" not in " ".join(read_readings(path, ReadingOptions()).notes())
+
+    def test_turn_of_positions_comes_from_the_machine_file(self, tmp_path: Path) -> None:
+        log = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")
+        (tmp_path / "plan.csv").write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,0,0,0,1\n")
+        mill = tmp_path / "mill.toml"
+        mill.write_text(machine_text(Machine(work=work_placement(1, 2, 3, 0.5))))
+        given = ["--plan", tmp_path / "plan.csv", "--machine", mill, "-o", tmp_path / "t.csv"]
+        assert "turned by 28.6479°" in run("convert", log, *given, code=2)
+        run("convert", log, *given, "--frame", "machine")
+        found = read_readings(log, ReadingOptions(plan=PLAN, tip_radius=3.0, overtravel=2.0))
+        assert "taken as not rotated" in found.notes()[-1]
+
+    def test_decimal_commas(self, tmp_path: Path) -> None:
+        path = written(tmp_path, PROBEOPEN_ROW.format(x=0.0).replace(".", ","))
+        with pytest.raises(InputError, match="use a point as decimal sign"):
+            read_readings(path, ReadingOptions(units="mm", plan=PLAN, tip_radius=3.0))
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("G1 X0 Y0 Z2.99\n", "does not state its units"),
+            ("G20\nG1 X0 Y0\n", "has no Z"),
+            ("G21\nG1 X0 Y0 Z1\nhello\n", "line 3: 'hello' is not a position"),
+            ("G21\nG1 X0 Y0 Z2,990\n", "line 2: .*use points as decimal signs"),
+            ("G21\nG1 X1.2.3 Y0 Z1\n", "line 2: .* is not a position"),
+            ("G21 G91\nG1 X0 Y0 Z1\n", "line 1: G91"),
+            ("G21\nX0 Y0 Z1 A0\nX0 Y0 Z1 A90\n", "line 3: the rotary axis A has moved"),
+        ],
+    )
+    def test_log_lines_refused(self, tmp_path: Path, text: str, words: str) -> None:
+        with pytest.raises(InputError, match=words):
+            read_log_positions(written(tmp_path, text))

@@ -1,0 +1,108 @@
+"""Compensated points come back from every format as they were written."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.base.errors import InputError
+from pretravel.files.point_files import write_points
+from pretravel.files.points_reading import read_points
+from pretravel.files.touches_csv import read_touches
+from pretravel.measurement.compensation import apply
+from pretravel.measurement.point_errors import point_sources, total_covariance
+from pretravel.measurement.points import FIXED_SCATTER, Points
+from tests.support.example_maps import example_map
+from tests.support.examples import EXAMPLES
+
+PART = read_touches(EXAMPLES / "part_touches.csv")
+
+
+@pytest.fixture(scope="module")
+def points() -> Points:
+    return apply(PART, example_map())
+
+
+def test_factors_make_up_the_covariance_of_all_points(points: Points) -> None:
+    """Factors and own variances against the full covariance: 2 % of a variance may be missing."""
+    assert points.shared is not None
+    total = total_covariance(point_sources(PART, points, example_map())).matrix
+    # Fixed scatter is common to points of one direction; all directions differ here.
+    factors = np.array([v for k, v in points.shared.items() if k != FIXED_SCATTER])
+    own = points.standard_uncertainty**2 - np.sum(factors**2, axis=0)
+    found = factors.T @ factors + np.diag(own)
+    assert np.abs(found - total).max() < 0.02 * np.diag(total).max()
+    assert own == pytest.approx(example_map().single_touch ** 2, rel=0.1)
+
+
+def test_a_map_that_is_far_better_than_the_touches_is_still_stated() -> None:
+    """A repeatability of 1 mm: without a factor the map would look like a prediction."""
+    rough = apply(PART, replace(example_map(), repeatability=1.0))
+    assert rough.shared is not None
+    assert list(rough.shared)[-1] == "map 1"
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "parquet", "nc"])
+def test_round_trip(points: Points, ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"points.{ending}"
+    write_points(path, points)
+    again = read_points(path)
+    near = {"rtol": 1e-11, "atol": 1e-12}  # CSV has twelve digits
+    assert np.allclose(again.positions, points.positions, **near)
+    assert np.allclose(again.normals, points.normals, **near)
+    assert np.allclose(again.pretravel, points.pretravel, **near)
+    assert np.allclose(again.standard_uncertainty, points.standard_uncertainty, **near)
+    assert again.uncompensated is not None
+    assert points.uncompensated is not None
+    assert np.allclose(again.uncompensated, points.uncompensated, **near)
+    assert again.labels == points.labels
+    assert again.shared is not None
+    assert points.shared is not None
+    assert list(again.shared) == list(points.shared)
+    for cause, moved in points.shared.items():
+        assert np.allclose(again.shared[cause], moved, **near)
+
+
+def _read(tmp_path: Path, text: str, name: str = "points.csv") -> Points:
+    path = tmp_path / name
+    path.write_text(text)
+    return read_points(path)
+
+
+def test_older_files_do_not_state_what_is_common(tmp_path: Path) -> None:
+    old = "label,x_mm,y_mm,z_mm,nx,ny,nz,pretravel_um,u_um\nA,1,2,3,0,0,1,12,0.5\n"
+    found = _read(tmp_path, old)
+    assert found.shared is None
+    assert found.uncompensated is None
+    assert found.labels == ("A",)
+
+
+def test_points_without_common_errors_say_so(points: Points, tmp_path: Path) -> None:
+    for name in ("points.csv", "points.nc"):
+        write_points(tmp_path / name, replace(points, shared={}))
+        assert read_points(tmp_path / name).shared == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "message"),
+    [
+        ("x_mm,y_mm,z_mm,nx,ny,nz\n1,2,3,0,0,1\n", "p.csv", "no column u_um.*Compensate them"),
+        ("x_mm,y_mm,z_mm,nx,ny,nz,u_um\n1,2,3,0,0,1,-1\n", "p.csv", "line 2: u_um is negative"),
+        ("x_mm,y_mm,z_mm,nx,ny,nz,u_um\n1,2,3,0,0,0,1\n", "p.csv", "line 2"),
+        (
+            "x_mm,y_mm,z_mm,nx,ny,nz,u_um,shared_map_1_um\n1,2,3,0,0,1,1,2\n",
+            "p.csv",
+            r"shared errors \(2 µm\) are larger",
+        ),
+        ("[1, 2]", "p.json", "a list of rows"),
+        ("{", "p.json", "not JSON"),
+        ("", "p.qif", "not from .qif"),
+        ("CDF", "p.nc", "not a NetCDF file"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, text: str, name: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        _read(tmp_path, text, name)

@@ -1,0 +1,67 @@
+"""The history of a probe is a file that any program can write to: what is read is checked."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from pretravel.base.errors import InputError
+from pretravel.files.probe_history import read_history
+from pretravel.tasks.reports.history_report import history_document, history_view
+from tests.unit.formats.test_files_of_version_1 import FOLDER
+
+
+def _changed(folder: Path, *statements: str) -> Path:
+    path = folder / "history.sqlite"
+    shutil.copy(FOLDER / "history.sqlite", path)
+    connection = sqlite3.connect(path)
+    for statement in statements:
+        connection.execute(statement)
+    connection.commit()
+    connection.close()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("size_um", "'much'"), ("size_um", "x'ff00'"), ("size_um", "9e999"), ("size_um", "1e300"),
+        ("tip_diameter_mm", "NULL"), ("changed", "NULL"), ("changed", "7"), ("time", "'noon'"),
+        ("false_alarm_rate", "'a'"), ("false_alarm_rate", "0"), ("u_size_um", "-1"),
+        ("map", "x'ff'"), ("decision", "x'00'"),
+    ],
+)  # fmt: skip
+def test_values_that_no_verification_has(tmp_path: Path, column: str, value: str) -> None:
+    path = _changed(tmp_path, f"UPDATE verification SET {column} = {value} WHERE number = 2")
+    with pytest.raises(InputError, match=rf"entry 2 of the history is damaged: {column} is"):
+        read_history(path)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TRIGGER t AFTER INSERT ON verification BEGIN DELETE FROM verification; END",
+        "ALTER TABLE verification ADD COLUMN more AS (abs(size_um))",
+    ],
+)
+def test_a_database_that_contains_programs(tmp_path: Path, statement: str) -> None:
+    with pytest.raises(InputError, match="changed the form of its table"):
+        read_history(_changed(tmp_path, statement))
+
+
+def test_a_view_without_end(tmp_path: Path) -> None:
+    """In place of the table: counting without end."""
+    endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n) SELECT * FROM n"
+    path = _changed(tmp_path, "DROP TABLE verification", f"CREATE VIEW verification AS {endless}")
+    with pytest.raises(InputError, match="changed the form of its table"):
+        read_history(path)
+
+
+def test_a_history_in_which_no_size_is_known(tmp_path: Path) -> None:
+    path = _changed(tmp_path, "UPDATE verification SET size_um = NULL, u_size_um = NULL")
+    entries = read_history(path)
+    assert history_document(entries).verdict.startswith("History of a probe: 2 verifications")
+    assert history_view(entries).charts[0].title.startswith("no verification has determined")

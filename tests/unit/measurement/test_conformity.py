@@ -1,0 +1,109 @@
+"""Decisions about tolerances: the limits of the rule, and its promise, by simulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pretravel.base.errors import PretravelError
+from pretravel.measurement.conformity import (
+    ConformityVerdict,
+    form_conformity,
+    position_conformity,
+    size_conformity,
+)
+from pretravel.measurement.measured_feature import measure_feature
+from tests.support.feature_points import OWN, around, feature_points
+
+CONFORMS, FAILS, UNDECIDED = ConformityVerdict
+
+
+class TestSize:
+    # 1.6449 u at 95 %, the quantile of the normal distribution (JCGM 106, table 1).
+    @pytest.mark.parametrize(
+        ("value", "verdict"),
+        [
+            (20.0016, UNDECIDED),
+            (20.0017, CONFORMS),
+            (20.0193, CONFORMS),
+            (20.0194, UNDECIDED),
+            (20.0226, UNDECIDED),
+            (20.0227, FAILS),
+            (19.9983, FAILS),
+        ],
+    )
+    def test_guard_band_at_both_limits(self, value: float, verdict: ConformityVerdict) -> None:
+        found = size_conformity("diameter", value, 0.001, (20.0, 20.021), 0.95)
+        assert found.verdict is verdict
+        assert found.guard_band == pytest.approx(1.6449e-3, rel=1e-4)
+        assert found.rejection_band == pytest.approx(1.6449e-3, rel=1e-4)
+
+    def test_one_limit(self) -> None:
+        found = size_conformity("diameter", 5.0, 0.001, (-math.inf, 5.002), 0.95)
+        assert found.verdict is CONFORMS
+        assert found.probability == pytest.approx(0.97725, abs=1e-5)  # Φ(2)
+
+    def test_a_tolerance_that_is_too_narrow(self) -> None:
+        """±1.9 u has at most 94.3 %: in its middle conformity cannot be proven."""
+        found = size_conformity("diameter", 0.0, 0.001, (-0.0019, 0.0019), 0.95)
+        assert math.isnan(found.guard_band)
+        assert found.verdict is UNDECIDED
+
+    def test_without_uncertainty_nothing_is_decided(self) -> None:
+        assert size_conformity("d", 1.0, 0.0, (0.9, 1.1), 0.95).verdict is UNDECIDED
+
+    def test_empty_tolerance(self) -> None:
+        with pytest.raises(PretravelError, match="is empty"):
+            size_conformity("d", 1.0, 0.1, (1.1, 0.9), 0.95)
+
+
+class TestPosition:
+    def test_on_the_nominal_position(self) -> None:
+        """P(|e| <= t/2) of two equal normal errors is 1 - exp(-t²/8u²) (Rayleigh)."""
+        found = position_conformity(np.zeros(2), 1e-6 * np.eye(2), 0.004, 0.95)
+        assert found.probability == pytest.approx(1.0 - math.exp(-2.0), abs=0.004)  # 40,000 trials
+        assert found.verdict is UNDECIDED
+        assert math.isnan(found.guard_band)
+
+    def test_far_from_it_the_band_is_that_of_one_limit(self) -> None:
+        found = position_conformity(np.array([0.03, 0.04]), 1e-6 * np.eye(2), 0.2, 0.95)
+        assert found.value == pytest.approx(0.1)
+        assert found.u == pytest.approx(0.002)
+        # The error across the distance adds u²/t = 10 nm; trials scatter by 1 %.
+        assert found.guard_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
+        assert found.rejection_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
+
+
+class TestPromise:
+    """A part at the limit is accepted, or rejected, in at most 5 of 100 measurements."""
+
+    def test_form(self) -> None:
+        """Lobes whose range is the tolerance, and smaller and larger ones: false decisions."""
+        outward, _ = around(16)
+        rng = np.random.default_rng(9)
+        wave = np.cos(4.0 * np.arange(16) * 2.0 * np.pi / 16)  # range 2, no size and no shift
+        wrong = 0
+        for _ in range(200):
+            radius = 10.0 + 1e-3 * wave + OWN * rng.normal(size=16)
+            points = feature_points(radius[:, None] * outward, -outward)
+            form = measure_feature(points, "bore").form
+            below = form_conformity("roundness", form, 1.999e-3, 0.95)
+            above = form_conformity("roundness", form, 2.001e-3, 0.95)
+            wrong += below.verdict is CONFORMS
+            wrong += above.verdict is FAILS
+        # 5 % of 200 for each; 20 and 3 standard deviations of 4.4.
+        assert wrong <= 33
+
+    def test_a_range_of_noise_is_not_rejected(self) -> None:
+        """A perfect bore with a tolerance of half the noise's range."""
+        outward, _ = around(16)
+        rng = np.random.default_rng(10)
+        rejected = 0
+        for _ in range(100):
+            moved = (10.0 + OWN * rng.normal(size=16))[:, None] * outward
+            form = measure_feature(feature_points(moved, -outward), "bore").form
+            found = form_conformity("roundness", form, 0.5 * form.noise, 0.95)
+            rejected += found.verdict is FAILS
+        assert rejected == 0

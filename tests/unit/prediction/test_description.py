@@ -1,0 +1,92 @@
+"""Descriptions of probes: refused with line and key; numbers have sources."""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.base.errors import DescriptionError, InputError
+from pretravel.prediction.catalogue import (
+    catalogue_names,
+    description_text,
+    load_probe,
+    parse_probe,
+)
+
+
+def _edited(old: str, new: str) -> str:
+    text = description_text("omp40-2")
+    assert old in text
+    return text.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[0.0, 120.0, 240.0]", "[0.0, 10.0, 20.0]", "leave a gap"),
+        ("[0.0, 120.0, 240.0]", "[0.0, 0.0, 180.0]", "gap"),
+        ("[0.0, 120.0, 240.0]", "[0.0, 2.0, 180.5]", "leave a gap|apart"),
+        ("[0.0, 120.0, 240.0]", "[0.0, 120.0]", "three numbers"),
+        ("[0.0, 120.0, 240.0]", "[0.0, nan, 240.0]", "finite"),
+        ("support_angle_deg = 27.266", "support_angle_deg = 0.0", "support angle is 0°"),
+        ("support_angle_deg = 27.266", "support_angle_deg = 90.0", "support angle is 90°"),
+        ("radius_mm = 16.34", "radius_mm = -16.34", "must be positive"),
+        ("radius_mm = 16.34", "radius_mm = 1.0", "do not fit"),
+        ("radius_mm = 16.34", "radius_mm = inf", "must be a finite number"),
+        ("radius_mm = 3.0", "radius_mm = 2.0", "smaller than the stem"),
+        ("length_mm = 38.0", "length_mm = -41.0", "must be positive"),
+        ("length_mm = 38.0", 'length_mm = "long"', "must be a number"),
+        ("length_mm = 38.0", "length_mm = true", "must be a number"),
+        ('material = "ruby"', 'material = "glass"', "'glass' is not known"),
+        ("preload_N = 5.91", "preload_N = 0.0", "preload is 0 N"),
+        ("preload_N = 5.91", "preload_mN = 5910", "has no preload_mN"),
+        ("offset_mm = 14.4", "offset_mm = -1.0", "between 0 and 1000"),
+        ("offset_mm = 14.4", "offset_mm = nan", "nan"),
+        ("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, 2.0]", "unit vector"),
+        ('criterion = "first_contact"', 'criterion = "luck"', "known are"),
+        ("threshold_N = 0.0", "threshold_N = -1.0", "cannot be negative"),
+        ("mass_g = 25.0", "mass_g = -25.0", "cannot be negative"),
+        ("[spring]", "[springs]", r"\[spring\]"),
+        ("u_radius_um = 0.2", "u_radius_mm = 0.2", "has no u_radius_mm"),
+        ("[tripod]", "[tripod", "not valid TOML"),
+    ],
+)
+def test_impossible_descriptions(old: str, new: str, words: str) -> None:
+    with pytest.raises((InputError, DescriptionError), match=words) as error:
+        parse_probe(_edited(old, new), "mine.toml")
+    assert str(error.value).startswith("mine.toml")
+
+
+def test_stylus_must_be_a_list() -> None:
+    text = description_text("omp40-2")
+    single = text[: text.index("[[stylus]]")] + text[text.index("[tip]") :]
+    with pytest.raises(InputError, match=r"\[stylus\]"):
+        parse_probe(single)
+    with pytest.raises(InputError, match=r"write \[\[stylus\]\]"):
+        parse_probe(single + "\n[stylus]\nlength_mm = 50.0\n")
+
+
+def test_a_threshold_that_is_reached_at_rest(omp40) -> None:  # type: ignore[no-untyped-def]
+    from dataclasses import replace
+
+    from pretravel.prediction.predict import predict
+
+    with pytest.raises(DescriptionError, match="never be seated"):
+        predict(replace(omp40, threshold=2.2), [[1.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize("name", catalogue_names())
+def test_every_number_of_the_catalogue_has_its_source(name: str) -> None:
+    import tomllib
+
+    tables = tomllib.loads(description_text(name))
+    sources = tables.pop("sources")
+    tables.pop("name")
+    expected = set()
+    for table, content in tables.items():
+        entries = content if isinstance(content, list) else [content]
+        for number, entry in enumerate(entries, start=1):
+            prefix = f"{table}.{number}" if isinstance(content, list) else table
+            expected |= {f"{prefix}.{key}" for key in entry}
+    assert set(sources) == expected
+    assert all(sources.values())
+    load_probe(name)

@@ -1,0 +1,45 @@
+"""The pictures of a drift: dates on the axis, the limit and the dates that are due."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from pretravel.qualification.drift_over_time import DailyQuantity, drift_over_time
+from pretravel.show.chart import Axis, PlaneChart, View
+from pretravel.show.chart_files import drawn_figure
+from pretravel.show.chart_marks import Dots, LineMark, Rule
+from pretravel.show.chart_plotly import plotly_figure
+from pretravel.tasks.reports.drift_report import drift_charts, drift_verdict
+
+DAYS = [datetime(2026, 3, 1) + timedelta(days=day) for day in range(10)]
+LEVEL = DailyQuantity("level", "µm", 0.1 * np.arange(10.0), np.full(10, 0.001), 1e-3)
+
+
+def test_the_forecast_is_in_the_picture() -> None:
+    """0.1 µm a day reach 1.5 µm on the fifteenth day after the first."""
+    drift = drift_over_time(DAYS, [LEVEL], 1.5e-3)
+    (chart,) = drift_charts(drift)
+    rules = {(mark.name, round(mark.value, 1)) for mark in chart.marks if isinstance(mark, Rule)}
+    assert {("limit", 1.5), ("", -1.5), ("due date", 15.0)} <= rules
+    (dots,) = [mark for mark in chart.marks if isinstance(mark, Dots)]
+    assert dots.u is not None
+    assert np.allclose(dots.u, 0.002)
+    assert chart.x.tick_names[0] == "2026-03-01"
+    assert drift_verdict(drift).startswith("drift: level +0.1000")
+    assert "due on 2026-03-16" in drift_verdict(drift)
+
+
+def test_a_limit_that_is_passed_says_so() -> None:
+    told = drift_verdict(drift_over_time(DAYS, [LEVEL], 0.5e-3))
+    assert "QUALIFY NOW: level has probably changed the map by more than 0.50 µm" in told
+
+
+def test_words_at_ticks_are_in_files_and_pages() -> None:
+    x = Axis("date", "", 0.0, 2.0, ticks=(0.0, 2.0), tick_names=("1 March", "3 March"))
+    line = LineMark(np.arange(3.0), np.arange(3.0))
+    chart = PlaneChart("level", x, Axis("level", "µm"), (line,))
+    (axes,) = drawn_figure(View("drift", (chart,))).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["1 March", "3 March"]
+    assert "3 March" in str(plotly_figure(chart))

@@ -1,0 +1,367 @@
+"""Long tables in blocks: the same touches and points as of the whole file, in constant memory."""
+
+from __future__ import annotations
+
+import csv
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.base.directions import fibonacci_cap
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.files import table_blocks, touch_blocks
+from pretravel.files.csv_table import csv_rows_text, csv_table_text
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.touch_blocks import LongTable, long_table
+from pretravel.files.touches_csv import read_touches, write_touches
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.maps.support import DirectionSupport
+from pretravel.measurement.compensation import apply
+from pretravel.tasks import long_tables
+from pretravel.tasks.compensate import CompensationSetup, compensate_readings
+from pretravel.tasks.long_tables import compensate_long_table, convert_long_table
+from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
+from tests.support.commands import both_outputs, run
+
+COUNT = 1000
+
+
+@pytest.fixture(autouse=True)
+def _short_tables_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(table_blocks, "LONG_TABLE", 200)
+    monkeypatch.setattr(table_blocks, "_HEAD_BYTES", 3000)
+    monkeypatch.setattr(table_blocks, "_HEAD_ROWS", 20)
+    monkeypatch.setattr(long_tables, "BLOCK_ROWS", 90)
+    monkeypatch.setattr(long_tables, "_DRAWN", 50)
+
+
+@pytest.fixture(scope="module")
+def made() -> PretravelMap:
+    basis = HarmonicBasis(degrees_and_orders(2))
+    rng = np.random.default_rng(5)
+    values = np.concatenate([[0.02], rng.normal(0.0, 1e-3, basis.size - 1)])
+    return PretravelMap(
+        basis,
+        values,
+        Covariance.independent(np.full(basis.size, 4e-8)),
+        DirectionSupport(fibonacci_cap(200, 1.6)),
+        tip_radius=3.0,
+        repeatability=3e-4,
+    )
+
+
+def _touches(count: int = COUNT, *, labels: bool = False) -> Touches:
+    normals = fibonacci_cap(count, 1.5)
+    noise = np.random.default_rng(2).normal(0.0, 3e-4, (count, 3))
+    return Touches(
+        15.5 * normals + noise,
+        normals,
+        feeds=np.full(count, 60.0),
+        labels=tuple(f"bore {i // 50}-{i % 50}" for i in range(count)) if labels else None,
+        nominal_points=12.5 * normals,
+    )
+
+
+def _table(path: Path, options: ReadingOptions | None = None) -> LongTable:
+    found = long_table(path, options)
+    assert found is not None
+    return found
+
+
+def _read_in_blocks(table: LongTable) -> Iterator[Touches]:
+    for block in table.blocks(90):
+        yield table.read(block).touches
+
+
+def _equal(blocks: list[Touches], whole: Touches) -> None:
+    for name in ("positions", "normals", "approaches", "feeds", "nominal_points"):
+        parts = [getattr(block, name) for block in blocks]
+        expected = getattr(whole, name)
+        if expected is None:
+            assert all(part is None for part in parts)
+        else:
+            assert np.array_equal(np.concatenate(parts), expected)  # every bit
+    assert [line for block in blocks for line in block.lines or ()] == list(whole.lines or ())
+    if whole.labels is not None:
+        assert tuple(label for block in blocks for label in block.labels or ()) == whole.labels
+    numbers = [block.numbered_from for block in blocks]
+    assert numbers == [1 + sum(map(len, blocks[:i])) for i in range(len(blocks))]
+
+
+def test_a_short_line_is_noticed_where_its_last_column_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "touches.csv"
+    rows = ["x_mm,y_mm,z_mm,nx,ny,nz,remark", *["1.0,2.0,3.0,0,0,1,good"] * COUNT]
+    rows[800] = "1.0,2.0,3.0,0,0,1"
+    path.write_text("\n".join(rows))
+    with pytest.raises(InputError, match=r"line 801: 6 values, but the header names 7 columns"):
+        list(_read_in_blocks(_table(path)))
+
+
+@pytest.mark.parametrize("labels", [False, True])
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_blocks_of_our_own_tables_are_the_whole(tmp_path: Path, ending: str, labels: bool) -> None:
+    path = tmp_path / f"touches.{ending}"
+    write_touches(path, _touches(labels=labels))
+    blocks = list(_read_in_blocks(_table(path)))
+    assert len(blocks) > 5
+    _equal(blocks, read_touches(path))
+
+
+def _in_shop_form(path: Path, touches: Touches, *, first: str = "") -> None:
+    """Semicolons, decimal commas, two decimals of the normals, a comment before the header."""
+    rows = np.column_stack([touches.positions, touches.normals])
+    lines = [";".join(f"{v:.5f}" for v in row[:3]) + ";" + ";".join(f"{v:.2f}" for v in row[3:])
+             for row in rows]  # fmt: skip
+    text = f"# CMM 7, units: mm\nX;Y;Z;I;J;K\n{first}" + "\n".join(lines)
+    path.write_text(text.replace(".", ","), encoding="utf-8")
+
+
+def test_blocks_of_a_shops_table_are_the_whole(tmp_path: Path) -> None:
+    path = tmp_path / "shop.txt"
+    _in_shop_form(path, _touches())
+    table = _table(path)
+    blocks = list(_read_in_blocks(table))
+    whole = read_touches(path)
+    _equal(blocks, whole)
+    assert whole.reading == f"{COUNT} touches; {table.understood}"
+
+
+def test_plain_blocks_are_read_by_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The usual reader is for the head, and for blocks that are not plain."""
+    path = tmp_path / "shop.txt"
+    _in_shop_form(path, _touches())
+    table = _table(path)
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("the usual reader was asked")
+
+    monkeypatch.setattr(touch_blocks, "read_touch_columns", refuse)
+    assert sum(map(len, _read_in_blocks(table))) == COUNT
+
+
+def test_blocks_that_are_not_plain_are_read_with_care(tmp_path: Path) -> None:
+    """Quotes, a comment and a typographic minus, far behind the head; with labels."""
+    path = tmp_path / "touches.csv"
+    write_touches(path, _touches(labels=True))
+    lines = path.read_text().splitlines()
+    lines[500] = lines[500].replace("bore 9-49", '"bore 9, last"').replace("-", "−")
+    lines.insert(700, "# a new shift")
+    lines.insert(800, "")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    parts = list(_read_in_blocks(_table(path)))
+    whole = read_touches(path)
+    assert np.array_equal(np.vstack([part.positions for part in parts]), whole.positions)
+    assert [line for part in parts for line in part.lines or ()] == list(whole.lines or ())
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        (900, "1.0,2.0,3.0,0,0,one"),
+        (901, "1.0,2.0,3.0,0,0"),
+        (902, "1.0,2.0,3.0,0,0,1,7"),
+        (903, "1.0,2.0,,0,0,1"),
+        (904, "1.0,2.0,nan,0,0,1"),
+        (905, "1.0,2.0,1e300,0,0,1"),
+        (906, "1.0,2.0,3.0,0,0,2"),
+    ],
+)
+def test_a_damaged_line_has_the_usual_message(tmp_path: Path, line: int, text: str) -> None:
+    path = tmp_path / "touches.csv"
+    plain = Touches(_touches().positions, _touches().normals)
+    rows = np.column_stack([plain.positions, plain.normals])
+    body = ["x_mm,y_mm,z_mm,nx,ny,nz", *(",".join(map(repr, row.tolist())) for row in rows)]
+    body[line - 1] = text
+    path.write_text("\n".join(body))
+    with pytest.raises(InputError) as of_whole:
+        read_touches(path)
+    with pytest.raises(InputError) as of_blocks:
+        list(_read_in_blocks(_table(path)))
+    assert f"line {line}:" in str(of_blocks.value)
+    assert str(of_blocks.value) == str(of_whole.value)
+
+
+def test_a_line_that_is_no_row_is_refused_where_rows_are_numbered(tmp_path: Path) -> None:
+    path = tmp_path / "touches.csv"
+    write_touches(path, _touches())
+    lines = path.read_text().splitlines()
+    lines.insert(600, "# a new shift")
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match="line 601: this line is no row"):
+        list(_read_in_blocks(_table(path)))
+
+
+def test_empty_cells_of_parquet_have_the_number_of_their_row(tmp_path: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "touches.parquet"
+    write_touches(path, _touches())
+    table = parquet.read_table(path)
+    values = table.column("y_mm").to_pylist()
+    values[777] = None
+    parquet.write_table(table.set_column(1, "y_mm", pa.array(values)), path)
+    with pytest.raises(InputError, match="line 778: y_mm is empty"):
+        list(_read_in_blocks(_table(path)))
+
+
+def test_what_is_not_read_in_blocks(tmp_path: Path) -> None:
+    path = tmp_path / "touches.csv"
+    write_touches(path, _touches())
+    for options in (ReadingOptions(exclude=("7",)), ReadingOptions(reference_diameter=25.0)):
+        assert long_table(path, options) is None
+    write_touches(path, _touches(50))
+    assert long_table(path) is None
+    path.write_text("x_mm,y_mm,z_mm\n" + "1.0,2.0,3.0\n" * 500)
+    assert long_table(path) is None  # positions, which need their targets
+    assert long_table(tmp_path / "absent.csv") is None  # the usual reader says so
+    path.write_text("X;Y;Z;I;J;K\n" + "1,250;2,500;3,000;0;0;1\n" * 500)
+    assert long_table(path, ReadingOptions(units="mm")) is None  # thousands, or three decimals?
+    path.write_text("a letter\n" * 500)
+    assert long_table(path) is None
+
+
+def _without_shared(text: str) -> list[list[str]]:
+    rows = list(csv.reader(text.splitlines()))
+    kept = [i for i, name in enumerate(rows[0]) if not name.startswith("shared_")]
+    return [[row[i] for i in kept] for row in rows]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_points_and_report_are_those_of_the_whole(
+    tmp_path: Path, made: PretravelMap, workers: int
+) -> None:
+    """All but the shared errors, which a long table does not state, and the pictures."""
+    path, long, short = (tmp_path / name for name in ("touches.csv", "long.csv", "short.csv"))
+    write_touches(path, _touches(labels=True))
+    setup = CompensationSetup()
+    found = compensate_long_table(_table(path), made, setup, long, workers=workers)
+    from pretravel.files.readings import read_readings
+
+    whole = compensate_readings(read_readings(path), made, setup)
+    whole.write(short, "a", "b")
+    assert _without_shared(long.read_text()) == _without_shared(short.read_text())
+    report, expected = found.document("a"), whole.document("a")
+    assert report.verdict == expected.verdict
+    assert report.warnings == expected.warnings
+    assert [terminal_text_of(table) for table in report.tables] == [
+        terminal_text_of(table) for table in expected.tables
+    ]
+    assert [figure.name for figure in report.figures] == [f.name for f in expected.figures]
+    (budget,), (of_all,) = report.budgets, expected.budgets
+    assert budget.combined == pytest.approx(of_all.combined, rel=0.05)  # of 50 of 1000 points
+
+
+def terminal_text_of(table: object) -> str:
+    from pretravel.show.terminal import table_text
+
+    return table_text(table)  # type: ignore[arg-type]
+
+
+def test_numbers_and_labels_go_on_from_block_to_block(tmp_path: Path, made: PretravelMap) -> None:
+    path, out = tmp_path / "touches.parquet", tmp_path / "points.parquet"
+    write_touches(path, _touches())
+    compensate_long_table(_table(path), made, CompensationSetup(), out)
+    from pyarrow import parquet
+
+    table = parquet.read_table(out)
+    assert table.column("label").to_pylist() == [str(i + 1) for i in range(COUNT)]
+    expected = apply(read_touches(path), made).positions[:, 0]
+    assert np.array_equal(table.column("x_mm").to_numpy(), expected)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_fault_leaves_no_output(tmp_path: Path, made: PretravelMap, workers: int) -> None:
+    """A normal outside the map, in the last block."""
+    touches = _touches()
+    normals = touches.normals.copy()
+    normals[-1] = [0.0, 0.6, -0.8]
+    path, out = tmp_path / "touches.csv", tmp_path / "points.csv"
+    write_touches(path, Touches(touches.positions, normals))
+    with pytest.raises(PretravelError, match="lie outside the map"):
+        compensate_long_table(_table(path), made, CompensationSetup(), out, workers=workers)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["touches.csv"]
+
+
+def test_converted_tables_are_equal(tmp_path: Path) -> None:
+    path, out, back, whole = (tmp_path / n for n in ("a.csv", "a.parquet", "b.csv", "whole.csv"))
+    write_touches(path, _touches(labels=True))
+    assert convert_long_table(_table(path), out)[0] == COUNT
+    assert convert_long_table(_table(out), back)[0] == COUNT
+    write_touches(whole, read_touches(path))
+    assert back.read_text() == whole.read_text()
+
+
+def test_commands_read_long_tables(tmp_path: Path) -> None:
+    """One compensates with all cores and says how the file was understood."""
+    path = tmp_path / "shop.txt"
+    _in_shop_form(path, _touches())
+    told, warned = both_outputs(
+        "compensate", path, "--map", "omp40-2", "--feed", 60, "-o", tmp_path / "p.csv"
+    )
+    assert f"read: {COUNT} touches; separator ';', decimal comma, mm (stated in the file)" in told
+    assert f"{COUNT} points" in told
+    assert "a predicted map contains no signal delay" in warned
+    told = run("convert", path, "--feed", 60, "-o", tmp_path / "t.parquet")
+    assert f"{COUNT} touches (csv)" in told
+    assert np.array_equal(
+        read_touches(tmp_path / "t.parquet").positions, read_touches(path).positions
+    )
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_table(tmp_path: Path, made: PretravelMap) -> None:
+    """Four times as many touches: what is kept are 50 points for pictures, and numbers."""
+    peaks = []
+    for count in (5000, 5000, 20_000):
+        path = tmp_path / f"{count}.csv"
+        write_touches(path, _touches(count))
+        table = _table(path)
+        tracemalloc.start()
+        compensate_long_table(table, made, CompensationSetup(), tmp_path / "points.csv")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[2] < 1.3 * peaks[1]  # 4 times where all is kept; the first one imports
+
+
+def test_memory_of_arrow_does_not_grow_with_the_table(tmp_path: Path) -> None:
+    """A file of 40 groups of rows: a quarter of it at most is in memory."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "touches.parquet"
+    columns = np.tile([1.0, 2.0, 3.0, 0.0, 0.0, 1.0], (5000, 1)) + 1e-9 * np.arange(5000)[:, None]
+    group = pa.table(dict(zip(("x_mm", "y_mm", "z_mm", "nx", "ny", "nz"), columns.T, strict=True)))
+    with parquet.ParquetWriter(path, group.schema) as writer:
+        for _ in range(40):
+            writer.write_table(group)
+    table, pool = _table(path), pa.default_memory_pool()
+    before = pool.bytes_allocated()
+    kept = [pool.bytes_allocated() - before for _ in table.blocks(5000)]
+    assert len(kept) == 40
+    assert max(kept) < 0.25 * 40 * group.nbytes  # groups as they are and as they are stored
+
+
+def test_rows_of_plain_cells_have_the_text_of_the_writer_of_csv() -> None:
+    """The short way and the usual way; labels with signs that need quotes take the usual one."""
+    columns = {"label": ["a1", "b 2"], "x": [1e-7, -123456789.123456789], "n": [0.1, -0.0]}
+    assert csv_rows_text(columns) == "a1,1e-07,0.1\nb 2,-123456789.123,-0\n"
+    odd = {"label": ['a"1', "=1+1"], "x": [0.5, np.nan]}
+    assert csv_table_text(odd) == 'label,x\n"a""1",0.5\n\'=1+1,\n'
+
+
+def test_numbers_of_text_are_read_with_every_bit() -> None:
+    """Against Python's own reading, for printed forms of 3 to 17 digits."""
+    rng = np.random.default_rng(1)
+    sizes = rng.normal(size=20_000) * 10.0 ** rng.integers(-9, 5, 20_000)
+    cells = [f"{v:.{d}g}" for v, d in zip(sizes, rng.integers(3, 18, 20_000), strict=True)]
+    content = "".join(f"{cell};1\n" for cell in cells).encode()
+    frame = table_blocks._parsed(content, ";", ".", {"x_mm": 0, "y_mm": 1}, 2)
+    assert frame is not None
+    assert np.array_equal(frame[0].to_numpy(), [float(cell) for cell in cells])
