@@ -59,6 +59,9 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
+        from pretravel.show.style import ignore_settings_of_folder
+
+        ignore_settings_of_folder()
         force = replace_all.set(bool(ctx.params.pop("force", False)))
         try:
             with running(ctx, ctx.meta[_TYPED]), made_by(" ".join(names_of_command(ctx))):
