@@ -170,7 +170,7 @@ def deliver(task: Task) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import save_page, save_picture, show
+    from pretravel.cli.showing import save_page, show
 
     progress = ShownProgress()
     outputs = list(written_files(task))
@@ -183,8 +183,8 @@ def deliver(task: Task) -> int:
     for setting, path in outputs:
         ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
-            if report is not None:
-                save_picture(report, path)
+            with progress.working(f"drawing {path.name}"):
+                result.picture(report, path)
         elif ending in PAGES and ending in setting.field.writes:
             page = result.page()
             if page is not None:
@@ -193,4 +193,6 @@ def deliver(task: Task) -> int:
             result.write(setting.name, path)
     if report is not None:
         show(report, verbose=getattr(task, "verbose", False))
+    if result.advice:
+        typer.echo(result.advice)
     return result.exit_code

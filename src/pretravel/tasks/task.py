@@ -237,6 +237,11 @@ class Result:
     text: str = ""
     """Printed as it is, before the report: a description to edit."""
 
+    @property
+    def advice(self) -> str:
+        """Printed after the report: what to do next."""
+        return ""
+
     def document(self) -> Document | None:
         """The report; None where there is none."""
         return None
@@ -244,6 +249,13 @@ class Result:
     def page(self) -> Document | None:
         """The report of a page, which can contain more."""
         return self.document()
+
+    def picture(self, document: Document | None, path: Path) -> None:
+        """Write the main picture of the report."""
+        from pretravel.show.style import save_picture_file
+
+        if document is not None:
+            save_picture_file(document.pictures[0], path)
 
     def write(self, output: str, path: Path) -> None:
         """Write the values of one output.
