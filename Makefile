@@ -26,7 +26,7 @@ $(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
 	@touch $(STAMP)
 
 demo: $(STAMP)  ## run the main job on the example data and say where to look
-	$(BIN)/pretravel demo --output demo-output --force
+	$(BIN)/pretravel demo --output demo-output
 
 # What reads the code alone runs beside the tests, on one core; what it says comes after them.
 check: $(STAMP)  ## everything that must pass before a commit, but check-system

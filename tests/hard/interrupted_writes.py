@@ -26,7 +26,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-OLD = b"the old output, of a run that ended well\n"
+_OLD = b'"the old output, of a run that ended well; <html>"\n'
+_BEGIN = {
+    ".nc": b"\x89HDF\r\n\x1a\n",
+    ".parquet": b"PAR1",
+    ".pdf": b"%PDF-",
+    ".png": b"\x89PNG\r\n\x1a\n",
+}
 EXAMPLES = Path(__file__).parents[2] / "examples" / "data"
 SPHERE = EXAMPLES / "sphere_touches.csv"
 _CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "os.truncate"}
@@ -45,9 +51,8 @@ class WritingCommand:
     needs: tuple[str, ...] = ()
 
     def arguments(self, folder: Path) -> list[str]:
-        """With --force: the driver puts files of its own in the place of the outputs."""
-        words = [self.name.split(":")[0], *self.line.format(folder).split()]
-        return [*words, "--force"] if self.outputs else words
+        """The words after ``pretravel``."""
+        return [self.name.split(":")[0], *self.line.format(folder).split()]
 
 
 MAP = ("map.nc",)
@@ -189,7 +194,7 @@ class Folder:
     def disturb(self, kind: str, chance: random.Random) -> str:
         """One moment; returns what is wrong after it, or nothing."""
         for name in self.outputs:
-            (self.path / name).write_bytes(OLD)
+            (self.path / name).write_bytes(_old(name))
         if kind == "kill":
             if chance.random() < 0.5:
                 code = self.run(time=chance.uniform(0.0, 1.1 * self.seconds))
@@ -215,7 +220,7 @@ class Folder:
         code = self.run()
         wrong = [] if code in (0, 3) else [f"exit code {code}"]
         wrong += [f"left: {name}" for name in self._litter()]
-        wrong += [f"old: {n}" for n in self.outputs if (self.path / n).read_bytes() == OLD]
+        wrong += [f"old: {n}" for n in self.outputs if (self.path / n).read_bytes() == _old(n)]
         if (self.path / "probe.sqlite").exists():
             with sqlite3.connect(self.path / "probe.sqlite") as history:
                 (state,) = history.execute("PRAGMA integrity_check").fetchone()
@@ -233,11 +238,16 @@ class Folder:
     def _whole(self, name: str) -> bool:
         """Whether a file is the old one or the new one; those that state the time differ."""
         content, new = (self.path / name).read_bytes(), self.new[name]
-        if content in (OLD, new):
+        if content in (_old(name), new):
             return True
         if name.endswith((".nc", ".html", ".png", ".qif", ".json", ".parquet")):
             return abs(len(content) - len(new)) < 64 and content[-4:] == new[-4:]
         return False
+
+
+def _old(name: str) -> bytes:
+    """An old output, of the kind that the ending says."""
+    return _BEGIN.get(Path(name).suffix, b"") + _OLD
 
 
 def _work(arguments: Sequence[str], folder: Path, **disturbed: float) -> None:

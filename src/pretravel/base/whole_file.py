@@ -14,7 +14,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.made_files import enter_in_list
 
 _MARK = ".pretravel-unfinished-"
 """Begin of the names of temporary files and folders."""
@@ -176,7 +175,6 @@ def _finish(temporary: Path, target: Path) -> None:
     temporary.chmod(mode)
     with temporary.open("rb+") as file:
         os.fsync(file.fileno())  # a full disk of another computer is noticed here
-    enter_in_list(temporary)
     temporary.replace(target)
 
 

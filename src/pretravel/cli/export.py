@@ -12,7 +12,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL, limits
 from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import one_of
-from pretravel.cli.files import check_files, check_folder_of_texts
+from pretravel.cli.files import check_files
 
 
 def _controls() -> list[str]:
@@ -160,8 +160,6 @@ def export(
         wish = replace(wish, template=_read_template(template))
     pretravel_map = read_map(map_file, tip_diameter=tip_diameter)
     files = export_map(pretravel_map, to, wish, written=date.today().isoformat())
-    if makes_folder(to):
-        check_folder_of_texts(output, files.texts, files.obsolete)
     write_export(output, files)
     made = f"{output}: {', '.join(sorted(files.texts))}".rstrip()
     separator = " " if len(files.remarks) == 1 and not makes_folder(to) else "\n"
@@ -174,7 +172,9 @@ def _check_output(output: Path, inputs: Sequence[Path | None], to: str) -> None:
     from pretravel.tasks.export import RADII_TABLE, makes_folder
 
     if not makes_folder(to):
-        check_files([(output, (".csv" if to == RADII_TABLE else output.suffix.lower(),))], inputs)
+        is_table = to == RADII_TABLE
+        ending = ".csv" if is_table else output.suffix.lower()
+        check_files([(output, (ending,))], inputs, programs=not is_table)
     elif output.suffix or output.is_file():
         raise PretravelError(f"-o {output}: a folder is needed, for several files")
     elif not output.parent.is_dir():

@@ -10,7 +10,7 @@ from pretravel.base.quantities import ANGLE, limits
 from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import Angles, Feeds, Vector, feeds_list, one_of, polar_angles, vector
 from pretravel.cli.command import Command
-from pretravel.cli.files import check_files, check_folder_of_texts
+from pretravel.cli.files import check_files
 from pretravel.cli.options import Approach
 from pretravel.cli.progress import working
 
@@ -134,7 +134,7 @@ def sphere(
     from pretravel.files.machine_file import read_machine
     from pretravel.probing.targets import Targets
 
-    check_files([(output, _ENDINGS)], [machine])
+    check_files([(output, _ENDINGS)], [machine], programs=True)
     if shank >= diameter:
         raise PretravelError(f"--shank {shank:g}: the shank must be thinner than the sphere")
     known = read_machine(machine)
@@ -213,7 +213,7 @@ def part(
     from pretravel.surface.specification import parse_surface, source_file
 
     files = [] if surface is None else source_file(surface)
-    check_files([(output, _ENDINGS)], [machine, targets, compensated, *files])
+    check_files([(output, _ENDINGS)], [machine, targets, compensated, *files], programs=True)
     known = read_machine(machine)
     shape = None if surface is None else parse_surface(surface)
     if shape is not None and not isinstance(shape, Part):
@@ -253,7 +253,6 @@ def mdi(
     if not output.parent.is_dir():
         raise PretravelError(f"cannot make {output}: the folder {output.parent} does not exist")
     texts = sphere_subroutines()
-    check_folder_of_texts(output, texts)
     write_texts(output, texts, "ascii")
     typer.echo(f"{output}: {', '.join(sorted(texts))}")
 

@@ -60,8 +60,7 @@ def read_parquet_table(source: Source) -> CsvTable:
     if twice:
         raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
     columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
-    first = file.line_in_file(1)
-    return CsvTable(file.path, columns, tuple(range(first, first + table.num_rows)), 0)
+    return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
 
 
 def _refuse_size(file: SourceFile, metadata: Any) -> None:

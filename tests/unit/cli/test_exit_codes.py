@@ -22,6 +22,7 @@ from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 COMMAND = [sys.executable, "-c", "from pretravel.cli.main import run; run()"]
+YESTERDAY = b"\x89HDF\r\n\x1a\nthe map of yesterday"
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +115,7 @@ class TestAcceptedMaps:
         self, folder: Path, tmp_path: Path, damage: str
     ) -> None:
         history, accepted = tmp_path / "probe.sqlite", tmp_path / "new.nc"
-        accepted.write_bytes(b"the map of yesterday")
+        accepted.write_bytes(YESTERDAY)
         if damage == "no history":
             history.write_text("this is not a database at all, whatever its ending says\n" * 30)
         else:
@@ -128,9 +129,9 @@ class TestAcceptedMaps:
                 connection.execute("ALTER TABLE verification DROP COLUMN p_form")
             connection.close()
         before = history.read_bytes()
-        given = ("--history", history, "--accept", accepted, "--force")
+        given = ("--history", history, "--accept", accepted)
         assert "probe.sqlite" in run(*_arguments(folder), *given, code=2)
-        assert accepted.read_bytes() == b"the map of yesterday"
+        assert accepted.read_bytes() == YESTERDAY
         assert history.read_bytes() == before
         assert sorted(file.name for file in tmp_path.iterdir()) == ["new.nc", "probe.sqlite"]
 
