@@ -10,10 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.whole_file import whole_file
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
-from pretravel.files.parquet import MISSING_PYARROW
 
 APPENDED_ENDINGS = (".csv", ".parquet")
 """Endings of the files that can be written in pieces."""
@@ -39,10 +38,9 @@ def table_piece(ending: str, columns: TableColumnsByName, *, first: bool) -> Any
     b'x_mm\n0.5\n'
     """
     if ending == ".parquet":
-        try:
-            import pyarrow as pa
-        except ModuleNotFoundError:
-            raise PretravelError(MISSING_PYARROW) from None
+        needed("pyarrow", "tables")
+        import pyarrow as pa
+
         return pa.table({name: np.asarray(values) for name, values in columns.items()})
     text = csv_table_text(columns) if first else csv_rows_text(columns)
     return text.encode("utf-8")

@@ -1,6 +1,6 @@
 """Long tables, CSV of any separator or Parquet, in blocks of some ten thousand rows.
 
-Blocks that contain numbers and plain labels alone are read by pandas, and the rows of Parquet files
+Blocks that contain numbers and plain labels alone are read by numpy, and the rows of Parquet files
 are numbers already; all other blocks are for the usual reader, as a small file of their own.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import itertools
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.units import LARGEST_NUMBER
 from pretravel.files.csv_table import CsvTable
-from pretravel.files.parquet import MISSING_PYARROW
 from pretravel.files.source_file import SourceFile
 
 BLOCK_ROWS = 100_000
@@ -184,13 +183,16 @@ class TableInBlocks:
             return None
         if content.count(separator.encode()) != rows * (width - 1):
             return None
-        frame = _parsed(content, separator, decimal.decode(), self.places, width)
-        if frame is None or len(frame) != rows:
+        lines = content.decode("ascii").splitlines()
+        numbers = {name: i for name, i in self.places.items() if name != _TEXT}
+        cells = _parsed(lines, separator, decimal.decode(), set(numbers.values()), width)
+        if cells is None or len(cells) != rows:
             return None
-        values = {name: frame[i].to_numpy() for name, i in self.places.items() if name != _TEXT}
+        values = {name: np.ascontiguousarray(cells[f"f{i}"]) for name, i in numbers.items()}
         labels = None
         if self.head.has(_TEXT):
-            labels = tuple(label.strip() for label in frame[self.places[_TEXT]])
+            place = self.places[_TEXT]
+            labels = tuple(line.split(separator)[place].strip() for line in lines)
         return self._number_table(values, labels, block.first_line, rows)
 
     def _of_batch(self, block: TableBlock) -> NumberTable | None:
@@ -238,29 +240,17 @@ class TableInBlocks:
 
 
 def _parsed(
-    content: bytes, separator: str, decimal: str, places: Mapping[str, int], width: int
-) -> Any:
-    """The cells of plain rows as a data frame; None where a cell is no number."""
-    import pandas as pd
-
-    text = {i for i in range(width) if i not in places.values()} | {places.get(_TEXT, -1)}
+    lines: list[str], separator: str, decimal: str, numbers: Set[int], width: int
+) -> np.ndarray[Any, Any] | None:
+    """The numbers of plain rows as fields f0, f1, …; None where a cell is no number."""
+    kinds = ",".join("f8" if i in numbers else "U1" for i in range(width))
+    if decimal != ".":
+        lines = [line.replace(decimal, ".") for line in lines]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            return pd.read_csv(
-                io.BytesIO(content),
-                sep=separator,
-                decimal=decimal,
-                header=None,
-                names=range(width),
-                index_col=False,
-                dtype={i: str if i in text else np.float64 for i in range(width)},
-                na_filter=False,
-                skip_blank_lines=False,
-                # The default rounds as Python does from version 3 on.
-                float_precision="round_trip" if pd.__version__.startswith("2.") else None,
-            )
-    except (ValueError, OverflowError, Warning):  # the usual reader names the line
+            return np.loadtxt(lines, np.dtype(kinds), delimiter=separator, comments=None, ndmin=1)
+    except (ValueError, Warning):  # the usual reader names the line
         return None
 
 
@@ -348,10 +338,9 @@ def _is_utf8(content: bytes) -> bool:
 
 def _head_of_parquet(path: Path) -> tuple[SourceFile, int]:
     """The first rows as a file of their own, and the number of all rows."""
-    try:
-        from pyarrow import ArrowException, parquet
-    except ModuleNotFoundError:
-        raise PretravelError(MISSING_PYARROW) from None
+    needed("pyarrow", "tables")
+    from pyarrow import ArrowException, parquet
+
     file = SourceFile(str(path), b"")
     try:
         with parquet.ParquetFile(path) as stored:

@@ -122,14 +122,18 @@ def colour_names(*, dark: bool = False) -> dict[str, str]:
 
 
 def plotly_script() -> bytes:
-    """The script of Plotly (MIT licence), from its Python package."""
-    return resources.files("plotly").joinpath("package_data/plotly.min.js").read_bytes()
+    """The script of Plotly (MIT licence)."""
+    return gzip.decompress(plotly_script_gzip())
 
 
 @cache
 def plotly_script_gzip() -> bytes:
-    """The script of Plotly, compressed."""
-    return gzip.compress(plotly_script(), compresslevel=9, mtime=0)
+    """The script of Plotly, compressed.
+
+    pretravel brings it: the Python package that has it takes 60 MB, of which a page needs nothing
+    else. ``make plotly`` renews it.
+    """
+    return resources.files("pretravel.show").joinpath("scripts/plotly.min.js.gz").read_bytes()
 
 
 def _add_note(layout: dict[str, Any], note: str) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import pickle
 import re
+from importlib import resources
+from importlib.metadata import distribution
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,7 +35,12 @@ from pretravel.show.chart_marks import (
     SpaceMesh,
     SpacePoints,
 )
-from pretravel.show.chart_plotly import colour_names, plotly_figure, plotly_script_gzip
+from pretravel.show.chart_plotly import (
+    colour_names,
+    plotly_figure,
+    plotly_script,
+    plotly_script_gzip,
+)
 from pretravel.show.colours import DARK, LIGHT, SERIES
 from pretravel.show.document import Document, Picture
 
@@ -162,6 +170,16 @@ def test_colours_can_be_seen_on_their_background(palette: dict[str, str], name: 
 
 def test_the_script_of_plotly_fits_into_a_page() -> None:
     assert len(plotly_script_gzip()) * 4 / 3 < 2.2e6  # of 3 MB for a page, in base64
+
+
+def test_the_script_of_plotly_is_that_of_the_locked_package() -> None:
+    """``make plotly`` renews it, and the licence beside it."""
+    package = distribution("plotly")
+    path = "plotly/package_data/plotly.min.js"
+    assert Path(str(package.locate_file(path))).read_bytes() == plotly_script()
+    (licence,) = (file for file in package.files or () if file.name == "LICENSE.txt")
+    kept = resources.files("pretravel.show").joinpath("scripts/plotly.licence.txt")
+    assert kept.read_text("utf-8") == licence.read_text()
 
 
 def test_a_document_goes_to_another_process_with_its_pictures() -> None:

@@ -132,7 +132,7 @@ def test_blocks_of_a_shops_table_are_the_whole(tmp_path: Path) -> None:
     assert whole.reading == f"{COUNT} touches; {table.understood}"
 
 
-def test_plain_blocks_are_read_by_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plain_blocks_are_read_as_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The usual reader is for the head, and for blocks that are not plain."""
     path = tmp_path / "shop.txt"
     _in_shop_form(path, _touches())
@@ -361,7 +361,8 @@ def test_numbers_of_text_are_read_with_every_bit() -> None:
     rng = np.random.default_rng(1)
     sizes = rng.normal(size=20_000) * 10.0 ** rng.integers(-9, 5, 20_000)
     cells = [f"{v:.{d}g}" for v, d in zip(sizes, rng.integers(3, 18, 20_000), strict=True)]
-    content = "".join(f"{cell};1\n" for cell in cells).encode()
-    frame = table_blocks._parsed(content, ";", ".", {"x_mm": 0, "y_mm": 1}, 2)
-    assert frame is not None
-    assert np.array_equal(frame[0].to_numpy(), [float(cell) for cell in cells])
+    for decimal in (".", ","):
+        lines = [f"{cell};1".replace(".", decimal) for cell in cells]
+        found = table_blocks._parsed(lines, ";", decimal, {0, 1}, 2)
+        assert found is not None
+        assert np.array_equal(found["f0"], [float(cell) for cell in cells])
