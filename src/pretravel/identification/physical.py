@@ -280,7 +280,7 @@ def _misfit(
     """Lack of fit of a six-seat probe alone: its residuals against the scatter of repeats."""
     if repeats.dof < WELL_KNOWN_NOISE:
         return math.nan
-    from scipy.stats import f as fisher
+    from scipy.special import fdtrc
 
     noise = max(repeats.deviation, LEAST_NOISE)
     alone = PriorScales(weighted.scales[0].asymmetry, LEAST_NOISE, 0.0, noise)
@@ -294,7 +294,7 @@ def _misfit(
     spent = float(np.trace(np.linalg.solve(information + np.diag(priors), information)))
     free = max(len(misses) - spent, 1.0)
     beyond = float(np.sum((misses * root) ** 2))
-    return float(fisher.sf(beyond / free, free, repeats.dof))
+    return float(fdtrc(free, repeats.dof, beyond / free))
 
 
 def _with_disagreement(fit: PhysicalMapFit, problem: SixSeatProblem) -> PhysicalMapFit:

@@ -80,9 +80,9 @@ def gross_touch(touches: Touches, compared: TouchesAndMap, rows: IntArray) -> Ou
 
 
 def _factor(count: int) -> float:
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
-    return _HEAVY_TAILS * float(norm.isf(_LEVEL / (2.0 * count)))
+    return _HEAVY_TAILS * -float(ndtri(_LEVEL / (2.0 * count)))
 
 
 def _farther(distance: FloatArray, groups: IntArray) -> FloatArray:
@@ -94,7 +94,7 @@ def _farther(distance: FloatArray, groups: IntArray) -> FloatArray:
 
 def _robust_scatter(among: FloatArray, groups: IntArray, compared: TouchesAndMap) -> float:
     """Of a touch, from the directions' median variances; at least that of the map. [mm]"""
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     counts = np.bincount(groups)
     free = counts - 1
@@ -104,7 +104,7 @@ def _robust_scatter(among: FloatArray, groups: IntArray, compared: TouchesAndMap
         return known
     mean = np.bincount(groups, among) / counts
     squares = np.bincount(groups, (among - mean[groups]) ** 2)[repeated]
-    expected = np.median(chi2.ppf(0.5, free[repeated]))
+    expected = np.median(2.0 * gammaincinv(0.5 * free[repeated], 0.5))
     return max(math.sqrt(float(np.median(squares) / expected)), known)
 
 

@@ -72,10 +72,10 @@ class Outlier:
 
 def _outlier_factor(count: int, dof: float = math.inf) -> float:
     """Limit in standard deviations, of errors with these degrees of freedom of Student."""
-    from scipy.stats import norm, t
+    from scipy.special import ndtri, stdtrit
 
     level = OUTLIER_LEVEL / (2.0 * count)
-    limit = norm.isf(level) if math.isinf(dof) else t.isf(level, dof)
+    limit = -ndtri(level) if math.isinf(dof) else -stdtrit(dof, level)
     # 1.2 because the scales are themselves estimated from the data.
     return 1.2 * float(limit)
 
@@ -101,7 +101,7 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
     step : float
         Of the latched positions: readings of one place can be two steps apart. [mm]
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     values, groups = observation.values, observation.groups
     count = np.bincount(groups)
@@ -110,9 +110,10 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
         return []
     median = median_of_groups(values, groups)
     squares = np.bincount(groups, centred_within(values, groups) ** 2)[repeated]
-    variance = squares / (count[repeated] - 1)
+    free = count[repeated] - 1
+    variance = squares / free
     # A few bad touches do not move the median over directions.
-    unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
+    unbias = np.median(2.0 * gammaincinv(0.5 * free, 0.5) / free)
     noise = math.sqrt(float(np.median(variance) / unbias))
     noise = math.hypot(noise, step / math.sqrt(12.0))
     factor = _outlier_factor(len(values), _tail_dof(values, groups))

@@ -287,11 +287,11 @@ def _pooled(old: PretravelMap, repeats: Scatter) -> Scatter:
 
 
 def _p_value(statistic: float, freedom: int, dof: float) -> float:
-    from scipy import stats
+    from scipy.special import chdtrc, fdtrc
 
     if math.isfinite(dof):
-        return float(stats.f.sf(statistic / freedom, freedom, dof))
-    return float(stats.chi2.sf(statistic, freedom))
+        return float(fdtrc(freedom, dof, statistic / freedom))
+    return float(chdtrc(freedom, statistic))
 
 
 def _found(state: _State, posterior: _Posterior) -> tuple[FoundDrift, FoundDrift, FoundDrift]:
@@ -439,10 +439,10 @@ def _warnings(p_value: float, old: PretravelMap, repeats: Scatter) -> list[str]:
         )
     own = max(old.repeatability, _RESOLUTION)
     if repeats.dof > 0.0:
-        from scipy.stats import f as fisher
+        from scipy.special import fdtrc
 
         dof = min(old.repeatability_dof, 1e9)
-        if fisher.sf((repeats.deviation / own) ** 2, repeats.dof, dof) < 1e-3:
+        if fdtrc(repeats.dof, dof, (repeats.deviation / own) ** 2) < 1e-3:
             found.append(
                 f"the new touches scatter by {repeats.deviation / MICROMETRE:.2f} µm, those of the "
                 f"old map by {own / MICROMETRE:.2f} µm: the probe or the machine has become worse"
