@@ -8,13 +8,12 @@ from typing import Literal, TypeAlias
 
 from pretravel.base.errors import PretravelError
 from pretravel.files.file_format import FileReadings
-from pretravel.identification.average import AUTO
-from pretravel.identification.kind_choice import KindScore
-from pretravel.identification.kind_registry import KINDS, choose
+from pretravel.maps.kinds import AUTO, KINDS
 from pretravel.maps.kinds.wozniak import WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualification import KindScore, Qualification
+from pretravel.qualification.qualify import choose
 from pretravel.show.document import Document
 from pretravel.tasks.reports.qualification_report import qualification_document
 
