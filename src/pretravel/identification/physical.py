@@ -30,11 +30,12 @@ from pretravel.identification.six_seat_fit import (
     most_probable,
     oriented_starts,
 )
-from pretravel.maps.basis import values_in_blocks
+from pretravel.maps.basis import MapBasis, values_in_blocks
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.support import DirectionSupport
+from pretravel.prediction.response import ResponseBasis
 from pretravel.prediction.six_seat_basis import SixSeatBasis
 from pretravel.prediction.six_seats import PARAMETERS
 from pretravel.uncertainty.covariance import Covariance
@@ -94,6 +95,7 @@ class PhysicalKind(KindOfMap):
 
     name: ClassVar[str] = "physical"
     title: ClassVar[str] = "six-seat probe"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
     prior_weight: ClassVar[float] = 3.0
 
     def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:

@@ -11,7 +11,7 @@ from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import describe
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
 from pretravel.qualification.delay import several_feeds, travel_per_second
@@ -158,7 +158,7 @@ def update_map(
     resting = touches if old_map.delay is None else at_rest(touches, old_map.delay)
     observation = observe(resting, setup, old_map.rotation)
     old_map.pretravel(observation.group_directions @ old_map.rotation.T)  # refuses extrapolation
-    repeats = scatter_of_repeats(observation)
+    repeats = observation.repeats
     noise = _pooled(old_map, repeats)
     for _ in range(8):
         posterior = _posterior(state, observation, noise)

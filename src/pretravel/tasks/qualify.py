@@ -27,21 +27,19 @@ from pretravel.tasks.values import Length, length_or_none
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
-    from pretravel.identification.kind_choice import KindScore
     from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.qualification.prior_update import MapUpdate
-    from pretravel.qualification.qualification import Qualification
+    from pretravel.qualification.qualification import KindScore, Qualification
     from pretravel.show.document import Document
 
 
 def kind_names() -> list[str]:
     """The kinds of map, and the choice among them."""
-    from pretravel.identification.average import AUTO
-    from pretravel.identification.kind_registry import KINDS
+    from pretravel.maps.kinds import AUTO, kinds
 
-    return [*KINDS, AUTO]
+    return [*kinds(), AUTO]
 
 
 class Qualify(TouchFilesWithFeed, LaboratoryReport):
@@ -157,7 +155,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.identification.kind_registry import choose
+        from pretravel.qualification.qualify import choose
 
         wozniak = self.wozniak()
         wished = wozniak if self.kind == wozniak.name else self.kind
