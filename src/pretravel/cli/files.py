@@ -13,7 +13,7 @@ from pretravel.cli.running import note_inputs
 
 PICTURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".pdf")
-MAPS = (".nc", ".csv", ".json", *PAGES)
+MAPS = (".json", ".csv", *PAGES)
 replace_all: ContextVar[bool] = ContextVar("replace_all", default=False)
 """Whether --force was given: files of other commands are replaced too."""
 
@@ -38,10 +38,10 @@ def check_files(
         folder does not exist, the path is a folder, the file is also read, or it exists and
         another command made it, or none (see `refuse_files_of_others`).
 
-    >>> check_files([(Path("map.xyz"), (".nc",))])
+    >>> check_files([(Path("map.xyz"), (".json",))])
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .json
     """
     sources = {Path(source).resolve() for source in inputs if source is not None}
     seen: set[Path] = set()
@@ -78,7 +78,7 @@ def check_files(
 def is_page(path: Path | None) -> bool:
     """Whether an output is a page for people, not a file of values.
 
-    >>> is_page(Path("map.nc")), is_page(Path("map.html")), is_page(None)
+    >>> is_page(Path("map.json")), is_page(Path("map.html")), is_page(None)
     (False, True, False)
     """
     return path is not None and path.suffix.lower() in PAGES

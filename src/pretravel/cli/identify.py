@@ -12,7 +12,9 @@ from pretravel.cli.showing import save_page, save_picture, show
 
 
 def identify(
-    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map from qualify: .nc or .csv.")],
+    map_file: Annotated[
+        Path, typer.Argument(metavar="MAP", help="Map from qualify: .json or .csv.")
+    ],
     probe: Annotated[str, typer.Option(help="Initial description: catalogue name or TOML file.")],
     free: Annotated[
         str,
@@ -33,7 +35,7 @@ def identify(
 ) -> None:
     """Identify quantities of a probe's description from a measured map.
 
-    Example: pretravel identify map.nc --probe omp40-2 --free rotation,stem_diameter -o mine.toml
+    Example: pretravel identify map.json --probe omp40-2 --free rotation,stem_diameter -o mine.toml
     """
     from pretravel.base.whole_file import write_text
     from pretravel.files.map_file import read_map

@@ -56,7 +56,9 @@ def predict(
     gravity: Gravity = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Map: .csv, .nc or .json; or a page, .html or .pdf."),
+        typer.Option(
+            "--output", "-o", help="Map: .json; table: .csv, .nc; or a page, .html or .pdf."
+        ),
     ] = None,
     plot: PictureFile = None,
     verbose: Verbose = False,
@@ -75,7 +77,7 @@ def predict(
         write_prediction,
     )
 
-    check_files([(output, MAPS), (plot, PICTURES)], [probe])
+    check_files([(output, (*MAPS, ".nc")), (plot, PICTURES)], [probe])
     description = with_friction(with_lever(load_probe(probe), lever, model), friction)
     wish = PredictionWish(
         model, polar.degrees, azimuth.degrees, workpiece=material(workpiece), gravity=gravity

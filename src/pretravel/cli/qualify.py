@@ -121,7 +121,7 @@ def qualify(
     prior: Annotated[
         Path | None,
         typer.Option(
-            help="Old map of this probe, .nc: a few touches (5 or more directions, see pretravel "
+            help="Old map of this probe, .json: a few touches (5 or more directions, see pretravel "
             "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
             "map."
         ),
@@ -130,7 +130,7 @@ def qualify(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="Map: .nc (to use), .csv or .json; or a page, .html or .pdf."
+            "--output", "-o", help="Map: .json, or a .csv table; or a page, .html or .pdf."
         ),
     ] = None,
     plot: PictureFile = None,
@@ -141,9 +141,9 @@ def qualify(
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
 
     A shop's own table is read as it is, for example X;Y;Z;I;J;K with decimal commas:
-    pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.nc
+    pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.json
 
-    Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc
+    Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json
     """
     from pretravel.base.units import MICROMETRE
     from pretravel.maps.provenance import QualificationSetup

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 def simulate(
     probe: Annotated[
         str,
-        typer.Argument(help="Catalogue name, TOML description, or map (.nc, .csv)."),
+        typer.Argument(help="Catalogue name, TOML description, or map (.json, .csv)."),
     ],
     surface: Annotated[
         str,
@@ -159,11 +159,11 @@ def simulate(
 
 def _read_probe(probe: str, *, extrapolate: bool, forces: bool) -> tuple[Probe | TipBehaviour, str]:
     """A description of a probe, or the tip that a map represents (without forces); its name."""
-    from pretravel.files.map_file import read_map
+    from pretravel.files.map_file import FORMER_MAP_ENDINGS, MAP_ENDINGS, read_map
     from pretravel.prediction.catalogue import load_probe
     from pretravel.probing.tip import mapped_tip
 
-    if Path(probe).suffix.lower() in (".nc", ".csv"):
+    if Path(probe).suffix.lower() in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
         if forces:
             raise PretravelError(
                 f"{probe} is a map: it contains no model of the probe and no forces for --model, "

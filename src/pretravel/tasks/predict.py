@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import grid
+from pretravel.files.map_dataset import map_dataset
 from pretravel.files.map_file import write_map
 from pretravel.files.prediction_table import trigger_table
 from pretravel.maps.pretravel_map import PretravelMap
@@ -182,7 +183,7 @@ def with_friction(probe: Probe, friction: float | None) -> Probe:
 
 
 def write_prediction(path: Path, predicted: PredictedProbe) -> None:
-    """Write the map of a prediction: .nc, exact where the model is; .csv or .json, a table.
+    """Write a prediction: a map (.json), exact where the model is, or a table (.csv, .nc).
 
     Parameters
     ----------
@@ -194,5 +195,11 @@ def write_prediction(path: Path, predicted: PredictedProbe) -> None:
     PretravelError
         Another ending.
     """
-    exact = path.suffix.lower() == ".nc"
-    write_map(path, predicted.pretravel_map(exact=exact), table=predicted.table())
+    ending = path.suffix.lower()
+    made = predicted.pretravel_map(exact=ending != ".csv")
+    if ending == ".nc":
+        from pretravel.files.netcdf import write_dataset
+
+        write_dataset(path, map_dataset(made, predicted.table()))
+        return
+    write_map(path, made, table=predicted.table())

@@ -88,13 +88,13 @@ def test_pictures_and_pages_too() -> None:
 
 def test_subroutines_of_a_folder() -> None:
     """`export` writes pretravel_sphere as `program mdi` does: the same text is nobody's loss."""
-    write_map("map.nc", old_map())
+    write_map("map.json", old_map())
     run("program", "mdi", "-o", "subroutines")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
     edited = Path("subroutines/pretravel_compensate.ngc")
     edited.write_text("(mine)")
-    told = run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines", code=2)
+    told = run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines", code=2)
     assert "subroutines/pretravel_compensate.ngc" in told
     assert edited.read_text() == "(mine)"
 
