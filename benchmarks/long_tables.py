@@ -38,7 +38,7 @@ def _made_map(folder: Path) -> Path:
     n = np.repeat(sphere_pattern_25(), 3, axis=0)
     noise = np.random.default_rng(0).normal(0.0, 3e-4, len(n))
     distance = 15.5 - predict(load_probe("omp40-2-100mm"), n).pretravel + noise
-    sphere, made = folder / "sphere.csv", folder / "map.nc"
+    sphere, made = folder / "sphere.csv", folder / "map.json"
     write_touches(sphere, Touches(n * distance[:, None], n))
     options = ("--diameter", "25", "--tip-diameter", "6", "-o", str(made))
     spent([*PRETRAVEL, "qualify", str(sphere), *options])

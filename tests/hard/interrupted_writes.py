@@ -55,19 +55,21 @@ class WritingCommand:
         return [self.name.split(":")[0], *self.line.format(folder).split()]
 
 
-MAP = ("map.nc",)
-HARMONIC = ("h.nc",)
+MAP = ("map.json",)
+HARMONIC = ("h.json",)
 COMMANDS = tuple(
     WritingCommand(*row)
     for row in (
-        ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.nc "
-         "--plot {0}/map.png"), ("map.nc", "map.png")),
+        ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.json "
+         "--plot {0}/map.png"), ("map.json", "map.png")),
         ("study", "preload-and-seats --workers 1 -o {0}/study.nc", ("study.nc",)),
         ("qualify:csv", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean "
          "-o {0}/mean.csv"), ("mean.csv",)),
         ("qualify:harmonic", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
-         "-o {0}/h.nc"), HARMONIC),
+         "-o {0}/h.json"), HARMONIC),
         ("predict", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.csv", ("predicted.csv",)),
+        ("predict:json", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.json",
+         ("predicted.json",)),
         ("predict:nc", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.nc", ("predicted.nc",)),
         ("predict:html", "omp40-2 --azimuth 0:330:30 -o {0}/p.html", ("p.html",)),
         ("report", "{0}/p.html -o {0}/bound.html", ("bound.html",), ("p.html",)),
@@ -78,14 +80,14 @@ COMMANDS = tuple(
         ("machine", "-o {0}/mill.toml", ("mill.toml",)),
         ("convert", f"{SPHERE} -o {{0}}/t.qif", ("t.qif",)),
         ("convert:parquet", f"{SPHERE} -o {{0}}/t.parquet", ("t.parquet",)),
-        ("compensate", f"{SPHERE} --map {{0}}/map.nc -o {{0}}/points.csv", ("points.csv",), MAP),
-        ("compensate:nc", f"{SPHERE} --map {{0}}/map.nc -o {{0}}/points.nc", ("points.nc",), MAP),
-        ("export", "{0}/map.nc --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
-        ("export:file", "{0}/map.nc --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
-        ("plan-touches", "--map {0}/h.nc --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
-        ("verify", (f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
+        ("compensate", f"{SPHERE} --map {{0}}/map.json -o {{0}}/points.csv", ("points.csv",), MAP),
+        ("compensate:nc", f"{SPHERE} --map {{0}}/map.json -o {{0}}/points.nc", ("points.nc",), MAP),
+        ("export", "{0}/map.json --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
+        ("export:file", "{0}/map.json --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
+        ("plan-touches", "--map {0}/h.json --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
+        ("verify", (f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
          "-o {0}/v.json"), ("v.json", "probe.sqlite"), HARMONIC),
-        ("compare", "{0}/map.nc -o {0}/compare.csv", ("compare.csv",), MAP),
+        ("compare", "{0}/map.json -o {0}/compare.csv", ("compare.csv",), MAP),
         ("check", f"iso10360-5 {SPHERE} --diameter 24.9987 --tip-diameter 6 -o {{0}}/check.json",
          ("check.json",)),
         ("pattern", "iso10360-5 --diameter 25 -o {0}/pattern.csv", ("pattern.csv",)),
@@ -101,17 +103,17 @@ COMMANDS = tuple(
         (
             "verify:accept",
             (
-                f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
-                "--accept {0}/new.nc"
+                f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
+                "--accept {0}/new.json"
             ),
-            ("new.nc",),
+            ("new.json",),
             HARMONIC,
         ),
         (
             "history",
             "{0}/probe.sqlite -o {0}/history.csv --plot {0}/history.png",
             ("history.csv", "history.png"),
-            ("h.nc", "probe.sqlite"),
+            ("h.json", "probe.sqlite"),
         ),
         ("history:touches", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
          "-o {0}/drift.csv --plot {0}/drift.png"), ("drift.csv", "drift.png")),
@@ -123,12 +125,12 @@ COMMANDS = tuple(
         ),
         (
             "identify",
-            "{0}/predicted.nc --probe omp40-2 --free preload -o {0}/i.toml",
+            "{0}/predicted.json --probe omp40-2 --free preload -o {0}/i.toml",
             ("i.toml",),
-            ("predicted.nc",),
+            ("predicted.json",),
         ),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
-         ("map.nc", "points.csv")),
+         ("map.json", "points.csv")),
     )
 )  # fmt: skip
 

@@ -30,6 +30,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.files.map_file import read_map, write_map
+from pretravel.files.map_json import json_of_map
 from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.tabulated import TabulatedBasis
@@ -142,7 +143,7 @@ def test_embedding_adds_up_along_the_approach(name: str) -> None:
 
 @every_kind
 def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "map.nc"
+    path = tmp_path / "map.json"
     for made in (_map(name), _varied(name, 7)):
         write_map(path, made)
         back = read_map(path)
@@ -154,11 +155,17 @@ def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
             (back.covariance.values, made.covariance.values),
             (back.support.nodes, made.support.nodes),
             (back.rotation, made.rotation),
+            *(
+                (array.values, made.basis.arrays()[key].values)
+                for key, array in back.basis.arrays().items()
+            ),
             (back.pretravel(normals), made.pretravel(normals)),
             (back.standard_uncertainty(normals), made.standard_uncertainty(normals)),
         ):
             assert np.array_equal(found, expected)
-        for field in ("kind", "tip_radius", "u_tip_radius", "repeatability", "repeatability_dof",
+        assert back.basis.attributes() == made.basis.attributes()
+        assert json_of_map(back) == json_of_map(made)
+        for field in ("kind", "fixed_scatter", "tip_radius", "u_tip_radius", "repeatability", "repeatability_dof",
                       "feed", "delay", "u_delay", "provenance"):  # fmt: skip
             assert getattr(back, field) == getattr(made, field)
 

@@ -115,7 +115,7 @@ def temporary_folder() -> Iterator[Path]:
 def is_stream(path: str | Path) -> bool:
     """Whether a path is a device, a pipe or an open file of this process, not a file to replace.
 
-    >>> is_stream("/dev/null"), is_stream("map.nc")
+    >>> is_stream("/dev/null"), is_stream("map.json")
     (True, False)
     """
     path = Path(path)

@@ -38,7 +38,7 @@ def compensate(
         str,
         typer.Option(
             "--map",
-            help="Map from qualify or predict: .nc, or a .csv table; or a probe (catalogue name or "
+            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name or "
             ".toml), whose map is predicted.",
         ),
     ],
@@ -83,7 +83,7 @@ def compensate(
 ) -> None:
     """Compensate touches to surface points with uncertainties.
 
-    Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
+    Example: pretravel compensate part.csv --map map.json --nominal part.step -o points.csv
     --plot points.png
     """
     from pretravel.files.point_files import point_endings

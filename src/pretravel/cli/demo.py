@@ -47,7 +47,7 @@ def demo(
     show(report, verbose=verbose)
     typer.echo(
         f"\nLook at {(output / 'index.html').resolve()}\n"
-        "(points.csv, map.nc and the pictures are beside it)"
+        "(points.csv, map.json and the pictures are beside it)"
     )
 
 

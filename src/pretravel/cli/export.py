@@ -22,7 +22,7 @@ def _controls() -> list[str]:
 
 
 def export(
-    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map: .nc, or a .csv table.")],
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map: .json, or a .csv table.")],
     to: Annotated[
         str,
         typer.Option(
@@ -123,7 +123,7 @@ def export(
 ) -> None:
     """Export a map as tables and macros for a control.
 
-    Example: pretravel export map.nc --to linuxcnc -o subroutines
+    Example: pretravel export map.json --to linuxcnc -o subroutines
     """
     from pretravel.base.units import MICROMETRE
     from pretravel.controls.heidenhain import heidenhain_template

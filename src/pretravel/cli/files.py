@@ -12,7 +12,7 @@ from pretravel.cli.running import note_inputs
 
 PICTURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".pdf")
-MAPS = (".nc", ".csv", ".json", *PAGES)
+MAPS = (".json", ".csv", *PAGES)
 _BEGIN = 4096
 """Bytes that show of which kind a file is."""
 _SIGNATURES: dict[str, tuple[bytes, ...]] = {
@@ -49,10 +49,10 @@ def check_files(
         folder does not exist, the file is also read, or the path exists and is a folder or a file
         of another kind than its ending says (see `refuse_other_kinds`).
 
-    >>> check_files([(Path("map.xyz"), (".nc",))])
+    >>> check_files([(Path("map.xyz"), (".json",))])
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .json
     """
     sources = {Path(source).resolve() for source in inputs if source is not None}
     seen: set[Path] = set()
@@ -87,7 +87,7 @@ def check_files(
 def is_page(path: Path | None) -> bool:
     """Whether an output is a page for people, not a file of values.
 
-    >>> is_page(Path("map.nc")), is_page(Path("map.html")), is_page(None)
+    >>> is_page(Path("map.json")), is_page(Path("map.html")), is_page(None)
     (False, True, False)
     """
     return path is not None and path.suffix.lower() in PAGES

@@ -125,7 +125,7 @@ app = typer.Typer(
     "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
     "qualify makes a map from touches on a sphere, compensate and measure use the map on touches "
     "on a part.",
-    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
+    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
     "must notice: the probe has changed (verify), a value is outside its limit or tolerance "
     f"(check, measure). {INTERRUPTED}: interrupted.",

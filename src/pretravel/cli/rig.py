@@ -50,7 +50,7 @@ def rig(
     ] = None,
     map_file: Annotated[
         Path | None,
-        typer.Option("--map", help="Map of the mean pretravel, for compensation: .nc or .csv."),
+        typer.Option("--map", help="Map of the mean pretravel, for compensation: .json or .csv."),
     ] = None,
     tip_diameter: Annotated[
         float | None,
@@ -90,7 +90,7 @@ def rig(
     """
     from pretravel.base.whole_file import write_json
     from pretravel.files.csv_table import write_csv_table
-    from pretravel.files.map_file import write_map
+    from pretravel.files.map_file import MAP_ENDINGS, write_map
     from pretravel.files.rig_csv import read_budget, rig_table, rig_traces
     from pretravel.laboratory.certificate import LaboratoryStatements
     from pretravel.laboratory.rig_budget import REN_BUDGET
@@ -100,7 +100,7 @@ def rig(
     ending = "" if output is None else output.suffix.lower()
     traces = rig_traces(traces)
     check_files(
-        [(output, _RESULTS), (map_file, (".nc", ".csv")), (plot, PICTURES)], [*traces, lab, budget]
+        [(output, _RESULTS), (map_file, MAP_ENDINGS), (plot, PICTURES)], [*traces, lab, budget]
     )
     if map_file is not None and tip_diameter is None:
         raise PretravelError("--map needs the diameter of the tip: --tip-diameter, in mm")

@@ -71,7 +71,7 @@ class Predict(Reported):
     gravity: Gravity = None
     output: Annotated[
         Path | None,
-        output("Map: .json, .csv or .nc; or a page, .html or .pdf.", *MAPS, *PAGES),
+        output("Map: .json; table: .csv, .nc; or a page, .html or .pdf.", *MAPS, ".nc", *PAGES),
     ] = None
 
     @property
@@ -184,9 +184,15 @@ class PredictedProbe(Result):
         return predicted_map(self.probe, self.trigger)
 
     def write(self, output: str, path: Path) -> None:
-        """Write the map: exact where the model is; or its table."""
+        """Write the map (.json), exact where the model is; or a table (.csv, .nc)."""
         del output
+        from pretravel.files.map_dataset import map_dataset
         from pretravel.files.map_file import write_map
+        from pretravel.files.netcdf import write_dataset
 
-        exact = path.suffix.lower() == ".nc"
-        write_map(path, self.pretravel_map(exact=exact), table=self.table())
+        ending = path.suffix.lower()
+        made = self.pretravel_map(exact=ending != ".csv")
+        if ending == ".nc":
+            write_dataset(path, map_dataset(made, self.table()))
+        else:
+            write_map(path, made, table=self.table())

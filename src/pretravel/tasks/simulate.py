@@ -20,7 +20,7 @@ from pretravel.tasks.fields import (
     output,
     surface_files,
 )
-from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
     from pretravel.base.frames import Placement
@@ -158,11 +158,11 @@ class Simulate(PlacedPart, Reported):
 
     def _known(self) -> tuple[Probe | TipBehaviour, str]:
         """A description, or the tip that a map represents (without forces); and its name."""
-        from pretravel.files.map_file import read_map
+        from pretravel.files.map_file import FORMER_MAP_ENDINGS, MAP_ENDINGS, read_map
         from pretravel.prediction.catalogue import load_probe
         from pretravel.probing.tip import mapped_tip
 
-        if Path(self.probe).suffix.lower() in MAPS:
+        if Path(self.probe).suffix.lower() in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
             names = ("model", "friction", "gravity", "stem")
             forces = tuple(name for name in names if self.stated(name))
             if forces:

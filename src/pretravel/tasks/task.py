@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".json", ".nc", ".csv")
+MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
 FOLDER = ("",)
 """Of an output that takes several files; the task checks it."""

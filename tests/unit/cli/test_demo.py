@@ -29,7 +29,7 @@ def test_demo(tmp_path: Path) -> None:
     assert "harmonic map" in text
     made = {path.name for path in (tmp_path / "out").iterdir()}
     pictures = {"qualification.png", "points.png", "compare.png", "kp3_ring.png"}
-    assert made == {"index.html", "map.nc", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
+    assert made == {"index.html", "map.json", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)
     shown = re.findall(r'<img [^>]*src="data:image/\w+;base64,([^"]*)"', page)

@@ -127,11 +127,11 @@ def test_an_empty_file_and_a_device_have_nothing_to_lose() -> None:
 
 
 def test_subroutines_of_a_folder_are_replaced() -> None:
-    write_map("map.nc", old_map())
+    write_map("map.json", old_map())
     run("program", "mdi", "-o", "subroutines")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
     compensate = Path("subroutines/pretravel_compensate.ngc")
     text = compensate.read_text()
     compensate.write_text("(mine)")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
     assert compensate.read_text() == text

@@ -211,11 +211,11 @@ def test_map_and_delay_err_together() -> None:
 @pytest.mark.parametrize(
     ("kind", "ending"),
     [
-        ("physical", ".nc"),
+        ("physical", ".json"),
         ("harmonic", ".csv"),
-        pytest.param("harmonic", ".nc", marks=pytest.mark.slow),
+        pytest.param("harmonic", ".json", marks=pytest.mark.slow),
         pytest.param("physical", ".csv", marks=pytest.mark.slow),
-        pytest.param("wozniak", ".nc", marks=pytest.mark.slow),
+        pytest.param("wozniak", ".json", marks=pytest.mark.slow),
         pytest.param("wozniak", ".csv", marks=pytest.mark.slow),
     ],
 )
@@ -229,7 +229,7 @@ def test_files_keep_it(tmp_path: Path, ending: str, kind: str) -> None:
     assert again.u_delay == pytest.approx(made.u_delay, rel=1e-9)
     first, second = apply(touches, made), apply(touches, again)
     ratio = second.standard_uncertainty / first.standard_uncertainty
-    if ending == ".nc":
+    if ending == ".json":
         assert np.abs(first.positions - second.positions).max() < 1e-12
         assert ratio == pytest.approx(1.0, rel=1e-9)
         return

@@ -39,8 +39,8 @@ def _map(touches: Touches, kind: str = "mean") -> PretravelMap:
 
 def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> None:
     touches = _touches(1)
-    write_map(tmp_path / "map.nc", _map(touches))
-    stored = read_map(tmp_path / "map.nc")
+    write_map(tmp_path / "map.json", _map(touches))
+    stored = read_map(tmp_path / "map.json")
     (found,) = own_touches_warnings(touches, stored, "why.")
     assert found.startswith(
         "all 25 touches are touches that the map was made from, to the last digit"

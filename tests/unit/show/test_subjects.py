@@ -73,7 +73,7 @@ def _points() -> Document:
 
 def _comparison() -> Document:
     made = qualify(read_touches(SPHERE), 24.9987, kind="harmonic", tip_diameter=6.0)
-    return comparison_document(compare_corrections(made.pretravel_map), map_name="map.nc")
+    return comparison_document(compare_corrections(made.pretravel_map), map_name="map.json")
 
 
 def _rig() -> Document:
@@ -109,11 +109,11 @@ def _map_update() -> Document:
     old = example_map()
     normals = fibonacci_cap(9)
     touches = sphere_touches(1.01 * old.pretravel(normals), normals)
-    return map_update_document(update_map(touches, old, 25.0), prior_name="old.nc")
+    return map_update_document(update_map(touches, old, 25.0), prior_name="old.json")
 
 
 def _touch_plan() -> Document:
-    return touch_plan_document(plan_touches(example_map(), 6), map_name="old.nc")
+    return touch_plan_document(plan_touches(example_map(), 6), map_name="old.json")
 
 
 def _features() -> Document:

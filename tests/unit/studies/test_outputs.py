@@ -45,7 +45,7 @@ def test_no_lobes_are_said_of_a_part_of_the_circle() -> None:
 
 
 def test_corrections_are_those_of_compare() -> None:
-    """With the map that ``pretravel predict -o map.nc`` writes for the same directions."""
+    """With the map that ``pretravel predict -o map.json`` writes for the same directions."""
     more = '[directions]\nazimuth_deg = "0:355:5"\npolar_deg = "0:90:5"\n'
     found = outcome_of(study("corrections", more), {}).numbers
     exact = Predict(probe="omp40-2").run().pretravel_map(exact=True)

@@ -89,9 +89,6 @@ class WozniakBasis(MapBasis):
     def attributes(self) -> Mapping[str, str | float]:
         return {"lobe_azimuth_rad": self.lobe_azimuth, "transducer": self.transducer}
 
-    def checksummed(self) -> list[npt.ArrayLike]:
-        return [[self.lobe_azimuth]]
-
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self:
         return cls(

@@ -39,7 +39,7 @@ from pretravel.tasks.reports.qualification_report import qualification_document,
 DEMONSTRATION_FILES = (
     "index.html",
     "points.csv",
-    "map.nc",
+    "map.json",
     "qualification.png",
     "points.png",
     "compare.png",
@@ -199,14 +199,14 @@ def write_demonstration(
     _write_pictures(pictures, output, written)
     write_points(output / "points.csv", job.points)
     written(output / "points.csv")
-    write_map(output / "map.nc", job.qualification.pretravel_map)
-    written(output / "map.nc")
+    write_map(output / "map.json", job.qualification.pretravel_map)
+    written(output / "map.json")
     kinds = compare_kinds_of_map(touches, job.qualification)
     more = kinds_pictures(kinds)
     _write_pictures(more, output, written)
     pictures |= more
     document = demonstration_document(job, kinds, pictures.values())
-    files = ("points.csv", "map.nc", *pictures)
+    files = ("points.csv", "map.json", *pictures)
     write_page(output / "index.html", document, files, record=record)
     return document
 

@@ -105,5 +105,5 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
         return f"touch the reference at {worst} too, where the map is least certain"
     if not saved:
-        return "write the map to a file (.nc), then compensate a part with it"
+        return "write the map to a file (.json), then compensate a part with it"
     return "compensate a part with the map; verify the probe from time to time"
