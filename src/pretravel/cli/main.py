@@ -42,8 +42,6 @@ UNDESCRIBED: dict[str, str] = {
     "studies": "study:studies",
     "design": "design:design",
     "wishes": "design:wishes",
-    "rig": "rig:rig",
-    "laboratory": "laboratory:laboratory",
     "separate": "separate:separate",
     "separation-plan": "separate:separation_plan",
     "check": "check:check",
