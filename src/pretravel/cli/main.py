@@ -44,8 +44,6 @@ UNDESCRIBED: dict[str, str] = {
     "wishes": "design:wishes",
     "separate": "separate:separate",
     "separation-plan": "separate:separation_plan",
-    "check": "check:check",
-    "pattern": "check:pattern",
     "convert": "convert:convert",
     "formats": "convert:formats",
     "report": "report:report",

@@ -12,6 +12,7 @@ from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
     ALONG_Z,
+    SPHERE_FORM,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -80,13 +81,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     ring: Ring = False
     u_diameter_um: UDiameter = None
     u_temperature: UTemperature = 0.2
-    sphere_form_um: Annotated[
-        float,
-        Field(
-            help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
-            range=(0.0, 100.0),
-        ),
-    ] = 0.13
+    sphere_form_um: Annotated[float, SPHERE_FORM] = 0.13
     axial_pretravel_um: Annotated[
         Length,
         Field(
