@@ -32,7 +32,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "machine": "machine:MachineFile",
         "program sphere": "program:ProgramSphere",
         "program ring": "program:ProgramRing",
-        "program targets": "program:ProgramTargets",
+        "program part": "program:ProgramPart",
         "program mdi": "program:ProgramMdi",
     },
     "Predict": {
@@ -52,7 +52,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "rig": "rig:Rig",
         "laboratory": "laboratory:Laboratory",
         "separate": "separate:Separate",
-        "separation-plan": "separate:SeparationPlan",
+        "separation-plan": "separate:PlanSeparation",
         "check": "check:Check",
         "pattern": "check:Pattern",
     },

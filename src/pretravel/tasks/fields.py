@@ -420,3 +420,17 @@ def with_reading(document: Document, readings: FileReadings) -> Document:
     from pretravel.tasks.reports.preview_report import with_reading_note
 
     return with_reading_note(document, readings)
+
+
+def refuse_no_folder(path: Path) -> None:
+    """Refuse an output that cannot be a folder, where there are several files.
+
+    Raises
+    ------
+    PretravelError
+        It has an ending, is a file, or its own folder does not exist.
+    """
+    if path.suffix or path.is_file():
+        raise PretravelError(f"{path}: a folder is needed, for several files", inputs=("output",))
+    if not path.parent.is_dir():
+        raise PretravelError(f"cannot make {path}: the folder {path.parent} does not exist")

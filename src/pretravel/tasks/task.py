@@ -443,7 +443,8 @@ def python_lines(task: Task) -> str:
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
     """
     kind = type(task)
-    stated = [s for s in settings_of(kind) if task.stated(s.name) and not s.field.writes]
+    stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
+    stated.sort(key=lambda s: not s.field.positional)
     words = [f"{s.name}={_python_value(getattr(task, s.name), s)}" for s in stated]
     lines = [
         f"from {kind.__module__} import {kind.__name__}",
@@ -454,6 +455,11 @@ def python_lines(task: Task) -> str:
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)
+
+
+def _of_the_work(setting: Setting) -> bool:
+    """Not an output that is written afterwards."""
+    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:
