@@ -28,8 +28,6 @@ UNDESCRIBED: dict[str, str] = {
     "compare": "compare:compare",
     "faces": "faces:faces",
     "plan": "plan:plan",
-    "machine": "machine:machine",
-    "program": "program:app",
     "probes": "probes:probes",
     "predict": "predict:predict",
     "simulate": "simulate:simulate",

@@ -31,7 +31,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "export": "export:Export",
         "machine": "machine:MachineFile",
         "program sphere": "program:ProgramSphere",
-        "program ring": "program:ProgramRing",
         "program part": "program:ProgramPart",
         "program mdi": "program:ProgramMdi",
     },
