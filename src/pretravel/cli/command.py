@@ -11,11 +11,10 @@ from typer.core import TyperCommand, TyperOption
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import decimal_point_advice
 from pretravel.cli.running import running, typed_name
+from pretravel.tasks.task import ANSWER as ANSWER
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
-ANSWER = 3
-"""Exit code of an answer that a script must notice: changed, does not conform."""
 INTERRUPTED = 130
 """Exit code after an interruption from the keyboard."""
 _TYPED = "pretravel.typed"

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.tasks.fields import Reported, existing, output
-from pretravel.tasks.study import PAGE, Printed
-from pretravel.tasks.task import SILENT, Field, Progress, Result, Task
+from pretravel.tasks.study import PAGE
+from pretravel.tasks.task import SILENT, Field, Progress, Result, Task, TextResult
 
 if TYPE_CHECKING:
     from pretravel.show.document import Document
@@ -82,13 +82,13 @@ class Wishes(Task):
         str | None, Field(help="A wish of the package, to print.", positional=True, metavar="NAME")
     ] = None
 
-    def run(self, progress: Progress = SILENT) -> Printed:
+    def run(self, progress: Progress = SILENT) -> TextResult:
         """The list, or the text of one."""
         del progress
         from pretravel.studies.wish import WISHES, load_wish
 
         if self.wish is not None:
-            return Printed(WISHES.text(self.wish))
+            return TextResult(WISHES.text(self.wish))
         lines = [f"{entry:14} {load_wish(entry).study.name}" for entry in WISHES.names()]
         advice = "\npretravel wishes NAME > wish.toml prints a wish to edit."
-        return Printed("\n".join([*lines, advice, ""]))
+        return TextResult("\n".join([*lines, advice, ""]))

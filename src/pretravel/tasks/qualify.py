@@ -12,6 +12,7 @@ from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
     ALONG_Z,
+    SPHERE_FORM,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -22,7 +23,7 @@ from pretravel.tasks.fields import (
     output,
     with_reading,
 )
-from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Length, length_or_none
 
 if TYPE_CHECKING:
@@ -78,13 +79,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     ring: Ring = False
     u_diameter_um: UDiameter = None
     u_temperature: UTemperature = 0.2
-    sphere_form_um: Annotated[
-        float,
-        Field(
-            help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
-            range=(0.0, 100.0),
-        ),
-    ] = 0.13
+    sphere_form_um: Annotated[float, SPHERE_FORM] = 0.13
     axial_pretravel_um: Annotated[
         Length,
         Field(
@@ -118,9 +113,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     ] = None
     output: Annotated[
         Path | None,
-        output(
-            "Map: .json (to use) or .csv; or a page, .html or .pdf.", ".json", ".nc", ".csv", *PAGES
-        ),
+        output("Map: .json, or a .csv table; or a page, .html or .pdf.", *MAPS, *PAGES),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> QualifiedProbe | UpdatedProbe:

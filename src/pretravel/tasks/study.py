@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.fields import Reported, existing, output
-from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task, TextResult
 
 if TYPE_CHECKING:
     from pretravel.show.document import Document
@@ -98,18 +98,6 @@ class FinishedStudy(Result):
         """Nothing: the results are written while they come."""
 
 
-@dataclass(frozen=True)
-class Printed(Result):
-    """Text alone.
-
-    Attributes
-    ----------
-    text : str
-    """
-
-    text: str = ""
-
-
 class Studies(Task):
     """List the studies of the package, or print one as TOML."""
 
@@ -121,17 +109,17 @@ class Studies(Task):
         str | None, Field(help="A study of the package, to print.", positional=True, metavar="NAME")
     ] = None
 
-    def run(self, progress: Progress = SILENT) -> Printed:
+    def run(self, progress: Progress = SILENT) -> TextResult:
         """The list, or the text of one."""
         del progress
         from pretravel.studies.definition import STUDIES, load_study
         from pretravel.studies.plan import Plan
 
         if self.study is not None:
-            return Printed(STUDIES.text(self.study))
+            return TextResult(STUDIES.text(self.study))
         lines = []
         for entry in STUDIES.names():
             found = load_study(entry)
             lines.append(f"{entry:20} {found.name}, {found.plan}, {len(Plan(found))} designs")
         advice = "\npretravel studies NAME > mine.toml prints a study to edit."
-        return Printed("\n".join([*lines, advice, ""]))
+        return TextResult("\n".join([*lines, advice, ""]))

@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import pytest
+import typer
 
-from pretravel.cli import main, program
+from pretravel.cli import main
 from tests.support.commands import run
 
 
 def _numbers() -> Iterator[tuple[str, str, Any]]:
-    """Command, parameter and option of each number, from the commands' signatures."""
-    for app in (main.app, program.app):
-        for command in app.registered_commands:
-            assert command.callback is not None
-            hints = get_type_hints(command.callback, include_extras=True)
-            for name, hint in hints.items():
-                for option in _options(hint):
-                    kinds = {hint, *_parts(hint)}
-                    if kinds & {float, int} and bool not in kinds:
-                        yield command.callback.__name__, name, option
-
-
-def _parts(hint: Any) -> Iterator[Any]:
-    for part in get_args(hint):
-        yield part
-        yield from _parts(part) if get_origin(part) is not None or get_args(part) else ()
-
-
-def _options(hint: Any) -> Iterator[Any]:
-    if get_origin(hint) is Annotated:
-        yield from (data for data in hint.__metadata__ if hasattr(data, "min"))
-    for part in get_args(hint):
-        yield from _options(part)
+    """Command, name and parameter of each number."""
+    group: Any = typer.main.get_command(main.app)
+    for name, command in group.commands.items():
+        for inner in getattr(command, "commands", {name: command}).values():
+            for parameter in inner.params:
+                if parameter.type_descriptor.annotation in (float, int):
+                    yield inner.name, parameter.name, parameter
 
 
 def test_every_number_has_a_range() -> None:
