@@ -8,7 +8,6 @@ import typer
 from pretravel.base.quantities import ANGLE, TIP_BALL, limits
 from pretravel.base.units import DEGREE
 from pretravel.cli.arguments import Angles, Vector, angles, one_of, vector
-from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files
 from pretravel.cli.laboratory_option import (
     LaboratoryFile,
@@ -29,6 +28,7 @@ from pretravel.cli.touch_files import (
     reading_options,
     with_reading,
 )
+from pretravel.tasks.task import ANSWER
 
 
 def _standards() -> list[str]:

@@ -17,8 +17,6 @@ from pretravel.cli.running import names_of_command, running, typed_name
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
-ANSWER = 3
-"""Exit code of an answer that a script must notice: changed, does not conform."""
 INTERRUPTED = 130
 """Exit code after an interruption from the keyboard."""
 _TYPED = "pretravel.typed"

@@ -9,7 +9,6 @@ import typer
 
 from pretravel.base.errors import PretravelError
 from pretravel.cli.arguments import Vector, one_of, parser, unit_vector, vector
-from pretravel.cli.command import ANSWER
 from pretravel.cli.files import PAGES, PICTURES, check_files, is_page
 from pretravel.cli.laboratory_option import (
     LaboratoryFile,
@@ -19,6 +18,7 @@ from pretravel.cli.laboratory_option import (
 from pretravel.cli.options import PictureFile, Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
+from pretravel.tasks.task import ANSWER
 
 if TYPE_CHECKING:
     from pretravel.laboratory.certificate import LaboratoryStatements

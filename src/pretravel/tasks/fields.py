@@ -99,6 +99,10 @@ UTemperature: TypeAlias = Annotated[
         label="u of the temperature",
     ),
 ]
+QualifiedMap: TypeAlias = Annotated[
+    Path,
+    Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+]
 TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
 ProbeName: TypeAlias = Annotated[
     str,

@@ -15,10 +15,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pretravel.base.arrays import FloatArray
-from pretravel.files.appended_table import appended_table, table_piece
+from pretravel.files.appended_table import APPENDED_ENDINGS, appended_table, table_piece
+from pretravel.files.file_format import ReadingOptions
 from pretravel.files.point_tables import points_table
 from pretravel.files.table_blocks import BLOCK_ROWS, TableBlock
-from pretravel.files.touch_blocks import LongTable
+from pretravel.files.touch_blocks import LongTable, long_table
 from pretravel.files.touches_csv import touches_table
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import compensation_warnings
@@ -27,9 +28,12 @@ from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.points_summary import PointsSummary, TouchSummary
 from pretravel.measurement.selection import points_at
 from pretravel.show.document import Document, Picture
-from pretravel.tasks.compensate import CompensationSetup, compensate_readings
+from pretravel.surface.cad.part import Part
+from pretravel.surface.local_geometry import Surface
+from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.reports.points_picture import points_view
 from pretravel.tasks.reports.points_report import summary_document
+from pretravel.tasks.task import Result
 from pretravel.touches import with_feed
 
 _DRAWN = 5000
@@ -96,23 +100,25 @@ class CompensatedBlock:
 
 
 @dataclass(frozen=True)
-class LongCompensation:
+class LongCompensation(Result):
     """The compensation of a long table, without its points, which are in the output.
 
     Attributes
     ----------
+    task : Compensate
     table : LongTable
     pretravel_map : PretravelMap
-    setup : CompensationSetup
+    nominal : Surface, Part or None
     found : CompensatedBlock
         Of all blocks.
     warnings : tuple of str
         Of the reader.
     """
 
+    task: Compensate
     table: LongTable
     pretravel_map: PretravelMap
-    setup: CompensationSetup
+    nominal: Surface | Part | None
     found: CompensatedBlock
     warnings: tuple[str, ...]
 
@@ -122,21 +128,15 @@ class LongCompensation:
         how = self.table.understood
         return f"{len(self.found.points)} touches; {how}" if how else ""
 
-    def document(self, touches_name: str = "") -> Document:
-        """The report; its pictures and its budget are those of some of the points.
-
-        Parameters
-        ----------
-        touches_name : str
-            Of the file.
-        """
-        title = f"{touches_name}, compensated" if touches_name else "Compensated points"
-        setup, drawn = self.setup, joined_points(self.found.drawn)
-        placement = setup.placement if setup.frame == "machine" else None
+    def document(self) -> Document:
+        """The report; its pictures and its budget are those of some of the points."""
+        task, drawn = self.task, joined_points(self.found.drawn)
+        title = f"{task.touches_name}, compensated"
+        placement = task.placement() if task.frame == "machine" else None
         picture = Picture(
             f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
             "pretravel and uncertainty",
-            lambda: points_view(drawn, title, nominal=setup.nominal, placement=placement),
+            lambda: points_view(drawn, title, nominal=self.nominal, placement=placement),
         )
         variances = {
             name: float(np.mean(np.concatenate([part[name] for part in self.found.variances])))
@@ -153,6 +153,9 @@ class LongCompensation:
             budgets=[budget],
         )
 
+    def write(self, output: str, path: Path) -> None:
+        """Nothing: the points were written block by block."""
+
 
 @dataclass(frozen=True)
 class _Compensation:
@@ -160,12 +163,13 @@ class _Compensation:
 
     table: LongTable
     pretravel_map: PretravelMap
-    setup: CompensationSetup
-    ending: str
+    nominal: Surface | Part | None
+    task: Compensate
 
     def __call__(self, block: TableBlock) -> BlockResult[CompensatedBlock]:
         readings = self.table.read(block)
-        result = compensate_readings(readings, self.pretravel_map, self.setup)
+        fed = replace(readings, touches=with_feed(readings.touches, self.task.feed))
+        result = self.task.compensated(fed, self.pretravel_map, self.nominal, shared=False)
         points, errors = result.points, result.errors
         apart = max(self.table.count // _DRAWN, 1)
         some = np.arange(-block.first_row % apart, len(points), apart)
@@ -175,7 +179,8 @@ class _Compensation:
             (points_at(points, some),) if len(some) else (),
             (variances_along_normals(errors.at(some)),) if len(some) else (),
         )
-        piece = table_piece(self.ending, points_table(points), first=block.first_row == 0)
+        ending = self.task.output.suffix.lower()
+        piece = table_piece(ending, points_table(points), first=block.first_row == 0)
         return BlockResult(piece, len(points), found, readings.warnings)
 
 
@@ -194,11 +199,25 @@ class _Conversion:
         return BlockResult(piece, len(readings.touches), None, readings.warnings)
 
 
+def table_in_blocks(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
+    """The one long table that the files are, where the output can be written in blocks too.
+
+    Parameters
+    ----------
+    files : list of Path
+    options : ReadingOptions
+    output : Path
+    """
+    if len(files) > 1 or output.suffix.lower() not in APPENDED_ENDINGS:
+        return None
+    return long_table(files[0], options)
+
+
 def compensate_long_table(
     table: LongTable,
     pretravel_map: PretravelMap,
-    setup: CompensationSetup,
-    output: str | Path,
+    task: Compensate,
+    nominal: Surface | Part | None = None,
     *,
     workers: int = 1,
 ) -> LongCompensation:
@@ -210,11 +229,11 @@ def compensate_long_table(
         From `long_table`.
     pretravel_map : PretravelMap
         In the axes of the machine.
-    setup : CompensationSetup
-    output : str or Path
-        .csv or .parquet. The points are those of `compensate_readings`. They do not state which
-        errors they have in common, so that `measure` takes the largest uncertainty that any
-        correlation produces.
+    task : Compensate
+        Its output is .csv or .parquet. The points are those of `Compensate.compensated`. They do
+        not state which errors they have in common, so that `measure` takes the largest uncertainty
+        that any correlation produces.
+    nominal : Surface, Part or None
     workers : int
         Processes. More than one import the program that runs, which must then be a module, and
         take a surface only that can be sent to them: none of functions within functions.
@@ -226,17 +245,16 @@ def compensate_long_table(
     Raises
     ------
     PretravelError
-        As `compensate_readings`; the output is then not written.
+        As `Compensate.compensated`; the output is then not written.
     """
-    setup = replace(setup, shared=False)
-    work = _Compensation(table, pretravel_map, setup, Path(output).suffix.lower())
+    work = _Compensation(table, pretravel_map, nominal, task)
     found: CompensatedBlock | None = None
     warnings: dict[str, None] = {}
-    for result in _written(work, table, Path(output), workers):
+    for result in _written(work, table, task.output, workers):
         found = result.found if found is None else found.joined(result.found)
         warnings |= dict.fromkeys(result.warnings)
     assert found is not None  # a table has rows
-    return LongCompensation(table, pretravel_map, setup, found, tuple(warnings))
+    return LongCompensation(task, table, pretravel_map, nominal, found, tuple(warnings))
 
 
 def convert_long_table(

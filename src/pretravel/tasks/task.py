@@ -43,6 +43,8 @@ MAPS = (".json", ".nc", ".csv")
 PAGES = (".html", ".pdf")
 FOLDER = ("",)
 """Of an output that takes several files; the task checks it."""
+ANSWER = 3
+"""Exit code of an answer that a script must notice: changed, does not conform."""
 _UNITS = {"_um": "µm", "_deg": "°"}
 """The unit that the end of a name states; the option is called without it."""
 _TYPED_UNITS = {"µm": 1e-3, "°": math.pi / 180.0}
@@ -402,7 +404,11 @@ def python_lines(task: Task) -> str:
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
     """
     kind = type(task)
-    stated = [s for s in settings_of(kind) if task.stated(s.name) and not s.field.writes]
+    stated = [
+        s
+        for s in settings_of(kind)
+        if task.stated(s.name) and (not s.field.writes or s.default is MISSING)
+    ]
     words = [f"{s.name}={_python_value(getattr(task, s.name), s)}" for s in stated]
     lines = [
         f"from {kind.__module__} import {kind.__name__}",

@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import pytest
 
-from pretravel.cli import main, program
+from pretravel.cli import main
+from pretravel.tasks import PLACES, task_named
+from pretravel.tasks.task import Setting, settings_of
 from tests.support.commands import run
 
 
-def _numbers() -> Iterator[tuple[str, str, Any]]:
-    """Command, parameter and option of each number, from the commands' signatures."""
-    for app in (main.app, program.app):
-        for command in app.registered_commands:
-            assert command.callback is not None
-            hints = get_type_hints(command.callback, include_extras=True)
-            for name, hint in hints.items():
+def _described_numbers() -> Iterator[tuple[str, Setting]]:
+    """Command and setting of each number that the descriptions of the tasks have."""
+    for name in PLACES:
+        if name.split()[0] in main.UNDESCRIBED:
+            continue
+        for setting in settings_of(task_named(name)):
+            read = setting.field.parse is not None or setting.field.names is not None
+            if setting.kind in (float, int) and not read:
+                yield name, setting
+
+
+def _undescribed_numbers() -> Iterator[tuple[str, str, Any]]:
+    """Command, parameter and option of each number, from the signatures of other commands."""
+    for name, place in main.UNDESCRIBED.items():
+        module, _, function = place.partition(":")
+        made = getattr(import_module(f"pretravel.cli.{module}"), function)
+        inner = [each.callback for each in getattr(made, "registered_commands", ())]
+        for callback in inner or [made]:
+            for parameter, hint in get_type_hints(callback, include_extras=True).items():
                 for option in _options(hint):
                     kinds = {hint, *_parts(hint)}
                     if kinds & {float, int} and bool not in kinds:
-                        yield command.callback.__name__, name, option
+                        yield name, parameter, option
 
 
 def _parts(hint: Any) -> Iterator[Any]:
@@ -38,9 +54,10 @@ def _options(hint: Any) -> Iterator[Any]:
 
 
 def test_every_number_has_a_range() -> None:
-    found = list(_numbers())
-    assert len(found) > 50
-    without = [(c, n) for c, n, option in found if option.min is None or option.max is None]
+    described, others = list(_described_numbers()), list(_undescribed_numbers())
+    assert len(described) + len(others) > 50
+    without = [(c, n) for c, n, option in others if option.min is None or option.max is None]
+    without += [(c, s.name) for c, s in described if not all(map(math.isfinite, s.limits))]
     assert without == []
 
 

@@ -154,7 +154,7 @@ def _show_result(state: ScreenState, result: PartResult) -> None:
 
 def _to_keep(work: Work) -> None:
     def write(path: Path, result: PartResult) -> None:
-        result.compensated.write(path, result.touches_name, result.map_name)
+        result.compensated.write("output", path)
 
     with panel("Points to download"), ui.element("div").classes("buttons"):
         for ending in ENDINGS_OF_POINTS:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,13 +24,9 @@ from pretravel.measurement.tolerances import FeatureTolerances
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.document import Document
 from pretravel.surface.cad.part_file import read_part
-from pretravel.tasks.compensate import (
-    CompensatedTouches,
-    CompensationSetup,
-    compensate_readings,
-)
-from pretravel.tasks.map_argument import map_or_prediction
+from pretravel.tasks.compensate import Compensate, CompensatedTouches
 from pretravel.tasks.measure import FeatureWish, MeasuredFeatures, measure_features
+from pretravel.tasks.task import command_line, python_lines
 from pretravel.uncertainty.gum import Budget
 
 PART_SETTINGS = ("probe", "units", "feed", "extrapolate")
@@ -49,10 +45,8 @@ class PartResult:
     document : Document
     slide : (n,) float or None
         How far the contact slides before the trigger; None without a nominal part. [mm]
-    touches_name, map_name, part_name : str
-        Of the files; `part_name` is empty without a part.
-    options : tuple of str
-        Of the command that does the same, beside the files.
+    touches_name, map_name : str
+        Of the files.
     """
 
     compensated: CompensatedTouches
@@ -60,44 +54,26 @@ class PartResult:
     slide: FloatArray | None
     touches_name: str
     map_name: str
-    part_name: str
-    options: tuple[str, ...]
 
     def budget(self, row: int) -> Budget:
         """The uncertainty budget of a point. [mm]"""
         return point_budget(self.compensated.errors, row)
 
-    def command(self, output: str = "points.csv") -> str:
+    def shown(self) -> Compensate:
+        """The task with the names of the files, which are elsewhere for the user."""
+        task = self.compensated.task
+        nominal = None if task.nominal is None else Path(task.nominal).name
+        return replace(
+            task, touches=(Path(self.touches_name),), map_file=self.map_name, nominal=nominal
+        )
+
+    def command(self) -> str:
         """The command that writes the same points."""
-        nominal = ("--nominal", self.part_name) if self.part_name else ()
-        words = ("pretravel", "compensate", self.touches_name, "--map", self.map_name, *nominal)
-        return shlex.join([*words, *self.options, "-o", output])
+        return command_line(self.shown())
 
     def python(self) -> str:
         """The lines of Python that compute the same points."""
-        found = self.compensated
-        reading = f"tip_radius={found.pretravel_map.tip_radius!r}"
-        if "--units" in self.options:
-            reading += f", units={self.options[self.options.index('--units') + 1]!r}"
-        setup = f"read_part({self.part_name!r})" if self.part_name else "None"
-        setup += f", extrapolate={found.setup.extrapolate}, feed={found.setup.feed!r}"
-        return "\n".join(
-            (
-                "from pathlib import Path",
-                "from pretravel.files.file_format import ReadingOptions",
-                "from pretravel.files.several_files import read_series",
-                "from pretravel.tasks.compensate import CompensationSetup, compensate_readings",
-                "from pretravel.tasks.map_argument import map_or_prediction",
-                "from pretravel.surface.cad.part_file import read_part",
-                "",
-                f"probe_map = map_or_prediction({self.map_name!r})",
-                f"options = ReadingOptions({reading})",
-                f"readings = read_series([Path({self.touches_name!r})], options)",
-                f"setup = CompensationSetup({setup})",
-                "points = compensate_readings(readings, probe_map, setup).points",
-                "print(points.positions, points.standard_uncertainty)",
-            )
-        )
+        return python_lines(self.shown())
 
 
 def compensate_part(inputs: Inputs) -> PartResult:
@@ -118,42 +94,27 @@ def compensate_part(inputs: Inputs) -> PartResult:
         )
     if map_file is not None and map_file.suffix.lower() == ".toml":
         own_description(map_file)
-    pretravel_map = map_or_prediction(str(map_file or probe))
-    units = settings.get("units") or None
     touches = inputs.file("touches")
-    options = ReadingOptions(units=units, tip_radius=pretravel_map.tip_radius)
-    readings = read_series([touches], options)
-    setup = CompensationSetup(
-        None if part is None else read_part(part),
-        bool(settings.get("extrapolate", False)),
+    task = Compensate(
+        touches=(touches,),
+        map_file=str(map_file or probe),
+        output=Path("points.csv"),
+        nominal=None if part is None else str(part),
+        extrapolate=bool(settings.get("extrapolate", False)),
+        units=settings.get("units") or None,
         feed=settings.get("feed"),
     )
-    found = compensate_readings(readings, pretravel_map, setup)
+    pretravel_map = task.pretravel_map()
+    readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
+    # Not parse_surface: it executes Python files.
+    nominal = None if part is None else read_part(part)
+    found = task.compensated(readings, pretravel_map, nominal)
     slide = None
     if part is not None:
         seen = pretravel_map.seen_from(readings.placement)
         slide = np.linalg.norm(contact_slide(found.touches, found.points, seen), axis=1)
-    return PartResult(
-        found,
-        found.document(touches.name),
-        slide,
-        touches.name,
-        probe if map_file is None else map_file.name,
-        "" if part is None else part.name,
-        _options(settings),
-    )
-
-
-def _options(settings: object) -> tuple[str, ...]:
-    assert hasattr(settings, "get")
-    found: list[str] = []
-    if settings.get("units"):
-        found += ["--units", str(settings.get("units"))]
-    if settings.get("feed") is not None:
-        found += ["--feed", f"{settings.get('feed'):.12g}"]
-    if settings.get("extrapolate"):
-        found.append("--extrapolate")
-    return tuple(found)
+    map_name = probe if map_file is None else map_file.name
+    return PartResult(found, found.document(), slide, touches.name, map_name)
 
 
 @dataclass(frozen=True)
@@ -204,7 +165,7 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     )
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
-        result.compensated.write(folder / "points.csv", result.touches_name, result.map_name)
+        result.compensated.write("output", folder / "points.csv")
         points = read_points(folder / "points.csv")
     found = measure_features(points, wish)
     words = ["pretravel", "measure", "points.csv", "--feature", kind]
