@@ -23,7 +23,6 @@ UNDESCRIBED: dict[str, str] = {
     "app": "app:app",
     "history": "history:history",
     "plan-touches": "plan_touches:plan_touches",
-    "measure": "measure:measure",
     "compare": "compare:compare",
     "faces": "faces:faces",
     "plan": "plan:plan",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import tracemalloc
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from pretravel.files.points_reading import read_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.selection import points_of_features
 from pretravel.tasks import measure
-from pretravel.tasks.measure import FeatureWish, measure_features, measure_long_points
+from pretravel.tasks.measure import Measure, measure_long_points
 from tests.support.commands import run
 
 
@@ -52,6 +54,10 @@ def _bores(count: int, *, mixed: bool = False, each: int = 12) -> Points:
     )
 
 
+def _bores_of(**settings: Any) -> Measure:
+    return Measure(points=Path("points.csv"), feature="bore", **settings)
+
+
 def _table(path: Path) -> LongPoints:
     found = long_points(path)
     assert found is not None
@@ -61,21 +67,21 @@ def _table(path: Path) -> LongPoints:
 @pytest.mark.parametrize("mixed", [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize(
-    "wish",
+    "task",
     [
-        FeatureWish("bore", by_prefix=True),
-        FeatureWish("bore", select=("bore7-*", "bore2-*")),
-        FeatureWish("bore", select=("bore4*", "bore1-*"), by_prefix=True),
+        _bores_of(by_prefix=True),
+        _bores_of(select=("bore7-*", "bore2-*")),
+        _bores_of(select=("bore4*", "bore1-*"), by_prefix=True),
     ],
 )
 def test_features_are_those_of_the_whole(
-    tmp_path: Path, ending: str, wish: FeatureWish, mixed: bool
+    tmp_path: Path, ending: str, task: Measure, mixed: bool
 ) -> None:
     path = tmp_path / f"points.{ending}"
     write_points(path, _bores(45, mixed=mixed))
     blocks, whole = (
-        measure_long_points(_table(path), wish),
-        measure_features(read_points(path), wish),
+        measure_long_points(_table(path), task),
+        task.measured(read_points(path)),
     )
     assert blocks.values() == whole.values()
 
@@ -83,14 +89,14 @@ def test_features_are_those_of_the_whole(
 def test_a_pattern_without_points_has_the_usual_message(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     write_points(path, _bores(45))
-    for wish in (
-        FeatureWish("bore", select=("pin*",)),
-        FeatureWish("bore", at=(0, 0, 0), by_prefix=True),
+    for task in (
+        _bores_of(select=("pin*",)),
+        _bores_of(at="0,0,0", by_prefix=True),
     ):
         with pytest.raises(PretravelError) as of_whole:
-            measure_features(read_points(path), wish)
+            task.measured(read_points(path))
         with pytest.raises(PretravelError) as of_blocks:
-            measure_long_points(_table(path), wish)
+            measure_long_points(_table(path), task)
         assert str(of_blocks.value) == str(of_whole.value)
 
 
@@ -103,7 +109,7 @@ def test_a_damaged_line_has_the_usual_message(tmp_path: Path) -> None:
     with pytest.raises(InputError) as of_whole:
         read_points(path)
     with pytest.raises(InputError, match="line 401") as of_blocks:
-        measure_long_points(_table(path), FeatureWish("bore", by_prefix=True))
+        measure_long_points(_table(path), _bores_of(by_prefix=True))
     assert str(of_blocks.value) == str(of_whole.value)
 
 
@@ -112,14 +118,15 @@ def test_memory_does_not_grow_with_the_points(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Results of features are kept, their points are not; here 30 features, and no results."""
-    monkeypatch.setattr(measure, "_measured", lambda *_: None)
+    nothing = SimpleNamespace(verdict=None)
+    monkeypatch.setattr(measure, "_measured", lambda *_: nothing)
     peaks = []
     for each in (40, 40, 320):
         path = tmp_path / f"{each}.csv"
         write_points(path, _bores(30, each=each))
         table = _table(path)
         tracemalloc.start()
-        measure_long_points(table, FeatureWish("bore", by_prefix=True))
+        measure_long_points(table, _bores_of(by_prefix=True))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     # 8 times where all points are kept; 280 more of the open feature are 60 kB.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,20 +11,19 @@ from pretravel.app.own_description import own_description
 from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.points_reading import read_points
 from pretravel.files.several_files import read_series
 from pretravel.measurement.contact_slide import contact_slide
 from pretravel.measurement.point_budget import point_budget
-from pretravel.measurement.tolerances import FeatureTolerances
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.document import Document
 from pretravel.surface.cad.part_file import read_part
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
-from pretravel.tasks.measure import FeatureWish, MeasuredFeatures, measure_features
+from pretravel.tasks.measure import Measure, MeasuredFeatures
 from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.values import ToleranceText
 from pretravel.uncertainty.gum import Budget
 
 PART_SETTINGS = ("probe", "units", "feed", "extrapolate")
@@ -147,38 +144,30 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     lower, upper = get("lower"), get("upper")
     size = None
     if lower is not None or upper is not None:
-        size = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
-        if not size[0] < size[1]:
+        size = ToleranceText(lower, upper, are_limits=True)
+        if lower is not None and upper is not None and not lower < upper:
             raise PretravelError(
                 f"the tolerance {lower:g} to {upper:g} mm is empty: the lower limit is below the "
                 "upper limit"
             )
-    form = get("form_tolerance")
-    u_machine = float(get("u_machine_um", 0.0) or 0.0)
-    by_prefix = bool(get("by_prefix", False))
-    wish = FeatureWish(
-        kind,
-        labels,
-        by_prefix,
-        u_machine=u_machine * MICROMETRE,
-        tolerances=FeatureTolerances(size, None, form),
+    task = Measure(
+        points=Path(result.touches_name),
+        feature=kind,
+        select=labels,
+        by_prefix=bool(get("by_prefix", False)),
+        size_tolerance=size,
+        form_tolerance=get("form_tolerance"),
+        u_machine_um=float(get("u_machine_um", 0.0) or 0.0),
+        output=Path("features.csv"),
     )
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
         result.compensated.write("output", folder / "points.csv")
         points = read_points(folder / "points.csv")
-    found = measure_features(points, wish)
-    words = ["pretravel", "measure", "points.csv", "--feature", kind]
-    for label in labels:
-        words += ["--select", label]
-    words += ["--group"] if by_prefix else []
-    if size is not None:
-        ends = ("" if end is None else f"{end:.12g}" for end in (lower, upper))
-        words += ["--tolerance", "..".join(ends)]
-    words += [] if form is None else ["--form-tolerance", f"{form:.12g}"]
-    words += ["--u-machine", f"{u_machine:.12g}"] if u_machine else []
-    document = found.document(result.touches_name)
-    return PartFeatures(found, document, shlex.join([*words, "-o", "features.csv"]))
+    found = task.measured(points)
+    return PartFeatures(
+        found, found.document(), command_line(replace(task, points=Path("points.csv")))
+    )
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:
