@@ -24,7 +24,6 @@ from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
 from tests.support.monte_carlo import MonteCarlo
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
@@ -45,6 +44,7 @@ from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
+from pretravel.qualification.qualify import qualify
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere

@@ -22,7 +22,7 @@ from pretravel.show.page_content import PageContent
 from pretravel.tasks.reports.certificate_report import TEMPLATE
 from tests.browser.workbench_server import CHROMIUM, FLAGS, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
-from tests.unit.report import test_subjects as subjects
+from tests.unit.show import test_subjects as subjects
 
 A4_WIDTH_MM, MARGIN_MM, PIXELS_PER_MM = 210.0, 15.0, 96.0 / 25.4
 

@@ -45,7 +45,7 @@ from tests.support.stored_maps import map_of
 
 BREP = Path(__file__).parent / "samples" / "part.brep"
 """What the CAD kernel writes of examples/data/part.step."""
-MAPS = Path(__file__).parents[1] / "unit" / "formats" / "data" / "maps_version_1"
+MAPS = Path(__file__).parents[1] / "unit" / "files" / "data" / "maps_version_1"
 
 
 def _maps() -> tuple[bytes, ...]:

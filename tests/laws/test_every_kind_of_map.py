@@ -1,4 +1,4 @@
-"""Laws of all kinds of map: a new kind is tested once it is listed in `KINDS` and `BASES`.
+"""Laws of all kinds of map: a new kind is tested once it is among the entry points.
 
 Kinds that are fitted are made here from simulated touches; a basis that no fit makes needs a map
 in `_not_fitted`.
@@ -30,14 +30,16 @@ from pretravel.base.frames import probe_rotation
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import BASES, KINDS, qualify
+from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.averaged import averaged_map
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.measurement.compensation import apply, embed
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
 from pretravel.prediction.response import probe_response, response_map
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -101,13 +103,14 @@ def _normals(made: PretravelMap) -> np.ndarray:
     return CAP @ made.rotation.T
 
 
-every_kind = pytest.mark.parametrize("name", [*KINDS, *_not_fitted])
+every_kind = pytest.mark.parametrize("name", [*kinds(), *_not_fitted])
 seeds = st.integers(0, 10_000)
 
 
 def test_every_basis_has_a_map_here() -> None:
-    assert {type(_map(name).basis) for name in (*KINDS, *_not_fitted)} == set(BASES)
-    assert all(_map(name).kind == name for name in KINDS)
+    every = {basis for kind in kinds().values() for basis in kind.bases} | {TabulatedBasis}
+    assert {type(_map(name).basis) for name in (*kinds(), *_not_fitted)} == every
+    assert all(_map(name).kind == name for name in kinds())
 
 
 @every_kind
@@ -288,6 +291,6 @@ def test_averages_of_what_has_no_closed_form_have_none() -> None:
 
 def test_kinds_that_follow_a_probe_to_its_repeatability() -> None:
     """Mean, sectors and Woźniak's shape leave errors of the map; the others do not."""
-    kinds = {name: _map(name).basis.follows_probe for name in (*KINDS, *_not_fitted)}
-    coarse = {name for name, follows in kinds.items() if not follows}
+    found = {name: _map(name).basis.follows_probe for name in (*kinds(), *_not_fitted)}
+    coarse = {name for name, follows in found.items() if not follows}
     assert coarse == {"mean", "sectors", "wozniak"}

@@ -21,7 +21,7 @@ from typing import Any
 
 PROJECT = Path(__file__).parents[2]
 ROOMS = (
-    "trigger", "model", "probing", "surface", "maps", "qualification", "compensation",
+    "prediction", "probing", "surface", "maps", "qualification", "measurement",
     "laboratory", "identification", "controls",
 )  # fmt: skip
 """Rooms of pretravel that get faults."""

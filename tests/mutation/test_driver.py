@@ -72,7 +72,7 @@ def test_that_fails_anyway() -> None:
 
 
 def _fault(after: str, content: str = MODULE) -> Fault:
-    faults = [f for f in faults_of("trigger/sides.py", content.encode()) if f.after == after]
+    faults = [f for f in faults_of("prediction/sides.py", content.encode()) if f.after == after]
     assert len(faults) == 1, after
     return faults[0]
 
@@ -81,7 +81,7 @@ def _fault(after: str, content: str = MODULE) -> Fault:
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project with one room of one module."""
     folder = tmp_path_factory.mktemp("faults") / "small"
-    room = folder / "src/pretravel/trigger"
+    room = folder / "src/pretravel/prediction"
     room.mkdir(parents=True)
     (room / "__init__.py").write_text("")
     (room.parent / "__init__.py").write_text("")
@@ -104,7 +104,7 @@ def tried(project: Path) -> tuple[Scratch, LineMap]:
 
 def test_only_what_has_an_effect_is_changed() -> None:
     """Texts, annotations and errors are not; a check as a whole is."""
-    assert [f.after for f in faults_of("trigger/sides.py", MODULE.encode())] == [
+    assert [f.after for f in faults_of("prediction/sides.py", MODULE.encode())] == [
         "LEAST = 3",
         "def area(width: float, height: float = 4) -> float:",
         "if False:",
@@ -187,14 +187,14 @@ def test_survivors_run_the_other_tests_of_the_file(tried: tuple[Scratch, LineMap
 
 def test_a_module_that_cannot_be_loaded_is_noticed(tried: tuple[Scratch, LineMap]) -> None:
     whole = len(MODULE.encode())
-    fault = Fault("trigger/sides.py", "", "", "", "", (5, 5), (whole, whole), b"\n1 / 0\n")
+    fault = Fault("prediction/sides.py", "", "", "", "", (5, 5), (whole, whole), b"\n1 / 0\n")
     assert "cannot be loaded" in try_fault(fault, *tried, patience=20.0).killer
 
 
 def test_a_process_that_crashes_is_noticed(tried: tuple[Scratch, LineMap]) -> None:
     end = b"    import os; os._exit(7)\n"
     place = MODULE.encode().index(b"    return LEAST")
-    fault = Fault("trigger/sides.py", "least", "", "", "", (27, 27), (place, place), end)
+    fault = Fault("prediction/sides.py", "least", "", "", "", (27, 27), (place, place), end)
     assert try_fault(fault, *tried, patience=20.0).killer == "crashed"
 
 
@@ -203,15 +203,15 @@ def test_tests_that_fail_without_a_fault_are_told(tried: tuple[Scratch, LineMap]
     scratch, line_map = tried
     assert failing_without_fault(scratch, line_map) == ""
     content = MODULE.replace("return width * height", "return width").encode()
-    with scratch.changed("src/pretravel/trigger/sides.py", content):
+    with scratch.changed("src/pretravel/prediction/sides.py", content):
         assert "test_area" in failing_without_fault(scratch, line_map)
-    with scratch.changed("src/pretravel/trigger/sides.py", b"import os\nos.abort()\n"):
+    with scratch.changed("src/pretravel/prediction/sides.py", b"import os\nos.abort()\n"):
         assert failing_without_fault(scratch, line_map) == "crashed"
 
 
 def test_the_file_is_whole_again(tried: tuple[Scratch, LineMap]) -> None:
     scratch, _ = tried
-    assert (scratch.project / "src/pretravel/trigger/sides.py").read_text() == MODULE
+    assert (scratch.project / "src/pretravel/prediction/sides.py").read_text() == MODULE
 
 
 def test_the_map_follows_lines_that_move(project: Path, tried: tuple[Scratch, LineMap]) -> None:
@@ -221,11 +221,11 @@ def test_the_map_follows_lines_that_move(project: Path, tried: tuple[Scratch, Li
     content = content.replace(
         "    return width * height", "    size = 1\n    return width * height"
     )
-    (scratch.project / "src/pretravel/trigger/sides.py").write_text(content)
+    (scratch.project / "src/pretravel/prediction/sides.py").write_text(content)
     line_map = LineMap(scratch.project, project.parent / "kept")
     line = content.splitlines().index("    return width * height") + 1
     for place in (line - 1, line):
-        assert line_map.executing("trigger/sides.py", place, place) == {
+        assert line_map.executing("prediction/sides.py", place, place) == {
             "tests/unit/test_sides.py::test_area",
             "tests/unit/test_sides.py::test_area_of_a_high_wall",
         }
@@ -243,7 +243,7 @@ def test_a_function_that_makes_a_value_of_the_module_concerns_all_its_tests(
     ]
     scratch, line_map = tried
     fault = _fault("return width * 5")
-    path = scratch.project / "src/pretravel/trigger/sides.py"
+    path = scratch.project / "src/pretravel/prediction/sides.py"
     assert campaign.tests_that_execute(fault, scratch.project, line_map) == set()
     path.write_text(loaded)
     try:
@@ -256,9 +256,9 @@ def test_a_value_of_the_module_concerns_all_its_tests(tried: tuple[Scratch, Line
     """Its line is executed while the module is loaded, in whichever test is the first."""
     scratch, line_map = tried
     fault = _fault("LEAST = 3")
-    assert len(line_map.of_module("trigger/sides.py")) == 4
+    assert len(line_map.of_module("prediction/sides.py")) == 4
     assert campaign.tests_that_execute(fault, scratch.project, line_map) == line_map.of_module(
-        "trigger/sides.py"
+        "prediction/sides.py"
     )
 
 

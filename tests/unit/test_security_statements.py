@@ -39,7 +39,7 @@ def _importers(names: set[str]) -> set[str]:
 
 
 def test_only_the_workbench_and_dask_use_the_network() -> None:
-    found = {name for name in _importers(NETWORK) if not name.startswith("workbench/")}
+    found = {name for name in _importers(NETWORK) if not name.startswith("app/")}
     # cli/app.py: the page that it opens in the browser.
     assert found - {"cli/app.py"} == {"studies/workers.py"}
 

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from pretravel.base.arrays import FloatArray
 
 _DECIMAL_COMMA = re.compile(r"[+-]?(?:\d+|\d{1,3}(?:[. ']\d{3})+),\d+(?:[eE][+-]?\d+)?")
 _SIGNS_OF_THOUSANDS = "[. ']"
@@ -229,6 +230,8 @@ def checked_values(values: npt.ArrayLike, what: str, quantity: QuantityRange) ->
     >>> checked_values([[0.0, 0.0, 25.0]], "the positions", COORDINATE).shape
     (1, 3)
     """
+    import numpy as np  # with the first array: descriptions of commands do without
+
     array = as_numbers(values, what)
     inside = (array >= quantity.lowest) & (array <= quantity.highest)
     if not np.all(inside):
@@ -249,6 +252,8 @@ def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
     ...
     pretravel.base.errors.PretravelError: the positions must be numbers of a usual size
     """
+    import numpy as np
+
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -284,6 +289,8 @@ def extent(values: npt.ArrayLike, decimals: int = 1) -> str:
     >>> extent([2.0, 0.5, float("nan")]), extent([2.0]), extent([])
     ('0.5 to 2.0', '2.0', 'none')
     """
+    import numpy as np
+
     numbers = np.asarray(values, dtype=np.float64)
     numbers = numbers[np.isfinite(numbers)]
     if not numbers.size:

@@ -12,9 +12,10 @@ All other code uses millimetres and radians.
 from __future__ import annotations
 
 import math
-from typing import Final, overload
+from typing import TYPE_CHECKING, Final, overload
 
-from pretravel.base.arrays import FloatArray
+if TYPE_CHECKING:
+    from pretravel.base.arrays import FloatArray
 
 MICROMETRE: Final = 1e-3
 """One micrometre in mm."""

@@ -48,6 +48,9 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
+        from pretravel.show.style import ignore_settings_of_folder
+
+        ignore_settings_of_folder()
         try:
             with running(ctx, ctx.meta[_TYPED]):
                 return super().invoke(ctx)

@@ -104,7 +104,6 @@ def history(
     Example: pretravel history logs --diameter 25 --tip-diameter 6 --limit 1 --plot drift.png
     """
     from pretravel.tasks.history import HistorySetup, history_of_verifications
-    from pretravel.tasks.qualify import KindWish
     from pretravel.tasks.reports.history_report import history_columns
 
     allowed = None if limit is None else limit * MICROMETRE
@@ -134,7 +133,7 @@ def history(
         reference,
         options,
         limit=allowed,
-        wish=KindWish(kind or "auto"),
+        kind=kind or "auto",
         pretravel_map=old_map,
         map_name="" if map_file is None else map_file.name,
     )

@@ -6,49 +6,120 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
 from contextlib import suppress
-from typing import Annotated, NoReturn, TextIO
+from importlib import import_module
+from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
+from typer.core import TyperGroup
 
 from pretravel.base.errors import PretravelError
-from pretravel.cli import (
-    check,
-    compare,
-    compensate,
-    convert,
-    demo,
-    design,
-    export,
-    faces,
-    fem,
-    history,
-    hysteresis,
-    identify,
-    laboratory,
-    machine,
-    measure,
-    plan,
-    plan_touches,
-    predict,
-    probes,
-    program,
-    qualify,
-    report,
-    rig,
-    separate,
-    simulate,
-    slide,
-    study,
-    verify,
-)
-from pretravel.cli.app import app as app_command
 from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
-from pretravel.show.style import ignore_settings_of_folder
+from pretravel.tasks import GROUPS, SUBCOMMANDS, task_named
+
+UNDESCRIBED: dict[str, str] = {
+    "demo": "demo:demo",
+    "app": "app:app",
+    "verify": "verify:verify",
+    "history": "history:history",
+    "plan-touches": "plan_touches:plan_touches",
+    "compensate": "compensate:compensate",
+    "measure": "measure:measure",
+    "compare": "compare:compare",
+    "export": "export:export",
+    "machine": "machine:machine",
+    "program": "program:app",
+    "rig": "rig:rig",
+    "laboratory": "laboratory:laboratory",
+    "separate": "separate:separate",
+    "separation-plan": "separate:separation_plan",
+    "check": "check:check",
+    "pattern": "check:pattern",
+    "convert": "convert:convert",
+    "formats": "convert:formats",
+    "report": "report:report",
+}
+"""Commands that are not made from the description of a task."""
+
+
+class Commands(TyperGroup):
+    """The commands, each made when it is asked for."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self.commands = _LazyCommands()
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Their names in the order of the help."""
+        del ctx
+        return list(self.commands)
+
+
+class _LazyCommands(dict[str, Any]):
+    """Commands by their names; a value is made when it is read."""
+
+    def __init__(self) -> None:
+        names = [name for group, tasks in GROUPS.items() for name in (*tasks, *_OWN.get(group, ()))]
+        super().__init__(dict.fromkeys(name.split()[0] for name in names))
+
+    def __getitem__(self, name: str) -> Any:
+        made = super().__getitem__(name)
+        if made is None:
+            made = self[name] = _command(name)
+        return made
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name] if name in self else default  # noqa: SIM401  # it would call itself
+
+    def items(self) -> Any:
+        return [(name, self[name]) for name in self]
+
+    def values(self) -> Any:
+        return [self[name] for name in self]
+
+
+_OWN = {"Start": ("app",)}
+"""Commands of the command line itself, by the group of the help."""
+_GROUP_OF = {
+    name.split()[0]: group
+    for group, tasks in GROUPS.items()
+    for name in (*tasks, *_OWN.get(group, ()))
+}
+
+
+def _command(name: str) -> Any:
+    place = UNDESCRIBED.get(name)
+    if place is not None:
+        return _undescribed(name, place)
+    from pretravel.cli.derived import command_of, group_of
+
+    if name in SUBCOMMANDS:
+        inside = [task for tasks in GROUPS.values() for task in tasks if task.split()[0] == name]
+        return group_of(name, SUBCOMMANDS[name], [task_named(task) for task in inside])
+    return command_of(task_named(name))
+
+
+def _undescribed(name: str, place: str) -> Any:
+    module, _, function = place.partition(":")
+    made = getattr(import_module(f"pretravel.cli.{module}"), function)
+    alone = typer.Typer(add_completion=False)
+    if isinstance(made, typer.Typer):
+        alone.add_typer(made, rich_help_panel=_GROUP_OF[name])
+        return typer.main.get_command(alone).commands[name]  # type: ignore[attr-defined]
+    summary, _, example = (made.__doc__ or "").rpartition("Example: ")
+    alone.command(
+        name,
+        cls=Command,
+        help=summary.strip(),
+        epilog=f"Example: {example.strip()}",
+        rich_help_panel=_GROUP_OF[name],
+    )(made)
+    return typer.main.get_command(alone)
+
 
 app = typer.Typer(
     name="pretravel",
+    cls=Commands,
     help="Predict, calibrate and compensate the pretravel of touch-trigger probes."
     "\n\nThe command demo shows a result of example data. The command app opens the workbench in "
     "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
@@ -82,59 +153,9 @@ def _main(
     del version
 
 
-GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Start": (demo.demo, app_command),
-    "Qualify": (qualify.qualify, verify.verify, history.history, plan_touches.plan_touches),
-    "Measure": (
-        compensate.compensate,
-        measure.measure,
-        compare.compare,
-        faces.faces,
-        plan.plan,
-    ),
-    "Control": (export.export, machine.machine),
-    "Predict": (
-        probes.probes,
-        predict.predict,
-        simulate.simulate,
-        slide.slide,
-        fem.fem,
-        hysteresis.hysteresis,
-        identify.identify,
-        study.study,
-        study.studies,
-        design.design,
-        design.wishes,
-    ),
-    "Laboratory": (
-        rig.rig,
-        laboratory.laboratory,
-        separate.separate,
-        separate.separation_plan,
-        check.check,
-        check.pattern,
-    ),
-    "Files": (convert.convert, convert.formats, report.report),
-}
-"""The commands in the groups of the help; each group begins with what is needed first."""
-
-for group, commands in GROUPS.items():
-    for command in commands:
-        summary, _, example = (command.__doc__ or "").rpartition("Example: ")
-        app.command(
-            cls=Command,
-            help=summary.strip(),
-            epilog=f"Example: {example.strip()}",
-            rich_help_panel=group,
-        )(command)
-
-app.add_typer(program.app, rich_help_panel="Control")
-
-
 def run() -> None:
     """Run the command line; faults become one message and exit code 2, no traceback."""
     warnings.showwarning = _show_warning
-    ignore_settings_of_folder()
     try:
         app()
     except SystemExit as stop:

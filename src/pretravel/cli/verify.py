@@ -72,7 +72,7 @@ def verify(
     from pretravel.base.whole_file import write_json
     from pretravel.files.map_file import read_map
     from pretravel.files.probe_history import add_verification, check_history, read_history
-    from pretravel.identification.kind_registry import qualify_like
+    from pretravel.qualification.qualify import qualify_like
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.tasks.reports.verification_report import (
         verification_document,

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.files.netcdf import StoredDataset, content_digest
-from pretravel.identification.kind_registry import restored_basis
 from pretravel.maps.basis import StoredArray, StoredBasis
 from pretravel.maps.grid import map_grid
+from pretravel.maps.kinds import restored_basis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport

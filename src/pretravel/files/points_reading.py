@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
+from pretravel.base.extras import needed
 from pretravel.base.units import MICROMETRE
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.netcdf import StoredVariable, read_dataset
@@ -156,6 +157,7 @@ def _json_table(file: SourceFile) -> CsvTable:
 
 
 def _from_dataset(file: SourceFile) -> Points:
+    needed("h5netcdf", "tables")
     data = read_dataset(file).variables
     if not {"position", "normal", "covariance", "label"} <= set(data):
         raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")

@@ -1,1 +1,84 @@
-"""One job a module: files and settings in, a result and its report out. Nothing is printed here."""
+"""What pretravel does for people, a file a task: settings, run, report.
+
+`GROUPS` lists the tasks as the help does; `task_named` imports one. The command line and the
+workbench are made from the descriptions.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pretravel.tasks.task import Task
+
+GROUPS: dict[str, dict[str, str]] = {
+    "Start": {"demo": "demo:Demo"},
+    "Qualify": {
+        "qualify": "qualify:Qualify",
+        "verify": "verify:Verify",
+        "history": "history:History",
+        "plan-touches": "plan_touches:PlanTouches",
+    },
+    "Measure": {
+        "compensate": "compensate:Compensate",
+        "measure": "measure:Measure",
+        "compare": "compare:Compare",
+        "faces": "faces:Faces",
+        "plan": "plan:Plan",
+    },
+    "Control": {
+        "export": "export:Export",
+        "machine": "machine:MachineFile",
+        "program sphere": "program:ProgramSphere",
+        "program ring": "program:ProgramRing",
+        "program targets": "program:ProgramTargets",
+        "program mdi": "program:ProgramMdi",
+    },
+    "Predict": {
+        "probes": "probes:Probes",
+        "predict": "predict:Predict",
+        "simulate": "simulate:Simulate",
+        "slide": "slide:Slide",
+        "fem": "fem:Fem",
+        "hysteresis": "hysteresis:Hysteresis",
+        "identify": "identify:Identify",
+        "study": "study:RunStudy",
+        "studies": "study:Studies",
+        "design": "design:Design",
+        "wishes": "design:Wishes",
+    },
+    "Laboratory": {
+        "rig": "rig:Rig",
+        "laboratory": "laboratory:Laboratory",
+        "separate": "separate:Separate",
+        "separation-plan": "separate:SeparationPlan",
+        "check": "check:Check",
+        "pattern": "check:Pattern",
+    },
+    "Files": {
+        "convert": "convert:Convert",
+        "formats": "convert:Formats",
+        "report": "report:Report",
+    },
+}
+"""Module and type of each task by its command; each group begins with what is needed first."""
+SUBCOMMANDS = {"program": "Write a probing program (G-code for LinuxCNC) that logs every touch."}
+"""The help of commands that begin with the same word."""
+PLACES = {name: place for tasks in GROUPS.values() for name, place in tasks.items()}
+"""Module and type of each task by its command."""
+
+
+def task_named(name: str) -> type[Task]:
+    """The type of a task.
+
+    Parameters
+    ----------
+    name : str
+        Of the command: ``plan-touches``.
+
+    >>> task_named("qualify").example.split()[:2]
+    ['pretravel', 'qualify']
+    """
+    module, _, kind = PLACES[name].partition(":")
+    return getattr(import_module(f"pretravel.tasks.{module}"), kind)  # type: ignore[no-any-return]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +21,9 @@ from pretravel.qualification.day_terms import DayTerms, day_quantities, day_term
 from pretravel.qualification.drift_over_time import DriftOverTime, drift_over_time
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.own_touches import own_touches_warnings
+from pretravel.qualification.qualify import choose
 from pretravel.qualification.verification import refuse_unverifiable
 from pretravel.show.document import Document
-from pretravel.tasks.qualify import KindWish, qualify_probe
 from pretravel.tasks.reports.drift_report import DayFile, FolderDrift
 from pretravel.tasks.reports.history_report import history_document
 from pretravel.uncertainty.gum import COVERAGE_FACTOR
@@ -42,7 +42,7 @@ class HistorySetup:
         Of each file.
     limit : float or None
         Allowed change of the map; None: its expanded uncertainty, U = 2 u. [mm]
-    wish : KindWish
+    kind : str
         Kind of the first file's map, where none is given.
     pretravel_map : PretravelMap or None
         That all days are compared with; None: that of the first file.
@@ -52,7 +52,7 @@ class HistorySetup:
     reference: QualificationSetup
     options: ReadingOptions
     limit: float | None = None
-    wish: KindWish = field(default=KindWish())
+    kind: str = "auto"
     pretravel_map: PretravelMap | None = None
     map_name: str = ""
 
@@ -155,7 +155,8 @@ def _allowed(pretravel_map: PretravelMap) -> float:
 
 def _first_day(file: DatedFile, setup: HistorySetup) -> tuple[PretravelMap, DayTerms]:
     readings = read_series([file.path], setup.options).in_machine_axes()
-    made = qualify_probe(readings, setup.reference, setup.wish).pretravel_map
+    chosen = choose(readings.touches, setup.reference, setup.kind)
+    made = chosen.qualification.pretravel_map
     refuse_unverifiable(made)
     return made, day_terms(readings.touches, made, setup.reference, own=True)
 

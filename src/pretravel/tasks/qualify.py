@@ -3,138 +3,329 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
-from pretravel.files.file_format import FileReadings
-from pretravel.identification.average import AUTO
-from pretravel.identification.kind_choice import KindScore
-from pretravel.identification.kind_registry import KINDS, choose
-from pretravel.maps.kinds.wozniak import WozniakKind
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.qualification import Qualification
-from pretravel.show.document import Document
-from pretravel.tasks.reports.qualification_report import qualification_document
+from pretravel.base.quantities import ANGLE, TIP_BALL
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks.fields import (
+    ALONG_Z,
+    Diameter,
+    LaboratoryReport,
+    ProbeAxis,
+    Ring,
+    TouchFilesWithFeed,
+    UDiameter,
+    UTemperature,
+    output,
+    with_reading,
+)
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.values import Length, length_or_none
 
-Transducer: TypeAlias = Literal["contact", "piezo"]
+if TYPE_CHECKING:
+    from pretravel.files.file_format import FileReadings
+    from pretravel.maps.kinds.wozniak import WozniakKind
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.maps.provenance import QualificationSetup
+    from pretravel.qualification.prior_update import MapUpdate
+    from pretravel.qualification.qualification import KindScore, Qualification
+    from pretravel.show.document import Document
 
 
-@dataclass(frozen=True)
-class KindWish:
-    """Which kind of map is wanted.
+def kind_names() -> list[str]:
+    """The kinds of map, and the choice among them."""
+    from pretravel.maps.kinds import AUTO, kinds
 
-    Attributes
-    ----------
-    name : str
-        "auto": the average of the kinds that predict left-out directions.
-    lobe_azimuth : float or None
-        Kind wozniak: azimuth of the largest pretravel. [rad]
-    transducer : str
-        Kind wozniak: "contact" (the map has lobes) or "piezo" (it has none).
+    return [*kinds(), AUTO]
 
-    Raises
-    ------
-    PretravelError
-        A setting of kind wozniak for another kind; lobes of a probe that has none.
 
-    >>> KindWish("mean", lobe_azimuth=0.5)
-    Traceback (most recent call last):
-    ...
-    pretravel.base.errors.PretravelError: the azimuth of a lobe and the transducer are only for ...
+class Qualify(TouchFilesWithFeed, LaboratoryReport):
+    """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
+
+    Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
+
+    A shop's own table is read as it is, for example X;Y;Z;I;J;K with decimal commas:
+    pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.json
     """
 
-    name: str = AUTO
-    lobe_azimuth: float | None = None
-    transducer: Transducer = "contact"
+    name = "qualify"
+    group = "Qualify"
+    example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
 
-    def __post_init__(self) -> None:
-        stated = self.lobe_azimuth is not None or self.transducer != "contact"
-        if stated and self.name not in (WozniakKind().name, AUTO):
+    diameter: Diameter
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm. Without it, the mean of the map is zero and heights "
+            "are less certain, usually by 5 to 15 µm.",
+            range=TIP_BALL,
+        ),
+    ] = None
+    kind: Annotated[
+        str,
+        Field(
+            help="Kind of map: auto (the average of the kinds that predict left-out directions); "
+            "or one of them: physical (a fitted six-seat probe), harmonic (a smooth series), "
+            "wozniak (one constant), mean (one radius), sectors (a table).",
+            names=kind_names,
+            metavar="KIND",
+            label="Kind of map",
+        ),
+    ] = "auto"
+    ring: Ring = False
+    u_diameter_um: UDiameter = None
+    u_temperature: UTemperature = 0.2
+    sphere_form_um: Annotated[
+        float,
+        Field(
+            help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
+            range=(0.0, 100.0),
+        ),
+    ] = 0.13
+    axial_pretravel_um: Annotated[
+        Length,
+        Field(
+            help="Assumed pretravel along the probe axis, in µm, for kind harmonic: touches on a "
+            "sphere do not determine it; none: least-squares centre.",
+            parse=length_or_none,
+            metavar="UM",
+        ),
+    ] = Length(1.0)
+    lobe_azimuth_deg: Annotated[
+        float | None,
+        Field(
+            help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
+            "default is determined from 8 directions or more.",
+            range=ANGLE,
+        ),
+    ] = None
+    transducer: Annotated[
+        Literal["contact", "piezo"],
+        Field(help="Kind wozniak: contact (the map has lobes) or piezo (it has none)."),
+    ] = "contact"
+    axis: ProbeAxis = ALONG_Z
+    prior: Annotated[
+        Path | None,
+        Field(
+            help="Old map of this probe, .json: a few touches (5 or more directions, see pretravel "
+            "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
+            "map.",
+            reads=True,
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output(
+            "Map: .json (to use) or .csv; or a page, .html or .pdf.", ".json", ".nc", ".csv", *PAGES
+        ),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> QualifiedProbe | UpdatedProbe:
+        """Read the touches and determine the map.
+
+        Returns
+        -------
+        QualifiedProbe
+            Or `UpdatedProbe`, with an old map.
+        """
+        if self.prior is not None:
+            return self._update(self.prior, progress)
+        self.wozniak()
+        readings = self.read(progress)
+        with progress.working(f"qualifying on {len(readings.touches)} touches"):
+            return self.qualified(readings)
+
+    def read(self, progress: Progress = SILENT) -> FileReadings:
+        """The touches, in the axes of the machine."""
+        return self.read_touches(
+            progress,
+            tip_diameter=self.tip_diameter,
+            reference_diameter=self.diameter,
+            ring=self.ring,
+        ).in_machine_axes()
+
+    def qualified(self, readings: FileReadings) -> QualifiedProbe:
+        """Qualify on touches that have been read.
+
+        Parameters
+        ----------
+        readings : FileReadings
+            In the axes of the machine.
+        """
+        from pretravel.qualification.qualify import choose
+
+        wozniak = self.wozniak()
+        wished = wozniak if self.kind == wozniak.name else self.kind
+        choice = choose(readings.touches, self.setup(), wished, candidates=[wozniak])
+        return QualifiedProbe(self, readings, choice.qualification, tuple(choice.scores))
+
+    def wozniak(self) -> WozniakKind:
+        """The kind wozniak with its settings, which no other kind has.
+
+        Raises
+        ------
+        PretravelError
+            Such a setting for another kind; lobes of a probe that has none.
+        """
+        from pretravel.maps.kinds.wozniak import WozniakKind
+
+        lobe = None if self.lobe_azimuth_deg is None else self.lobe_azimuth_deg * DEGREE
+        stated = lobe is not None or self.transducer != "contact"
+        if stated and self.kind not in (WozniakKind().name, "auto"):
             raise PretravelError(
                 "the azimuth of a lobe and the transducer are only for kind wozniak",
                 inputs=("lobe_azimuth", "transducer", "kind"),
             )
-        if self.lobe_azimuth is not None and self.transducer == "piezo":
+        if lobe is not None and self.transducer == "piezo":
             raise PretravelError(
                 "a piezo probe has no lobes: leave the azimuth of the lobe out",
                 inputs=("lobe_azimuth",),
             )
+        return WozniakKind(lobe, self.transducer)
+
+    def setup(self) -> QualificationSetup:
+        """Reference, tip and conventions."""
+        from pretravel.maps.provenance import QualificationSetup
+
+        u_diameter = self.u_diameter_um
+        return QualificationSetup(
+            self.diameter,
+            tip_diameter=self.tip_diameter,
+            ring=self.ring,
+            u_diameter=None if u_diameter is None else u_diameter * MICROMETRE,
+            u_temperature=self.u_temperature,
+            sphere_form=self.sphere_form_um * MICROMETRE,
+            axial_pretravel=self.axial_pretravel_um.millimetres,
+            axis=self.axis,
+        )
+
+    def _update(self, prior: Path, progress: Progress) -> UpdatedProbe:
+        from pretravel.files.map_file import read_map
+        from pretravel.qualification.prior_update import update_map
+
+        old = read_map(prior)
+        _refuse_other_tip(old, self.tip_diameter, prior)
+        readings = self.read(progress)
+        result = update_map(readings.touches, old, self.diameter, ring=self.ring)
+        return UpdatedProbe(self, readings, result)
+
+
+class _MapResult(Result):
+    """What both ways have in common: a map with a report."""
+
+    task: Qualify
+    readings: FileReadings
 
     @property
-    def wozniak(self) -> WozniakKind:
-        """The kind wozniak with its settings, which no other kind has."""
-        return WozniakKind(self.lobe_azimuth, self.transducer)
+    def pretravel_map(self) -> PretravelMap:
+        """The map of the probe."""
+        raise NotImplementedError
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        document = self.document()
+        assert document is not None
+        return with_reading(document, self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the map."""
+        del output
+        from pretravel.files.map_file import write_map
+
+        write_map(path, self.pretravel_map)
 
 
-def kind_names() -> list[str]:
-    """The names that a wish can have."""
-    return [*KINDS, AUTO]
-
-
-@dataclass(frozen=True)
-class QualifiedProbe:
+@dataclass(frozen=True, eq=False)
+class QualifiedProbe(_MapResult):
     """A qualification with the touches that it is of.
 
     Attributes
     ----------
+    task : Qualify
     readings : FileReadings
     qualification : Qualification
     scores : tuple of KindScore
         How the kinds of map predict left-out directions, where the kind was chosen.
     """
 
+    task: Qualify
     readings: FileReadings
     qualification: Qualification
-    scores: tuple[KindScore, ...] = field(default=())
+    scores: tuple[KindScore, ...] = ()
 
     @property
     def pretravel_map(self) -> PretravelMap:
         """The map of the probe."""
         return self.qualification.pretravel_map
 
-    def document(
-        self,
-        touches_name: str = "",
-        *,
-        warnings: Sequence[str] = (),
-        excluded: Sequence[str] = (),
-        saved: bool = True,
-    ) -> Document:
-        """The report; parameters as those of `qualification_document`."""
-        return qualification_document(
+    def document(self) -> Document:
+        """The report, with what the laboratory states."""
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
+        from pretravel.tasks.reports.qualification_report import qualification_document
+
+        task, path = self.task, self.task.output
+        report = qualification_document(
             self.qualification,
-            touches_name=touches_name,
+            touches_name=task.touches_name,
             scores=self.scores,
-            warnings=[*self.readings.notes(), *warnings],
-            excluded=excluded,
-            saved=saved,
+            warnings=[*self.readings.notes(), *task.statements_left_out(path)],
+            excluded=_left_out(task.exclude, self.readings),
+            saved=path is not None and path.suffix.lower() not in PAGES,
         )
+        return with_laboratory(report, task.statements())
 
 
-def qualify_probe(
-    readings: FileReadings, setup: QualificationSetup, wish: KindWish = KindWish()
-) -> QualifiedProbe:
-    """Qualify a probe on the touches of files.
+@dataclass(frozen=True, eq=False)
+class UpdatedProbe(_MapResult):
+    """An old map that a few touches brought up to date.
 
-    Parameters
+    Attributes
     ----------
+    task : Qualify
     readings : FileReadings
-        From `read_series`, in the axes of the machine.
-    setup : QualificationSetup
-    wish : KindWish
-
-    Returns
-    -------
-    QualifiedProbe
-
-    Raises
-    ------
-    PretravelError
-        The touches do not determine a map.
+    update : MapUpdate
     """
-    wozniak = wish.wozniak
-    chosen = wozniak if wish.name == wozniak.name else wish.name
-    choice = choose(readings.touches, setup, chosen, candidates=[wozniak])
-    return QualifiedProbe(readings, choice.qualification, tuple(choice.scores))
+
+    task: Qualify
+    readings: FileReadings
+    update: MapUpdate
+
+    @property
+    def pretravel_map(self) -> PretravelMap:
+        """The new map."""
+        return self.update.pretravel_map
+
+    def document(self) -> Document:
+        """The report: what has changed; with what the laboratory states."""
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
+        from pretravel.tasks.reports.map_update_report import map_update_document
+
+        task = self.task
+        assert task.prior is not None
+        report = map_update_document(
+            self.update,
+            touches_name=self.readings.touches.source or "",
+            prior_name=task.prior.name,
+            warnings=[*self.readings.notes(), *task.statements_left_out(task.output)],
+        )
+        return with_laboratory(report, task.statements())
+
+
+def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
+    """What was excluded; in a file without labels a number is a line, not a running number."""
+    labelled = readings.touches.labels is not None
+    return [f"line {name}" if name.isdecimal() and not labelled else name for name in exclude]
+
+
+def _refuse_other_tip(old: PretravelMap, tip_diameter: float | None, prior: Path) -> None:
+    if tip_diameter is None or not old.provenance.level_known:
+        return
+    if abs(tip_diameter - 2.0 * old.tip_radius) > 1e-6:
+        raise PretravelError(
+            f"{prior} is the map of a tip of {2.0 * old.tip_radius:.6g} mm diameter, not of "
+            f"{tip_diameter:.6g} mm: after a change of the stylus qualify without it",
+            inputs=("tip_diameter", "prior"),
+        )

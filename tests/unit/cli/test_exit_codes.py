@@ -143,7 +143,7 @@ class TestAcceptedMaps:
 
         monkeypatch.setattr("pretravel.files.map_file.write_map", full)
         monkeypatch.setattr(
-            "pretravel.identification.kind_registry.qualify_like",
+            "pretravel.qualification.qualify.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),
         )
         history = tmp_path / "probe.sqlite"

@@ -11,7 +11,7 @@ from pretravel.base.directions import grid
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.files.map_file import read_map
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import EXAMPLES

@@ -11,7 +11,7 @@ import pytest
 from pretravel.base.errors import InputError
 from pretravel.files.probe_history import read_history
 from pretravel.tasks.reports.history_report import history_document, history_view
-from tests.unit.formats.test_files_of_version_1 import FOLDER
+from tests.unit.files.test_files_of_version_1 import FOLDER
 
 
 def _changed(folder: Path, *statements: str) -> Path:

@@ -22,8 +22,8 @@ from pretravel.files.several_files import files_of, read_series
 from pretravel.files.source_file import SourceFile
 from pretravel.files.table_formats import CSV
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.commands import rows, run
 from tests.support.control_logs import written

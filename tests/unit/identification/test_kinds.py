@@ -11,9 +11,10 @@ import pytest
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import KINDS, kind_named, qualify, qualify_like
+from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
+from pretravel.qualification.qualify import qualify, qualify_like
 from pretravel.touches import Touches
 
 
@@ -66,7 +67,7 @@ def test_touches_at_one_feed_do_not_replace_a_map_with_delay() -> None:
         qualify_like(_touches(0.010), moving, 25.0)
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize("name", list(kinds()))
 def test_every_kind_has_its_name(name: str) -> None:
     assert kind_named(name).name == name
     assert kind_named(name).title

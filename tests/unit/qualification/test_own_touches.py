@@ -10,11 +10,11 @@ import pytest
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches
 from tests.support.examples import SPHERE

@@ -21,13 +21,13 @@ from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
 from pretravel.files.probe_history import add_verification, read_history
 from pretravel.files.touches_csv import write_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import Verification, verify
 from pretravel.show.chart_files import drawn_figure
 from pretravel.tasks.reports.verification_report import verification_view

@@ -13,7 +13,6 @@ from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.files.rig_csv import read_rig_trace
 from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
 from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
 from pretravel.laboratory.rig_calibration import calibrate_rig
@@ -29,6 +28,7 @@ from pretravel.measurement.tolerances import FeatureTolerances, inspect_feature
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.show.as_json import document_values
 from pretravel.show.document import Document

@@ -19,7 +19,7 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.studies.journal import journal_path
 from pretravel.studies.run import Workers, run_study
-from tests.unit.study.test_run import ALONE, study
+from tests.unit.studies.test_run import ALONE, study
 
 distributed = pytest.importorskip("distributed")
 pytestmark = [

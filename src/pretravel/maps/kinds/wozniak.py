@@ -183,6 +183,7 @@ class WozniakKind(KindOfMap):
     transducer: str = "contact"
     name: ClassVar[str] = "wozniak"
     title: ClassVar[str] = "Woźniak's constant"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (WozniakBasis,)
 
     def __post_init__(self) -> None:
         check_numbers(self, lobe_azimuth=ANGLE)

@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.map_file import write_map
 from pretravel.files.point_files import write_points
-from pretravel.identification.kind_registry import KINDS
+from pretravel.maps.kinds import kinds
 from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import series
@@ -75,7 +75,7 @@ _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centr
 
 def _title(kind: str) -> str:
     """A kind of map in words; the empty name stands for touches without compensation."""
-    return KINDS[kind].title if kind else "not compensated"
+    return kinds()[kind].title if kind else "not compensated"
 
 
 def main_job_pictures(job: MainJob) -> dict[str, Picture]:

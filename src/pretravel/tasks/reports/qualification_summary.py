@@ -9,10 +9,8 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import describe
 from pretravel.base.units import MICROMETRE
-from pretravel.identification.kind_choice import KindScore
 from pretravel.qualification.map_warnings import over_support
-from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualification_budget import radius_budget
+from pretravel.qualification.qualification import KindScore, Qualification, radius_budget
 from pretravel.show.document import KeyFigure, Span
 from pretravel.show.formatting import decimals, number_text, value_text
 from pretravel.uncertainty.gum import Budget

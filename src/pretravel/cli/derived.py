@@ -1,0 +1,198 @@
+"""Commands that are made from the descriptions of tasks, and what a command does with a result."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import MISSING
+from typing import Annotated, Any
+
+import typer
+
+from pretravel.base.errors import PretravelError
+from pretravel.cli.command import Command
+from pretravel.cli.files import check_files
+from pretravel.tasks.task import (
+    FOLDER,
+    PAGES,
+    PICTURES,
+    Progress,
+    Result,
+    Setting,
+    Task,
+    read_files,
+    settings_of,
+    written_files,
+)
+
+
+def command_of(task: type[Task]) -> Any:
+    """The command of a task.
+
+    Parameters
+    ----------
+    task : type of Task
+
+    Returns
+    -------
+    click.Command
+    """
+
+    def callback(**values: Any) -> None:
+        code = deliver(_stated(task, values))
+        if code:
+            raise typer.Exit(code)
+
+    callback.__signature__ = inspect.Signature(list(_parameters(task)))  # type: ignore[attr-defined]
+    callback.__annotations__ = {}
+    alone = typer.Typer(add_completion=False)
+    alone.command(
+        task.name.split()[-1],
+        cls=Command,
+        help=inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0],
+        epilog=f"Example: {task.example}",
+        rich_help_panel=task.group,
+    )(callback)
+    return typer.main.get_command(alone)
+
+
+def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
+    """The group of commands that begin with the same word.
+
+    Parameters
+    ----------
+    name, text : str
+        The word, and the help.
+    tasks : sequence of types of Task
+
+    Returns
+    -------
+    click.Group
+    """
+    app = typer.Typer(add_completion=False)
+    app.add_typer(
+        typer.Typer(name=name, help=text, no_args_is_help=True, add_completion=False),
+        rich_help_panel=tasks[0].group,
+    )
+    group: Any = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
+    for task in tasks:
+        group.add_command(command_of(task))
+    return group
+
+
+def _parameters(task: type[Task]) -> Iterator[inspect.Parameter]:
+    for setting in settings_of(task):
+        default = inspect.Parameter.empty if _required(setting) else setting.default
+        if setting.several and not _required(setting):
+            default = list(setting.default) or None
+        yield inspect.Parameter(
+            setting.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=default,
+            annotation=Annotated[_type(setting), _information(setting)],
+        )
+
+
+def _required(setting: Setting) -> bool:
+    return setting.default is MISSING
+
+
+def _type(setting: Setting) -> Any:
+    # What has a parser or a registry is a text for typer; its words are read when a command runs.
+    own = setting.field.parse is not None or setting.field.names is not None
+    kind = str if own else setting.kind
+    kind = list[kind] if setting.several else kind  # type: ignore[valid-type]
+    return kind if _required(setting) else kind | None
+
+
+def _information(setting: Setting) -> Any:
+    field = setting.field
+    common: dict[str, Any] = {"help": field.help, "metavar": field.metavar or None}
+    if field.parse is not None or field.names is not None:
+        common["parser"] = _parser(setting)
+    elif setting.kind in (float, int) and field.range is not None:
+        common["min"], common["max"] = map(setting.kind, setting.limits)
+    if field.positional:
+        return typer.Argument(**common)
+    names = (setting.option, *filter(None, (field.short,)))
+    return typer.Option(*names, **common)
+
+
+def _parser(setting: Setting) -> Callable[[str], Any]:
+    def parse(text: Any) -> Any:
+        if not isinstance(text, str):  # the default passes through it, too
+            return text
+        try:
+            if setting.field.parse is not None:
+                return setting.field.parse(text)
+        except PretravelError as error:
+            raise typer.BadParameter(f"{text}: {error}") from error
+        if text not in setting.choices:
+            known = ", ".join(setting.choices)
+            raise typer.BadParameter(f"{text}: it is not known; there are {known}")
+        return text
+
+    return parse
+
+
+def _stated(task: type[Task], values: dict[str, Any]) -> Task:
+    """The settings; several values that nobody typed are the default."""
+    several = {setting.name for setting in settings_of(task) if setting.several}
+    return task(
+        **{
+            name: tuple(value) if name in several and value is not None else value
+            for name, value in values.items()
+            if not (name in several and value is None)
+        }
+    )
+
+
+class ShownProgress(Progress):
+    """Statements on stdout, stages on stderr."""
+
+    def say(self, text: str) -> None:
+        """Print a statement."""
+        typer.echo(text)
+
+    def working(self, what: str) -> AbstractContextManager[None]:
+        """Show the stage of long work."""
+        from pretravel.cli.progress import working
+
+        return working(what)
+
+
+def deliver(task: Task) -> int:
+    """Do a task as a command does: check its files, run it, write and show what it made.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    from pretravel.cli.showing import save_page, show
+
+    progress = ShownProgress()
+    outputs = list(written_files(task))
+    named = [(path, setting.field.writes) for setting, path in outputs]
+    check_files([each for each in named if each[1] != FOLDER], read_files(task))
+    result: Result = task.run(progress)
+    report = result.document()
+    if result.text:
+        typer.echo(result.text, nl=False)
+    for setting, path in outputs:
+        ending = path.suffix.lower()
+        if setting.field.writes == PICTURES:
+            with progress.working(f"drawing {path.name}"):
+                result.picture(report, path)
+        elif ending in PAGES and ending in setting.field.writes:
+            page = result.page()
+            if page is not None:
+                save_page(page, path)
+        else:
+            result.write(setting.name, path)
+    if report is not None:
+        show(report, verbose=getattr(task, "verbose", False))
+    if result.advice:
+        typer.echo(result.advice)
+    return result.exit_code

@@ -1,0 +1,413 @@
+"""Settings that several tasks share, described once; and what these settings mean together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.quantities import (
+    FEED,
+    REFERENCE_DIAMETER,
+    TIP_BALL,
+)
+from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Task
+from pretravel.tasks.values import (
+    Angles,
+    StatedColumns,
+    Vector,
+    angles,
+    polar_angles,
+    stated_columns,
+    unit_vector,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pretravel.base.frames import Placement
+    from pretravel.files.file_format import FileReadings, ReadingOptions
+    from pretravel.laboratory.certificate import LaboratoryStatements
+    from pretravel.probing.targets import Targets
+    from pretravel.show.document import Document
+
+
+# Names of registries, which are read when a command runs
+
+
+def _materials() -> Iterable[str]:
+    from pretravel.prediction.materials import known_materials
+
+    return sorted(known_materials())
+
+
+def models() -> Iterable[str]:
+    """Names of the compliance models."""
+    from pretravel.prediction.compliance import MODELS
+
+    return MODELS
+
+
+def _contact_models() -> Iterable[str]:
+    from pretravel.prediction.compliance import MODELS
+    from pretravel.prediction.compliance.base import compliance_model
+
+    return [name for name in MODELS if compliance_model(name).has_response]
+
+
+def existing(value: object) -> list[Path]:
+    """The file that a value names; a name of a catalogue is none."""
+    return [Path(str(value))]
+
+
+def surface_files(specification: str) -> list[Path]:
+    """The file of a surface such as ``part.step#3``; none for ``plane:…``."""
+    from pretravel.surface.specification import source_file
+
+    return [Path(name) for name in source_file(specification)]
+
+
+def files_meant(places: Sequence[Path]) -> list[Path]:
+    """The files of an argument that takes files, a folder or a name with ``*``."""
+    from pretravel.files.several_files import files_of
+
+    return files_of(places)
+
+
+# Reference, tip, probe
+
+Diameter: TypeAlias = Annotated[
+    float,
+    Field(help="Calibrated diameter of the sphere (or ring), in mm.", range=REFERENCE_DIAMETER),
+]
+Ring: TypeAlias = Annotated[bool, Field(help="The reference is a ring gauge.")]
+U_DIAMETER = Field(
+    help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
+    "0.2 is assumed when not given.",
+    range=(0.0, 1000.0),
+    label="u of the diameter",
+)
+UDiameter: TypeAlias = Annotated[float | None, U_DIAMETER]
+UTemperature: TypeAlias = Annotated[
+    float,
+    Field(
+        help="Standard uncertainty of the reference's temperature, in K.",
+        range=(0.0, 50.0),
+        unit="K",
+        label="u of the temperature",
+    ),
+]
+TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
+ProbeName: TypeAlias = Annotated[
+    str,
+    Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
+]
+Workpiece: TypeAlias = Annotated[
+    str, Field(help="Material of the part.", names=_materials, metavar="MATERIAL")
+]
+ModelName: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+        names=models,
+        metavar="MODEL",
+    ),
+]
+ContactModel: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Model of the probe's compliance: analytic, fem or shen.",
+        names=_contact_models,
+        metavar="MODEL",
+    ),
+]
+Gravity: TypeAlias = Annotated[
+    Vector | None,
+    Field(
+        help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
+        parse=unit_vector,
+        metavar="X,Y,Z",
+    ),
+]
+ProbeAxis: TypeAlias = Annotated[
+    Vector,
+    Field(
+        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+        parse=unit_vector,
+        metavar="X,Y,Z",
+    ),
+]
+ALONG_Z = Vector(0, 0, 1)
+Azimuths: TypeAlias = Annotated[
+    Angles,
+    Field(
+        help="Azimuths in the probe's frame, in degrees: start:stop:step, a list a,b,c, or one.",
+        parse=angles,
+        metavar="ANGLES",
+    ),
+]
+Polars: TypeAlias = Annotated[
+    Angles,
+    Field(
+        help="Polar angles in degrees: start:stop:step, a list a,b,c, or one; 90 is a vertical "
+        "wall.",
+        parse=polar_angles,
+        metavar="ANGLES",
+    ),
+]
+Approach: TypeAlias = Annotated[
+    Literal["normal", "file"],
+    Field(help="normal: against the surface normal; file: the columns ax,ay,az of the targets."),
+]
+Units: TypeAlias = Literal["mm", "inch"]
+
+
+# Where the part is
+
+
+class PlacedPart(Task):
+    """Settings of tasks on a part that is not in the machine's frame."""
+
+    place: Annotated[
+        str | None,
+        Field(
+            help="Placement of the part's frame in the machine: x,y,z in mm, then rotations about "
+            "the machine's x, y and z axes in degrees, in that order. The probe is not rotated.",
+            metavar="X,Y,Z,A,B,C",
+        ),
+    ] = None
+    frame: Annotated[
+        Literal["part", "machine"], Field(help="Frame of the touches with --place.")
+    ] = "part"
+
+    def placement(self) -> Placement:
+        """The placement that is stated.
+
+        Raises
+        ------
+        PretravelError
+            Touches in the machine's frame without a placement of the part.
+        """
+        from pretravel.base.frames import Placement, parse_placement
+
+        if self.place is not None:
+            return parse_placement(self.place)
+        if self.frame == "machine":
+            raise PretravelError(
+                "touches in the machine's frame need the placement of the part: x,y,z,a,b,c",
+                inputs=("place",),
+            )
+        return Placement()
+
+
+# Reports
+
+
+class Reported(Task):
+    """Settings of tasks that show a report."""
+
+    plot: Annotated[Path | None, Field(help="Picture: .png, .svg or .pdf.", writes=PICTURES)] = None
+    verbose: Annotated[bool, Field(help="Print the full report, not its key figures alone.")] = (
+        False
+    )
+
+
+def output(text: str, *endings: str) -> Field:
+    """The description of the main output, ``-o``.
+
+    Parameters
+    ----------
+    text : str
+        Help.
+    endings : str
+        Of the files; `PAGES` among them for a page.
+    """
+    return Field(help=text, writes=endings, short="-o")
+
+
+class LaboratoryReport(Reported):
+    """Settings of tasks whose reports a laboratory keeps."""
+
+    lab: Annotated[
+        Path | None,
+        Field(
+            help="Laboratory, instrument with serial numbers, reference, environment and operator, "
+            "for the report: .toml, as pretravel laboratory prints it.",
+            reads=True,
+        ),
+    ] = None
+
+    def statements(self) -> LaboratoryStatements | None:
+        """What the file of the laboratory states; None without a file."""
+        from pretravel.files.laboratory_file import read_laboratory
+
+        return None if self.lab is None else read_laboratory(self.lab)
+
+    def statements_left_out(self, output: Path | None, kept_in: tuple[str, ...] = ()) -> list[str]:
+        """A warning where nothing that is shown or written contains the laboratory's statements.
+
+        Parameters
+        ----------
+        output : Path or None
+        kept_in : tuple of str
+            Endings of outputs that contain them, beside pages.
+        """
+        ending = "" if output is None else output.suffix.lower()
+        if self.lab is None or self.verbose or ending in (*PAGES, *kept_in):
+            return []
+        contained = "a page (-o page.html) and the full report (--verbose) contain what it states"
+        if output is None:
+            return [f"{self.lab.name} was given, but is not shown: {contained}"]
+        return [f"{output.name} does not contain what {self.lab.name} states: {contained}"]
+
+
+# Touches from files
+
+
+class TouchTables(Task):
+    """Settings of tasks that read tables of touches: what a file does not state itself."""
+
+    units: Annotated[
+        Units | None, Field(help="Unit of length of a file that does not state it.")
+    ] = None
+    columns: Annotated[
+        StatedColumns | None,
+        Field(
+            help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
+            "label,nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other "
+            "columns are found by their names.",
+            parse=stated_columns,
+            metavar="x=X,nx=I,…",
+        ),
+    ] = None
+    decimal: Annotated[
+        Literal["comma", "point"] | None,
+        Field(help="Decimal sign of a table whose numbers do not show it."),
+    ] = None
+    plan: Annotated[
+        Path | None,
+        Field(
+            help="The targets that were touched, for files that contain positions only.",
+            reads=True,
+        ),
+    ] = None
+
+    def reading_options(
+        self,
+        *,
+        tip_diameter: float | None = None,
+        reference_diameter: float | None = None,
+        ring: bool = False,
+        exclude: Sequence[str] = (),
+    ) -> ReadingOptions:
+        """What the settings state about the files."""
+        from pretravel.files.file_format import ReadingOptions
+
+        return ReadingOptions(
+            plan=None if self.plan is None else self._run_plan(self.plan),
+            units=self.units,
+            tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
+            columns=self.columns,
+            decimal=self.decimal,
+            exclude=tuple(exclude),
+            reference_diameter=reference_diameter,
+            ring=ring,
+        )
+
+    def _run_plan(self, path: Path) -> Targets:
+        """The plan that was run; the unit of the touches is also its unit, if it states none."""
+        from pretravel.files.file_format import ReadingOptions
+        from pretravel.files.touches_csv import read_plan
+
+        try:
+            return read_plan(path)
+        except InputError as error:
+            if self.units is None or "units" not in error.inputs:
+                raise
+            return read_plan(path, ReadingOptions(units=self.units))
+
+
+class TouchFiles(TouchTables):
+    """Settings of tasks on touches from files."""
+
+    touches: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a file of "
+            "pretravel formats; several files, a folder or a name with * are read as one series.",
+            positional=True,
+            metavar="TOUCHES",
+            reads=files_meant,
+        ),
+    ]
+    exclude: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Label or line of a touch to leave out, or FILE:LINE of one of several files; may "
+            "be repeated."
+        ),
+    ] = ()
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that the argument means."""
+        return files_meant(self.touches)
+
+    @property
+    def touches_name(self) -> str:
+        """Their name in titles."""
+        files = self.files
+        return files[0].name if len(files) == 1 else f"{files[0].name} … {files[-1].name}"
+
+    def read_touches(
+        self,
+        progress: Progress = SILENT,
+        *,
+        tip_diameter: float | None = None,
+        reference_diameter: float | None = None,
+        ring: bool = False,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches; how the files were understood is said where that is not plain.
+
+        Parameters
+        ----------
+        progress : Progress
+        tip_diameter, reference_diameter : float or None
+            [mm]
+        ring : bool
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        from pretravel.files.several_files import read_series
+        from pretravel.touches import with_feed
+
+        options = self.reading_options(
+            tip_diameter=tip_diameter,
+            reference_diameter=reference_diameter,
+            ring=ring,
+            exclude=self.exclude,
+        )
+        readings = read_series(self.files, options, spindle=spindle)
+        if readings.touches.reading:
+            progress.say(f"read: {readings.touches.reading}")
+        feed = getattr(self, "feed", None)
+        return replace(readings, touches=with_feed(readings.touches, feed))
+
+
+class TouchFilesWithFeed(TouchFiles):
+    """Settings of tasks on touches from files, which can state the feed of all touches."""
+
+    feed: Annotated[
+        float | None,
+        Field(help="Feed of the touches, in mm/min, without a column feed_mm_min.", range=FEED),
+    ] = None
+
+
+def with_reading(document: Document, readings: FileReadings) -> Document:
+    """The document of a page, with how the files were understood."""
+    from pretravel.tasks.reports.preview_report import with_reading_note
+
+    return with_reading_note(document, readings)
