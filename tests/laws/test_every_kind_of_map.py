@@ -162,8 +162,8 @@ def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
             assert np.array_equal(found, expected)
         assert back.basis.attributes() == made.basis.attributes()
         assert json_of_map(back) == json_of_map(made)
-        for field in ("kind", "fixed_scatter", "tip_radius", "u_tip_radius", "repeatability", "repeatability_dof",
-                      "feed", "delay", "u_delay", "provenance"):  # fmt: skip
+        for field in ("kind", "fixed_scatter", "tip_radius", "u_tip_radius", "repeatability",
+                      "repeatability_dof", "feed", "delay", "u_delay", "provenance"):  # fmt: skip
             assert getattr(back, field) == getattr(made, field)
 
 

@@ -136,9 +136,7 @@ def test_wild_content_with_a_digest_that_fits(name: str) -> None:
         for wrong in _WRONG:
             try:
                 found = map_of(sealed(_with(whole, place, wrong)))
-            except PretravelError as error:
-                assert isinstance(error, InputError), (place, wrong)
-                assert "map.json" in str(error)
+            except InputError:
                 refused += 1
             else:
                 normals = found.support.nodes[:3] @ found.rotation.T

@@ -38,8 +38,8 @@ def compensate(
         str,
         typer.Option(
             "--map",
-            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name or "
-            ".toml), whose map is predicted.",
+            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name "
+            "or .toml), whose map is predicted.",
         ),
     ],
     output: Annotated[

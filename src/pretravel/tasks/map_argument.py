@@ -38,6 +38,7 @@ def map_or_prediction(
         return read_map(name, tip_diameter=tip_diameter)
     if ending not in (".toml", ""):
         raise PretravelError(
-            f"{name}: neither a map (.json, .csv) nor a probe (.toml, or a name of pretravel probes)"
+            f"{name}: neither a map (.json, .csv) nor a probe (.toml, or a name of pretravel "
+            "probes)"
         )
     return described_map(name, model, tip_diameter=tip_diameter)
