@@ -1,4 +1,4 @@
-"""The script of pages and its licence, from the installed package plotly; ``make plotly`` runs it."""
+"""The script of pages and its licence, from the package plotly; ``make plotly`` runs it."""
 
 from __future__ import annotations
 
