@@ -94,8 +94,8 @@ def applies(standard: str, setting: str) -> bool:
     return setting not in _USED or _USED[setting][1] in USES[standard]
 
 
-def _limit(text: str) -> Field:
-    return Field(help=text, range=UNCERTAINTY)
+def _limit(label: str, text: str) -> Field:
+    return Field(help=text, range=UNCERTAINTY, label=label)
 
 
 class Check(TouchFiles, LaboratoryReport):
@@ -117,6 +117,12 @@ class Check(TouchFiles, LaboratoryReport):
             names=_checks,
             positional=True,
             metavar="STANDARD",
+            words={
+                "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
+                "iso230-10": "ISO 230-10: 36 touches on the equator",
+                "iso230-10-tip-offset": "ISO 230-10, stylus-tip offset: a circle at two "
+                "orientations",
+            },
         ),
     ]
     diameter: Diameter
@@ -126,42 +132,63 @@ class Check(TouchFiles, LaboratoryReport):
             help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
             "error.",
             range=TIP_BALL,
+            label="Diameter of the tip",
         ),
     ] = None
     map_file: Annotated[
         Path | None, Field(help="Compensate with this map.", option="--map", reads=True)
     ] = None
-    form_limit_um: Annotated[float | None, _limit("Maximum permissible form error, in µm.")] = None
+    form_limit_um: Annotated[
+        float | None, _limit("Form error", "Maximum permissible form error, in µm.")
+    ] = None
     size_limit_um: Annotated[
-        float | None, _limit("Maximum permissible size error, in µm (iso10360-5).")
+        float | None, _limit("Size error", "Maximum permissible size error, in µm (iso10360-5).")
     ] = None
     repeat_limit_um: Annotated[
-        float | None, _limit("Maximum permissible range of repeats, in µm (iso230-10…).")
+        float | None,
+        _limit("Range of repeats", "Maximum permissible range of repeats, in µm (iso230-10…)."),
     ] = None
     offset_limit_um: Annotated[
         float | None,
-        _limit("Maximum permissible offset of the tip, in µm (iso230-10-tip-offset)."),
+        _limit(
+            "Offset of the tip",
+            "Maximum permissible offset of the tip, in µm (iso230-10-tip-offset).",
+        ),
     ] = None
     spindle: Annotated[
         Angles | None,
         Field(
             help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
             "files have no column spindle_deg (iso230-10-tip-offset).",
+            label="Orientation of the spindle in each file",
+            hint="0,180 for example, where the files do not state it",
             parse=angles,
             metavar="ANGLES",
         ),
     ] = None
-    ring: Annotated[bool, Field(help="The reference is a ring (iso230-10-tip-offset).")] = False
+    ring: Annotated[
+        bool,
+        Field(
+            help="The reference is a ring (iso230-10-tip-offset).", label="The reference is a ring"
+        ),
+    ] = False
     u_diameter_um: Annotated[
         float | None,
         replace(
             U_DIAMETER,
             help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
             "its k.",
+            label="u of the diameter",
+            hint="Half of U (k = 2) on the certificate",
         ),
     ] = None
     sphere_form_um: Annotated[
-        float | None, replace(SPHERE_FORM, help="Form error of the sphere, in µm.")
+        float | None,
+        replace(
+            SPHERE_FORM,
+            help="Form error of the sphere, in µm.",
+            label="Form error of the sphere",
+        ),
     ] = None
     axis: ProbeAxis = ALONG_Z
     output: Annotated[

@@ -75,9 +75,17 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     ] = None
     tip_diameter: Annotated[
         float | None,
-        Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
+        Field(
+            help="Diameter of the tip, in mm; the default is that of the map.",
+            range=TIP_BALL,
+            label="Diameter of the tip",
+            hint="Empty: that of the map",
+        ),
     ] = None
-    extrapolate: Annotated[bool, Field(help="Allow directions outside the map.")] = False
+    extrapolate: Annotated[
+        bool,
+        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+    ] = False
     model: ModelName = "analytic"
 
     def run(self, progress: Progress = SILENT) -> CompensatedTouches | LongCompensation:

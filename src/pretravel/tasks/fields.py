@@ -133,6 +133,7 @@ ModelName: TypeAlias = Annotated[
     str,
     Field(
         help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+        label="Model of the probe, without a map",
         names=models,
         metavar="MODEL",
     ),
@@ -293,7 +294,12 @@ class TouchTables(Task):
     """Settings of tasks that read tables of touches: what a file does not state itself."""
 
     units: Annotated[
-        Units | None, Field(help="Unit of length of a file that does not state it.")
+        Units | None,
+        Field(
+            help="Unit of length of a file that does not state it.",
+            label="Unit of the touches",
+            words={"": "as the file states"},
+        ),
     ] = None
     columns: Annotated[
         StatedColumns | None,
@@ -425,7 +431,12 @@ class TouchFilesWithFeed(TouchFiles):
 
     feed: Annotated[
         float | None,
-        Field(help="Feed of the touches, in mm/min, without a column feed_mm_min.", range=FEED),
+        Field(
+            help="Feed of the touches, in mm/min, without a column feed_mm_min.",
+            range=FEED,
+            label="Feed of the touches",
+            hint="Only where the file does not state it",
+        ),
     ] = None
 
 

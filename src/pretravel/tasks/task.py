@@ -218,10 +218,12 @@ class Setting(NamedTuple):
     def _number(self, value: Any) -> float:
         try:
             number = self.kind(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             self._refuse(value, "it must be a number")
         if isinstance(value, bool) or not math.isfinite(number):
             self._refuse(value, "it must be a finite number")
+        if number != float(value):
+            self._refuse(value, "it must be a whole number")
         low, high = self.limits
         if not low <= number <= high:
             self._refuse(value, f"it must lie between {low:g} and {high:g}")

@@ -16,6 +16,7 @@ from pretravel.app.screens.metrologist_work import (
 from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.standards import CHECKS
+from pretravel.tasks.task import command_line
 from tests.support.commands import rows, run
 
 
@@ -33,7 +34,7 @@ def test_the_command_that_is_shown_finds_the_same(
     """Settings of the other standards are there, and do not count."""
     result = check_by_standard(_inputs(tmp_path, standard, size_limit_um=20.0, repeat_limit_um=5.0))
     monkeypatch.chdir(tmp_path)
-    words = shlex.split(result.command)
+    words = shlex.split(command_line(result.same))
     exceeds = any("exceeds" in figure.verdict for figure in result.checked.result.figures)
     run(*words[1:-1], "check.csv", code=3 if exceeds else 0)
     found = {row["figure"]: float(row["value_um"]) for row in rows(tmp_path / "check.csv")}
@@ -58,4 +59,4 @@ def test_a_map_is_refused_before_the_touches_are_read(tmp_path: Path) -> None:
     nothing.write_text("no touches")
     files = {"touches": (nothing,), "map": (nothing,)}
     with pytest.raises(PretravelError, match="a map is only for"):
-        check_by_standard(Inputs({"standard": "iso230-10-tip-offset"}, files))
+        check_by_standard(Inputs({"standard": "iso230-10-tip-offset", "diameter": 25.0}, files))

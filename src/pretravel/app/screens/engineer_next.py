@@ -6,6 +6,7 @@ from nicegui import ui
 
 from pretravel.app.components.layout import live, text
 from pretravel.app.project import ScreenState
+from pretravel.app.screens.engineer_settings import CONTROL
 from pretravel.app.screens.engineer_work import EXPORT, FIT, LOOK
 from pretravel.app.tasks import WORKS
 
@@ -54,7 +55,7 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
         return _WAIT
     if state.settings.get("tip_diameter") is None:
         return _TIP
-    return _CONTROL if state.settings.get("control") is None else _READY
+    return _CONTROL if CONTROL.value(state.settings, "to") is None else _READY
 
 
 _FILE = (

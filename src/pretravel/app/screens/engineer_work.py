@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.app.screens.engineer_settings import (
-    DEFAULTS,
-    EXPORT_DEFAULTS,
+    CONTROL,
     MAP_NAME,
     OF_FILE,
+    QUALIFICATION,
     EngineerSettings,
     command_lines,
     file_mark,
@@ -211,7 +211,7 @@ class _LastFits:
     def get(self, path: Path, settings: EngineerSettings) -> FitResult:
         """The fit of a file; computed where it is new."""
         content = file_mark(path.read_bytes())
-        used = sorted((name, repr(settings[name])) for name in (*DEFAULTS, *OF_FILE))
+        used = sorted((name, repr(settings[name])) for name in (*QUALIFICATION.stored, *OF_FILE))
         key = f"{path.name} {content} {used}"
         with self._lock:
             if key not in self._fits:
@@ -349,13 +349,13 @@ class ExportResult:
     @property
     def to(self) -> str:
         """The control."""
-        return str(self.settings["control"])
+        return str(self.settings.control)
 
 
 def export(inputs: Inputs) -> ExportResult | None:
     """Files for the control that is chosen; None without one, or without a map."""
     settings = _settings_of(inputs)
-    if settings["control"] is None:
+    if settings.control is None:
         return None
     try:
         made = fit(inputs)
@@ -400,14 +400,14 @@ def compensate(inputs: Inputs) -> TriedMap | None:
     return TriedMap(part.name, task.compensated(readings, pretravel_map))
 
 
-_OF_FIT = (*DEFAULTS, "answers", "left_out")
+_OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")
 LOOK = Task("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
 FIT = Task("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
 EXPORT = Task(
     "export",
     export,
     "Making the files of the control",
-    settings=(*_OF_FIT, *EXPORT_DEFAULTS),
+    settings=(*_OF_FIT, *CONTROL.stored),
     files=("touches",),
     needs=("touches",),
 )
