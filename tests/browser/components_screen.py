@@ -27,10 +27,10 @@ from pretravel.app.components.layout import inputs_and_results, panel
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import Inputs, Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.shell import screen_page
-from pretravel.app.tasks import Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 from pretravel.cli.app import app
 from pretravel.show.document import Column, Document, KeyFigure, Table
@@ -82,11 +82,11 @@ def quick(inputs: Inputs) -> int:
     return len(inputs.files["texts"])
 
 
-LINES = Task(
+LINES = Job(
     "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
 )
-LONG = Task("long", wait_long, "Waiting", automatic=False, own_process=True)
-QUICK = Task("quick", quick, needs=("texts",), automatic=False, own_process=True)
+LONG = Job("long", wait_long, "Waiting", automatic=False, own_process=True)
+QUICK = Job("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
 def show(state: ScreenState) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.screens.engineer_settings import (
     EngineerSettings,
     command_lines,
@@ -17,7 +18,6 @@ from pretravel.app.screens.engineer_settings import (
     python_lines,
 )
 from pretravel.app.screens.engineer_work import export, fit
-from pretravel.app.tasks import Inputs
 from pretravel.files.map_file import read_map
 from pretravel.tasks.example_data import example_folder
 from tests.support.commands import run

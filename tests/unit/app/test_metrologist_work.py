@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.project import SettingValue
 from pretravel.app.screens.metrologist_work import (
     EXAMPLE_SETTINGS,
     check_by_standard,
     example_touches,
 )
-from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.standards import CHECKS
 from pretravel.tasks.task import command_line

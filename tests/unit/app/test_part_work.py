@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.screens.designer_work import start_text
 from pretravel.app.screens.part_work import compensate_part, measure_part
-from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import description_text
 from pretravel.tasks.task import command_line

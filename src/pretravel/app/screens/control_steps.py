@@ -22,7 +22,7 @@ def control_steps(control: str, names: Iterable[str]) -> tuple[str, ...]:
     Parameters
     ----------
     control : str
-        A name of `jobs.export`.
+        As `Export.to`.
     names : iterable of str
         Of the files that were made; they contain the numbers of the programs.
 

@@ -25,6 +25,7 @@ from pretravel.app.components.layout import folded, here, live, note, panel, tex
 from pretravel.app.components.outcome import error_view
 from pretravel.app.components.plot import ColouredPlot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Work, without_folder
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.designer_elements import elements_view, one_at_a_time
 from pretravel.app.screens.designer_form import (
@@ -46,7 +47,6 @@ from pretravel.app.screens.designer_work import (
     probe_figure,
     start_text,
 )
-from pretravel.app.tasks import WORKS, Work, without_folder
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 from pretravel.tasks.task import command_line, python_lines

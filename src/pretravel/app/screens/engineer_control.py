@@ -10,11 +10,11 @@ from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.downloads import result_button, result_folder_button
 from pretravel.app.components.layout import folded, live, note, panel, text, warning
 from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.control_steps import control_steps
 from pretravel.app.screens.engineer_settings import CONTROL, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
-from pretravel.app.tasks import WORKS, Work
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.export import applies, makes_folder
 

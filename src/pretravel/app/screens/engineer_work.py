@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pretravel.app.jobs import Inputs, Job
 from pretravel.app.screens.engineer_settings import (
     CONTROL,
     MAP_NAME,
@@ -21,7 +22,6 @@ from pretravel.app.screens.engineer_settings import (
     command_lines,
     file_mark,
 )
-from pretravel.app.tasks import Inputs, Task
 from pretravel.base.errors import InputError, PretravelError
 
 if TYPE_CHECKING:
@@ -401,9 +401,9 @@ def compensate(inputs: Inputs) -> TriedMap | None:
 
 
 _OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")
-LOOK = Task("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
-FIT = Task("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
-EXPORT = Task(
+LOOK = Job("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
+FIT = Job("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
+EXPORT = Job(
     "export",
     export,
     "Making the files of the control",
@@ -411,7 +411,7 @@ EXPORT = Task(
     files=("touches",),
     needs=("touches",),
 )
-PART = Task(
+PART = Job(
     "part",
     compensate,
     "Compensating",

@@ -27,6 +27,7 @@ from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.laboratory_work import (
     RIG_FORM,
@@ -38,7 +39,6 @@ from pretravel.app.screens.laboratory_work import (
     separate_readings,
     shown_events,
 )
-from pretravel.app.tasks import Task, Work
 from pretravel.base.units import MICROMETRE
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.tasks.reports.rig_report import trace_view
@@ -46,7 +46,7 @@ from pretravel.tasks.rig import CalibratedRig
 from pretravel.tasks.task import command_line, python_lines
 from pretravel.tasks.values import trace_mark
 
-RIG = Task(
+RIG = Job(
     "rig",
     calibrate_rig_traces,
     "Evaluating the traces",
@@ -54,7 +54,7 @@ RIG = Task(
     files=("traces", "budget"),
     needs=("traces",),
 )
-SEPARATION = Task(
+SEPARATION = Job(
     "separate",
     separate_readings,
     "Separating machine and probe",

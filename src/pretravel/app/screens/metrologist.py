@@ -23,6 +23,7 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.metrologist_work import (
     EXAMPLE_SETTINGS,
@@ -31,14 +32,13 @@ from pretravel.app.screens.metrologist_work import (
     check_by_standard,
     example_touches,
 )
-from pretravel.app.tasks import Task, Work
 from pretravel.base.whole_file import write_json
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
 from pretravel.tasks.check import applies
 from pretravel.tasks.task import command_line, python_lines
 
-CHECK = Task(
+CHECK = Job(
     "check",
     check_by_standard,
     "Determining the figures of the standard",

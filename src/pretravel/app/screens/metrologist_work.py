@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.app.components.statements import stated
+from pretravel.app.jobs import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.base.units import MICROMETRE

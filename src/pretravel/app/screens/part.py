@@ -29,6 +29,7 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Inputs, Job, Work
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.part_work import (
     FEATURE_FORM,
@@ -39,7 +40,6 @@ from pretravel.app.screens.part_work import (
     example_map,
     measure_part,
 )
-from pretravel.app.tasks import WORKS, Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.prediction.catalogue import catalogue_names
@@ -50,7 +50,7 @@ from pretravel.tasks.example_data import example_folder
 from pretravel.tasks.reports.budget_report import budget_table
 from pretravel.tasks.task import command_line, python_lines
 
-COMPENSATION = Task(
+COMPENSATION = Job(
     "compensate",
     compensate_part,
     "Compensating the touches",
@@ -202,7 +202,7 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
         note("The map states no uncertainty, so there is no budget.")
 
 
-def _features_task(state: ScreenState) -> Task:
+def _features_job(state: ScreenState) -> Job:
     """The measurement of features; it uses the points of the newest compensation."""
 
     def compute(inputs: Inputs) -> PartFeatures:
@@ -211,7 +211,7 @@ def _features_task(state: ScreenState) -> Task:
             raise PretravelError("there are no compensated points yet")
         return measure_part(result, inputs)
 
-    return Task(
+    return Job(
         "features",
         compute,
         "Measuring the features",
@@ -229,8 +229,8 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
         described_fields(state, FEATURE_FORM, _MORE)
     labels = ", ".join(result.compensated.points.labels[:8])
     note(f"Labels of the points: {labels} …")
-    task = _features_task(state)
-    work = outcome(state, task, lambda result: document_view(result.document), button="Measure")
+    job = _features_job(state)
+    work = outcome(state, job, lambda result: document_view(result.document), button="Measure")
     kept(work, lambda: _features_to_keep(work))
     live([work.listen], lambda: _command_of_features(work.result), lambda: work.result)
 

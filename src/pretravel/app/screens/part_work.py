@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.own_description import own_map
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
