@@ -180,9 +180,7 @@ def _part(state: ScreenState) -> None:
         return
     with folded("Try the map on a part", opened=bool(state.files["part"])):
         file_drop(state, "part", "Touches on a part, to compensate with this map")
-        work = outcome(
-            state, PART, lambda made: document_view(made.compensated.document(made.name))
-        )
+        work = outcome(state, PART, lambda made: document_view(made.document))
         kept(work, lambda: _points_to_keep(work))
 
 

@@ -372,13 +372,12 @@ class TriedMap:
 
     Attributes
     ----------
-    name : str
-        Of the file.
     compensated : CompensatedTouches
+    document : Document
     """
 
-    name: str
     compensated: CompensatedTouches
+    document: Document
 
     def write(self, path: Path) -> None:
         """Write the points."""
@@ -397,7 +396,8 @@ def compensate(inputs: Inputs) -> TriedMap | None:
         touches=(part,), map_file=MAP_NAME, output=Path("points.csv"), units=made.settings["units"]
     )
     readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
-    return TriedMap(part.name, task.compensated(readings, pretravel_map))
+    found = task.compensated(readings, pretravel_map)
+    return TriedMap(found, found.document())
 
 
 _OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")
