@@ -39,8 +39,6 @@ UNDESCRIBED: dict[str, str] = {
     "studies": "study:studies",
     "design": "design:design",
     "wishes": "design:wishes",
-    "convert": "convert:convert",
-    "formats": "convert:formats",
     "report": "report:report",
 }
 """Commands that are not made from the description of a task."""
