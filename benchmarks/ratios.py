@@ -22,7 +22,6 @@ from benchmarks.sizes import Sizes
 from scipy.optimize import least_squares
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
@@ -44,6 +43,7 @@ from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
+from pretravel.qualification.qualify import qualify
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere

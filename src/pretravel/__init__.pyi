@@ -31,11 +31,6 @@ from .files.touches_csv import read_plan as read_plan
 from .files.touches_csv import read_targets as read_targets
 from .files.touches_csv import read_touches as read_touches
 from .files.touches_csv import write_touches as write_touches
-from .identification.kind_registry import choose as choose
-
-# measured branch
-from .identification.kind_registry import qualify as qualify
-from .identification.kind_registry import qualify_like as qualify_like
 
 # both branches
 from .identification.probe_from_map import identify as identify
@@ -93,6 +88,11 @@ from .probing.targets import Targets as Targets
 from .probing.tip import predicted_tip as predicted_tip
 from .probing.touching import touch as touch
 from .qualification.qualification import Qualification as Qualification
+from .qualification.qualify import choose as choose
+
+# measured branch
+from .qualification.qualify import qualify as qualify
+from .qualification.qualify import qualify_like as qualify_like
 from .qualification.verification import verify as verify
 from .surface.cad.part_file import read_part as read_part
 from .surface.cad.step_part import read_step_part as read_step_part

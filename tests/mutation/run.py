@@ -1,4 +1,4 @@
-"""Put single faults into rooms of pretravel: ``python -m tests.mutation.run prediction --number 30``.
+"""Put single faults into rooms: ``python -m tests.mutation.run prediction --number 30``.
 
 The faults are drawn by chance from the seed. Each runs the tests that execute its line, near and
 quick ones first, until one fails. ``docs/reliability.md`` has the figures and how they are made.

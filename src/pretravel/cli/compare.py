@@ -14,7 +14,9 @@ from pretravel.cli.showing import save_page, save_picture, show
 def compare(
     map_file: Annotated[
         str,
-        typer.Argument(metavar="MAP", help="Map: .nc or .csv; or a probe, whose map is predicted."),
+        typer.Argument(
+            metavar="MAP", help="Map: .json or .csv; or a probe, whose map is predicted."
+        ),
     ],
     other: Annotated[
         str | None,
@@ -43,7 +45,7 @@ def compare(
     equator, in all directions and on a part, in µm. With two probes (names of the catalogue or
     .toml), their predicted force, pretravel and elastic parts are compared.
 
-    Example: pretravel compare map.nc --part part.csv --plot compare.png
+    Example: pretravel compare map.json --part part.csv --plot compare.png
 
     Example: pretravel compare omp40-2 mine.toml -o designs.html
     """

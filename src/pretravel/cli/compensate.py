@@ -21,12 +21,12 @@ from pretravel.cli.touch_files import (
     files_of_touches,
     read_and_show,
     reading_options,
-    table_in_blocks,
+    table_in_parts,
     with_reading,
 )
 
 if TYPE_CHECKING:
-    from pretravel.files.touch_blocks import LongTable
+    from pretravel.files.long_table import LongTable
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.show.document import Document
     from pretravel.tasks.compensate import CompensationSetup
@@ -38,7 +38,7 @@ def compensate(
         str,
         typer.Option(
             "--map",
-            help="Map from qualify or predict: .nc, or a .csv table; or a probe (catalogue name or "
+            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name or "
             ".toml), whose map is predicted.",
         ),
     ],
@@ -83,7 +83,7 @@ def compensate(
 ) -> None:
     """Compensate touches to surface points with uncertainties.
 
-    Example: pretravel compensate part.csv --map map.nc --nominal part.step -o points.csv
+    Example: pretravel compensate part.csv --map map.json --nominal part.step -o points.csv
     --plot points.png
     """
     from pretravel.files.point_files import point_endings
@@ -115,7 +115,7 @@ def compensate(
         frame,
         feed,
     )
-    table = table_in_blocks(files, options, output)
+    table = table_in_parts(files, options, output)
     if table is not None:
         report = _long_table_compensated(table, pretravel_map, setup, output)
     else:
@@ -133,14 +133,11 @@ def compensate(
 def _long_table_compensated(
     table: LongTable, pretravel_map: PretravelMap, setup: CompensationSetup, output: Path
 ) -> Document:
-    """Compensate a long table by all cores; the points are in the output."""
-    import os
-
+    """Compensate a long table; the points are in the output."""
     from pretravel.tasks.long_tables import compensate_long_table
 
     with working(f"compensating about {table.count:,} touches"):
-        workers = os.cpu_count() or 1
-        result = compensate_long_table(table, pretravel_map, setup, output, workers=workers)
+        result = compensate_long_table(table, pretravel_map, setup, output)
     if result.reading:
         typer.echo(f"read: {result.reading}")
     return result.document(table.path.name)

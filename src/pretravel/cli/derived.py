@@ -17,6 +17,7 @@ from pretravel.tasks.task import (
     FOLDER,
     PAGES,
     PICTURES,
+    PROGRAMS,
     Progress,
     Result,
     Setting,
@@ -170,19 +171,23 @@ def deliver(task: Task) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import save_page, save_picture, show
+    from pretravel.cli.showing import save_page, show
 
     progress = ShownProgress()
     outputs = list(written_files(task))
     named = [(path, task.endings(setting.name)) for setting, path in outputs]
-    check_files([each for each in named if each[1] != FOLDER], read_files(task))
+    check_files(
+        [each for each in named if each[1] != FOLDER],
+        read_files(task),
+        programs=any(setting.field.writes == PROGRAMS for setting, _ in outputs),
+    )
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
         ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
-            if report is not None:
-                save_picture(report, path)
+            with progress.working(f"drawing {path.name}"):
+                result.picture(report, path)
         elif ending in PAGES and ending in setting.field.writes:
             page = result.page()
             if page is not None:
@@ -196,4 +201,6 @@ def deliver(task: Task) -> int:
     else:
         for warning in result.warnings:
             typer.echo(f"Warning: {warning}", err=True)
+    if result.advice:
+        typer.echo(result.advice)
     return result.exit_code

@@ -64,7 +64,7 @@ def history(
         Path | None,
         typer.Option(
             "--map",
-            help="Of touches: map of pretravel qualify, .nc, that every day is compared with; "
+            help="Of touches: map of pretravel qualify, .json, that every day is compared with; "
             "without it, the first file is qualified.",
         ),
     ] = None,

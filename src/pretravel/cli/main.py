@@ -26,19 +26,6 @@ UNDESCRIBED: dict[str, str] = {
     "compensate": "compensate:compensate",
     "measure": "measure:measure",
     "compare": "compare:compare",
-    "faces": "faces:faces",
-    "plan": "plan:plan",
-    "probes": "probes:probes",
-    "predict": "predict:predict",
-    "simulate": "simulate:simulate",
-    "slide": "slide:slide",
-    "fem": "fem:fem",
-    "hysteresis": "hysteresis:hysteresis",
-    "identify": "identify:identify",
-    "study": "study:study",
-    "studies": "study:studies",
-    "design": "design:design",
-    "wishes": "design:wishes",
     "report": "report:report",
 }
 """Commands that are not made from the description of a task."""
@@ -127,7 +114,7 @@ app = typer.Typer(
     "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
     "qualify makes a map from touches on a sphere, compensate and measure use the map on touches "
     "on a part.",
-    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
+    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
     "must notice: the probe has changed (verify), a value is outside its limit or tolerance "
     f"(check, measure). {INTERRUPTED}: interrupted.",

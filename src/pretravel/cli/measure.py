@@ -17,7 +17,6 @@ from pretravel.cli.laboratory_option import (
     statements_left_out,
 )
 from pretravel.cli.options import PictureFile, Verbose
-from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, save_picture, show
 
 if TYPE_CHECKING:
@@ -190,10 +189,9 @@ def measure(
     -o bore.html
     """
     from pretravel.base.units import MICROMETRE
-    from pretravel.files.point_blocks import long_points
     from pretravel.files.points_reading import read_points
     from pretravel.measurement.tolerances import FeatureTolerances
-    from pretravel.tasks.measure import FeatureWish, measure_features, measure_long_points
+    from pretravel.tasks.measure import FeatureWish, measure_features
 
     check_files(
         [(output, (".csv", ".parquet", ".json", *PAGES)), (plot, PICTURES)],
@@ -206,12 +204,7 @@ def measure(
     wish = FeatureWish(
         feature, tuple(select or ()), group, axis, at, u_machine * MICROMETRE, tolerances
     )
-    table = long_points(points)
-    if table is None:
-        found = measure_features(read_points(points), wish)
-    else:
-        with working(f"measuring the features of about {table.rows.count:,} points"):
-            found = measure_long_points(table, wish)
+    found = measure_features(read_points(points), wish)
     warnings = []
     if tolerances.any_stated and not u_machine:
         warnings.append(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def plan_touches(
-    map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
+    map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .json.")],
     count: Annotated[
         int, typer.Option(min=1, max=100_000, help="Number of touches, each in its own direction.")
     ] = 9,
@@ -66,7 +66,7 @@ def plan_touches(
 
     Give the touches to pretravel qualify --prior.
 
-    Example: pretravel plan-touches --map map.nc --count 9 -o targets.csv
+    Example: pretravel plan-touches --map map.json --count 9 -o targets.csv
     """
     from pretravel.files.csv_table import write_csv_table
     from pretravel.files.history_drift import drift_of_history

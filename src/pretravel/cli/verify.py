@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def verify(
     touches: TouchFiles,
-    map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .nc.")],
+    map_file: Annotated[Path, typer.Option("--map", help="Map of pretravel qualify, .json.")],
     diameter: Diameter,
     ring: Annotated[bool, typer.Option("--ring", help="The reference is a ring gauge.")] = False,
     false_alarms: Annotated[
@@ -55,7 +55,7 @@ def verify(
     ] = None,
     accept: Annotated[
         Path | None,
-        typer.Option(help="Qualify again with the new touches and write the new map: .nc."),
+        typer.Option(help="Qualify again with the new touches and write the new map: .json."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Result: .json; or a page, .html or .pdf.")
@@ -67,12 +67,12 @@ def verify(
 
     The old map is kept unless --accept names a new one.
 
-    Example: pretravel verify today.csv --map map.nc --diameter 24.9987 --history probe.sqlite
+    Example: pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.sqlite
     """
     from pretravel.base.whole_file import write_json
     from pretravel.files.map_file import read_map
     from pretravel.files.probe_history import add_verification, check_history, read_history
-    from pretravel.identification.kind_registry import qualify_like
+    from pretravel.qualification.qualify import qualify_like
     from pretravel.qualification.verification import verify as verify_probe
     from pretravel.tasks.reports.verification_report import (
         verification_document,
@@ -81,7 +81,7 @@ def verify(
 
     files, name = files_of_touches(touches)
     check_files(
-        [(output, (".json", *PAGES)), (plot, PICTURES), (accept, (".nc",))],
+        [(output, (".json", *PAGES)), (plot, PICTURES), (accept, (".json",))],
         [*files, map_file, history, plan],
     )
     if history is not None and history.suffix.lower() not in (".sqlite", ".db"):

@@ -15,13 +15,13 @@ from pretravel.files.file_format import ReadingOptions
 from pretravel.files.history_drift import drift_of_entries
 from pretravel.files.probe_history import Entry, read_history
 from pretravel.files.several_files import read_series
-from pretravel.identification.kind_registry import choose
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.day_terms import DayTerms, day_quantities, day_terms
 from pretravel.qualification.drift_over_time import DriftOverTime, drift_over_time
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.own_touches import own_touches_warnings
+from pretravel.qualification.qualify import choose
 from pretravel.qualification.verification import refuse_unverifiable
 from pretravel.show.document import Document
 from pretravel.tasks.reports.drift_report import DayFile, FolderDrift

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,18 +11,15 @@ import numpy.typing as npt
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.files.feature_results import features_json, features_table
 from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.files.point_blocks import LongPoints
 from pretravel.laboratory.certificate import LaboratoryStatements
 from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.points import Points, joined_points
-from pretravel.measurement.selection import FeaturesOfLabels, points_at, points_of_features
+from pretravel.measurement.points import Points
+from pretravel.measurement.selection import points_of_features
 from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, inspect_feature
 from pretravel.show.document import Document
 from pretravel.tasks.reports.feature_report import features_document
 from pretravel.tasks.reports.laboratory_report import with_laboratory
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -116,47 +112,6 @@ def measure_features(points: Points, wish: FeatureWish) -> MeasuredFeatures:
     return MeasuredFeatures(
         tuple(_measured(label, mine, wish) for label, mine in chosen.items()), wish
     )
-
-
-def measure_long_points(table: LongPoints, wish: FeatureWish) -> MeasuredFeatures:
-    """Measure the features of a long table of points, which is read twice in blocks.
-
-    A feature is measured when its last point has been read; its points are not kept. The memory
-    grows with the points of the features that are open at a time, not with the table.
-
-    Parameters
-    ----------
-    table : LongPoints
-        From `long_points`.
-    wish : FeatureWish
-
-    Returns
-    -------
-    MeasuredFeatures
-        Those of `measure_features`.
-
-    Raises
-    ------
-    PretravelError
-        As `measure_features`.
-    """
-    features = FeaturesOfLabels(wish.select, wish.by_prefix)
-    for points in table.blocks():
-        features.add(points.labels)
-    names = features.names()
-    _refuse_one_place_for_many(wish, names)
-    again = FeaturesOfLabels(wish.select, wish.by_prefix)
-    waiting: dict[str, list[Points]] = {}
-    found: dict[str, InspectedFeature] = {}
-    for points in table.blocks():
-        for name, rows in again.add(points.labels).items():
-            waiting.setdefault(name, []).append(points_at(points, rows))
-            if again.counts[name] == features.counts[name]:
-                found[name] = _measured(name, joined_points(waiting.pop(name)), wish)
-        log.info(
-            "%d of %d features", len(found), len(names), extra={"done": len(found) / len(names)}
-        )
-    return MeasuredFeatures(tuple(found[name] for name in names), wish)
 
 
 def _refuse_one_place_for_many(wish: FeatureWish, names: Sequence[str]) -> None:

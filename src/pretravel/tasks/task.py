@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".json", ".nc", ".csv")
+MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
 PROGRAMS = (".ngc", ".nc", ".gcode", ".tap")
 """Of programs for machines: text, also with the ending .nc."""
@@ -245,6 +245,11 @@ class Result:
     template: str = "page.html"
     """Of its page."""
 
+    @property
+    def advice(self) -> str:
+        """Printed after the report: what to do next."""
+        return ""
+
     def document(self) -> Document | None:
         """The report; None where there is none."""
         return None
@@ -252,6 +257,13 @@ class Result:
     def page(self) -> Document | None:
         """The report of a page, which can contain more."""
         return self.document()
+
+    def picture(self, document: Document | None, path: Path) -> None:
+        """Write the main picture of the report."""
+        from pretravel.show.style import save_picture_file
+
+        if document is not None:
+            save_picture_file(document.pictures[0], path)
 
     def write(self, output: str, path: Path) -> None:
         """Write the values of one output.

@@ -150,16 +150,16 @@ def coverage_factor(
     >>> round(coverage_factor(math.inf), 3), round(coverage_factor(16.7, 0.99), 2)
     (2.0, 2.92)
     """
-    from scipy.stats import norm, t
+    from scipy.special import ndtri, stdtrit
 
     if not 0.0 < probability < 1.0:
         raise PretravelError(
             f"the coverage probability is {probability:g}; it must lie between 0 and 1"
         )
     if math.isinf(dof):
-        return float(norm.ppf(0.5 + 0.5 * probability))
+        return float(ndtri(0.5 + 0.5 * probability))
     used = max(math.floor(dof + 1e-9), 1) if whole_dof else dof
-    return float(t.ppf(0.5 + 0.5 * probability, used))
+    return float(stdtrit(used, 0.5 + 0.5 * probability))
 
 
 Model = Callable[[FloatArray], npt.ArrayLike]

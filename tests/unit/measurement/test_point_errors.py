@@ -11,7 +11,6 @@ from scipy import stats
 
 from pretravel.base.directions import sphere_pattern_25, unit
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
@@ -23,6 +22,7 @@ from pretravel.measurement.point_errors import (
     total_covariance,
     unknown_delay_travel,
 )
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import mean_map

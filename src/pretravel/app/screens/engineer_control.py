@@ -132,9 +132,8 @@ def _map_files(work: Work) -> None:
 
     with folded("Map and report"):
         for ending, words in (
-            ("nc", "Map for pretravel (.nc)"),
+            ("json", "Map for pretravel (.json)"),
             ("csv", "Map as table"),
-            ("json", "Map, JSON"),
         ):
             result_button(work, words, f"map.{ending}", write)
         result_button(work, "Report (page)", "qualification.html", page)

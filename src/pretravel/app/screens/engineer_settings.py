@@ -47,7 +47,7 @@ EXPORT_DEFAULTS: Mapping[str, Any] = {
     "export_form": "auto",
 }
 _USUAL = {**DEFAULTS, **EXPORT_DEFAULTS}
-MAP_NAME = "map.nc"
+MAP_NAME = "map.json"
 
 
 def file_mark(content: bytes) -> str:
@@ -214,8 +214,8 @@ def command_lines(file: str, settings: EngineerSettings) -> str:
     settings : EngineerSettings
 
     >>> print(command_lines("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})))
-    pretravel qualify 'a b.csv' --diameter 25 --ring -o map.nc
-    pretravel compare map.nc
+    pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json
+    pretravel compare map.json
     """
     words = ["pretravel", "qualify", file]
     for setting, name in _QUALIFY_OPTIONS.items():

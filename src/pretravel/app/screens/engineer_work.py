@@ -301,7 +301,7 @@ def _touches_of(
 ) -> TouchesInSpace:
     """All touches of the file, with what the map leaves of them."""
     from pretravel.base.units import MICROMETRE
-    from pretravel.identification.kind_choice import distances_from_reference
+    from pretravel.measurement.compensation import distances_from_reference
     from pretravel.show.touch_sphere_chart import TouchesInSpace
 
     made, touches = qualified.qualification, whole.touches

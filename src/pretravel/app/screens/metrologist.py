@@ -85,7 +85,7 @@ def _inputs(state: ScreenState) -> None:
         live([state.listen], partial(_limits, state), key=partial(_standard, state))
     file_drop(
         state, "map", "Map of the probe, to check the compensated touches",
-        endings=(".nc", ".csv", ".json"),
+        endings=(".json", ".csv"),
     )  # fmt: skip
     with folded("More settings"):
         units = {"": "as the file states", "mm": "mm", "inch": "inch"}

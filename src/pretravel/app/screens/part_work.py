@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app.own_description import own_description
+from pretravel.app.own_description import own_map
 from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -116,9 +116,7 @@ def compensate_part(inputs: Inputs) -> PartResult:
             "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
             "probe of the catalogue"
         )
-    if map_file is not None and map_file.suffix.lower() == ".toml":
-        own_description(map_file)
-    pretravel_map = map_or_prediction(str(map_file or probe))
+    pretravel_map = map_or_prediction(probe) if map_file is None else own_map(map_file)
     units = settings.get("units") or None
     touches = inputs.file("touches")
     options = ReadingOptions(units=units, tip_radius=pretravel_map.tip_radius)
@@ -230,5 +228,5 @@ def example_map(folder: Path) -> tuple[str, bytes]:
     setup = QualificationSetup(24.9987, tip_diameter=6.0)
     made = qualify_probe(readings.in_machine_axes(), setup, KindWish("physical"))
     with temporary_folder() as place:
-        write_map(place / "example_map.nc", made.pretravel_map)
-        return "example_map.nc", (place / "example_map.nc").read_bytes()
+        write_map(place / "example_map.json", made.pretravel_map)
+        return "example_map.json", (place / "example_map.json").read_bytes()

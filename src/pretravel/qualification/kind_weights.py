@@ -1,24 +1,25 @@
-"""Comparison of kinds of map: each kind predicts directions that it was not fitted to."""
+"""Weights of kinds of map: each predicts directions that it was not fitted to; their average."""
 
 from __future__ import annotations
 
 import logging
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.directions import describe
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
-from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.maps.kinds.averaged import averaged_map
+from pretravel.maps.observation import Observation
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
-from pretravel.measurement.compensation import apply
-from pretravel.qualification.prepare import PreparedTouches
-from pretravel.qualification.qualification import Qualification
-from pretravel.touches import Touches
+from pretravel.qualification.map_warnings import over_support
+from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
 
 _LOG = logging.getLogger(__name__)
 FOLDS = 5
@@ -30,37 +31,9 @@ _SHUFFLE = 12  # seed: the same touches are always left out together
 LEAST_WEIGHT = 0.1
 """Kinds with a smaller weight are left out of the average."""
 _SMALLEST_DENSITY = -50.0  # logarithm, per direction: a gross error counts no more than this
-
-
-@dataclass(frozen=True, eq=False)
-class KindScore:
-    """How well one kind of map predicts directions that were left out of its fit.
-
-    Attributes
-    ----------
-    kind : str
-    rms : float
-        Root mean square of the distances of left-out directions from the reference. [mm]
-    u_rms : float
-        Standard error of that, from the scatter over directions. [mm]
-    reduced_chi_square : float
-        Mean of (distance / stated uncertainty)², near one where u is right.
-    logarithmic_score : float
-        Mean of ln(u / µm) + (distance / u)² / 2 over directions: it rewards a small distance and
-        a correct uncertainty. Smaller is better.
-    weight : float
-        Share of this kind in the average.
-    problem : str
-        Why this kind cannot be fitted; empty where it can.
-    """
-
-    kind: str
-    rms: float
-    u_rms: float
-    reduced_chi_square: float
-    logarithmic_score: float
-    weight: float = 0.0
-    problem: str = field(default="")
+_BEYOND = 3.0  # standard uncertainties from which kinds disagree
+_DOUBT = 0.25  # weight of the second kind from which people are warned that kinds disagree
+_LEAST_DISAGREEMENT = 0.5 * MICROMETRE
 
 
 def compare_kinds(
@@ -169,7 +142,7 @@ def _left_out(
     for fold in folds:
         out = fold[observation.groups]
         others, hidden = observation.take(~out), observation.take(out)
-        repeats = scatter_of_repeats(others)
+        repeats = others.repeats
         fit = kind.refit(whole, others) or kind.fit_near(whole, others, repeats)
         centered = kind.centered(fit, ready.setup.axial_pretravel)
         level = 0.0 if fit.tip_radius is None else fit.tip_radius - observation.tip_radius
@@ -197,28 +170,79 @@ def _score_of(name: str, distance: FloatArray, variance: FloatArray) -> KindScor
     return KindScore(name, rms, 0.5 * u_mean / rms, float(np.mean(squares)), score)
 
 
-def distances_from_reference(
-    fitted: Qualification, touches: Touches
-) -> tuple[FloatArray, FloatArray]:
-    """Distances of compensated touches from the sphere (or ring) that a qualification found.
+def averaged(results: Sequence[Qualification], parts: Sequence[KindScore]) -> Qualification:
+    """The average of qualifications of the same touches with several kinds of map.
 
     Parameters
     ----------
-    fitted : Qualification
-    touches : Touches
-        On the same reference.
+    results : sequence of Qualification
+        The one with the largest weight first.
+    parts : sequence of KindScore
+        Of the same kinds, with their weights.
 
     Returns
     -------
-    distance : (n,) float
-        From the reference's surface, away from its centre. [mm]
-    standard_uncertainty : (n,) float
-        That compensation states. [mm]
+    Qualification
     """
-    points = apply(touches, fitted.pretravel_map, extrapolate=True)
-    offset = points.positions - fitted.center
-    if fitted.setup.ring:
-        axis = fitted.pretravel_map.rotation[:, 2]
-        offset = offset - (offset @ axis)[:, None] * axis
-    distance = np.linalg.norm(offset, axis=1) - 0.5 * fitted.setup.diameter
-    return distance, points.standard_uncertainty
+    if len(parts) == 1:
+        return results[0]
+    weights = np.array([part.weight for part in parts])
+    weights = weights / weights.sum()
+    maps, best = [result.pretravel_map for result in results], results[0]
+    basis, coefficients, covariance = averaged_map(
+        maps, [result.center for result in results], weights.tolist()
+    )
+    shares = {part.kind: round(float(w), 3) for part, w in zip(parts, weights, strict=True)}
+    pretravel_map = replace(
+        maps[0],
+        basis=basis,
+        coefficients=coefficients,
+        covariance=covariance,
+        fixed_scatter=math.sqrt(float(weights @ [each.fixed_scatter**2 for each in maps])),
+        delay_effect=_delay_effect(maps, weights, basis.size),
+        provenance=replace(maps[0].provenance, kind_settings=shares),
+    )
+    value = pretravel_map.pretravel(best.contact_normals, extrapolate=True)
+    return replace(
+        best,
+        pretravel_map=pretravel_map,
+        residuals=frozen(best.observed - value),
+        effect_of_outliers=max(result.effect_of_outliers for result in results),
+        warnings=(*best.warnings, *_disagreement(results[:2], parts)),
+    )
+
+
+def _delay_effect(
+    maps: Sequence[PretravelMap], weights: FloatArray, size: int
+) -> FloatArray | None:
+    if maps[0].delay_effect is None:
+        return None
+    parts = [
+        weight * (np.zeros(each.basis.size) if each.delay_effect is None else each.delay_effect)
+        for each, weight in zip(maps, weights, strict=True)
+    ]
+    return np.concatenate([np.zeros(size - sum(len(part) for part in parts)), *parts])
+
+
+def _disagreement(results: Sequence[Qualification], parts: Sequence[KindScore]) -> list[str]:
+    """Where the two kinds with the largest weights differ by more than their uncertainties."""
+    if parts[1].weight < _DOUBT:
+        return []
+    first, second = (result.pretravel_map for result in results)
+    directions, value, u = over_support(first)
+    normals = directions @ first.rotation.T
+    other, u_other = second.pretravel_and_uncertainty(normals, extrapolate=True)
+    shift = (results[0].center - results[1].center) @ first.rotation
+    apart = other + directions @ shift + first.tip_radius - second.tip_radius - value
+    size = np.hypot(np.hypot(u, u_other), first.fixed_scatter)
+    excess = np.abs(apart) / np.maximum(size, 1e-12)
+    worst = int(np.argmax(excess))
+    if excess[worst] < _BEYOND or abs(apart[worst]) < _LEAST_DISAGREEMENT:
+        return []
+    found = (
+        f"the kinds {parts[0].kind} and {parts[1].kind} disagree by "
+        f"{abs(apart[worst]) / MICROMETRE:.1f} µm at {describe(directions[worst])}, more than "
+        "their uncertainties explain; u of the map contains the difference. Touch the reference "
+        "there too"
+    )
+    return [found]
