@@ -57,7 +57,6 @@ from .measurement.conformity import size_conformity as size_conformity
 from .measurement.measured_feature import MeasuredFeature as MeasuredFeature
 from .measurement.measured_feature import measure_feature as measure_feature
 from .measurement.measured_sphere import measured_sphere as measured_sphere
-from .measurement.measured_sphere import sphere_by_trials as sphere_by_trials
 from .measurement.point_errors import point_sources as point_sources
 from .measurement.points import Points as Points
 from .measurement.tolerances import FeatureTolerances as FeatureTolerances
@@ -107,11 +106,5 @@ from .uncertainty.fitting.cone import fit_cone as fit_cone
 from .uncertainty.fitting.cylinder import fit_cylinder as fit_cylinder
 from .uncertainty.fitting.plane import fit_plane as fit_plane
 from .uncertainty.fitting.sphere import fit_sphere as fit_sphere
-from .uncertainty.gum import propagate as propagate
-from .uncertainty.monte_carlo import Input as Input
-from .uncertainty.monte_carlo import independent as independent
-from .uncertainty.monte_carlo import joint_normal as joint_normal
-from .uncertainty.monte_carlo import monte_carlo as monte_carlo
-from .uncertainty.monte_carlo import validate as validate
 
 __version__: str

@@ -14,17 +14,15 @@ import typer
 from typer.core import TyperGroup
 
 from pretravel.base.errors import PretravelError
-from pretravel.cli.command import ANSWER, FAULT, INTERRUPTED, Command
+from pretravel.cli.command import FAULT, INTERRUPTED, Command
 from pretravel.tasks import GROUPS, SUBCOMMANDS, task_named
+from pretravel.tasks.task import ANSWER
 
 UNDESCRIBED: dict[str, str] = {
     "demo": "demo:demo",
     "app": "app:app",
-    "verify": "verify:verify",
     "history": "history:history",
     "plan-touches": "plan_touches:plan_touches",
-    "compensate": "compensate:compensate",
-    "measure": "measure:measure",
     "compare": "compare:compare",
     "report": "report:report",
 }

@@ -108,6 +108,10 @@ REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_
 Turn: TypeAlias = Annotated[
     float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
 ]
+QualifiedMap: TypeAlias = Annotated[
+    Path,
+    Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+]
 TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
 ProbeName: TypeAlias = Annotated[
     str,

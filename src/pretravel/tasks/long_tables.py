@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.files.long_table import LongTable, written_in_parts
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.long_table import WRITTEN_IN_PARTS, LongTable, long_table, written_in_parts
 from pretravel.files.point_tables import points_table
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import compensation_warnings
@@ -19,9 +20,13 @@ from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.points_summary import PointsSummary, TouchSummary
 from pretravel.measurement.selection import points_at
 from pretravel.show.document import Document, Picture
-from pretravel.tasks.compensate import CompensatedTouches, CompensationSetup, compensate_readings
+from pretravel.surface.cad.part import Part
+from pretravel.surface.local_geometry import Surface
+from pretravel.tasks.compensate import Compensate, CompensatedTouches
 from pretravel.tasks.reports.points_picture import points_view
 from pretravel.tasks.reports.points_report import summary_document
+from pretravel.tasks.task import Result
+from pretravel.touches import with_feed
 
 _DRAWN = 5000
 """Points that pictures show."""
@@ -59,23 +64,25 @@ class CompensatedPart:
 
 
 @dataclass(frozen=True)
-class LongCompensation:
+class LongCompensation(Result):
     """The compensation of a long table, without its points, which are in the output.
 
     Attributes
     ----------
+    task : Compensate
     table : LongTable
     pretravel_map : PretravelMap
-    setup : CompensationSetup
+    nominal : Surface, Part or None
     found : CompensatedPart
         Of the whole table.
     warnings : tuple of str
         Of the reader.
     """
 
+    task: Compensate
     table: LongTable
     pretravel_map: PretravelMap
-    setup: CompensationSetup
+    nominal: Surface | Part | None
     found: CompensatedPart
     warnings: tuple[str, ...]
 
@@ -85,21 +92,15 @@ class LongCompensation:
         how = self.table.understood
         return f"{len(self.found.points)} touches; {how}" if how else ""
 
-    def document(self, touches_name: str = "") -> Document:
-        """The report; its pictures and its budget are those of some of the points.
-
-        Parameters
-        ----------
-        touches_name : str
-            Of the file.
-        """
-        title = f"{touches_name}, compensated" if touches_name else "Compensated points"
-        setup, drawn = self.setup, joined_points(self.found.drawn)
-        placement = setup.placement if setup.frame == "machine" else None
+    def document(self) -> Document:
+        """The report; its pictures and its budget are those of some of the points."""
+        task, drawn = self.task, joined_points(self.found.drawn)
+        title = f"{task.touches_name}, compensated"
+        placement = task.placement() if task.frame == "machine" else None
         picture = Picture(
             f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
             "pretravel and uncertainty",
-            lambda: points_view(drawn, title, nominal=setup.nominal, placement=placement),
+            lambda: points_view(drawn, title, nominal=self.nominal, placement=placement),
         )
         variances = {
             name: float(np.mean(np.concatenate([part[name] for part in self.found.variances])))
@@ -116,9 +117,29 @@ class LongCompensation:
             budgets=[budget],
         )
 
+    def write(self, output: str, path: Path) -> None:
+        """Nothing: the points were written part by part."""
+
+
+def long_table_of(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
+    """The one long table that the files are, where the output can be written in parts too.
+
+    Parameters
+    ----------
+    files : list of Path
+    options : ReadingOptions
+    output : Path
+    """
+    if len(files) > 1 or output.suffix.lower() not in WRITTEN_IN_PARTS:
+        return None
+    return long_table(files[0], options)
+
 
 def compensate_long_table(
-    table: LongTable, pretravel_map: PretravelMap, setup: CompensationSetup, output: str | Path
+    table: LongTable,
+    pretravel_map: PretravelMap,
+    task: Compensate,
+    nominal: Surface | Part | None = None,
 ) -> LongCompensation:
     """Compensate a long table of touches part by part, and write the points.
 
@@ -128,11 +149,11 @@ def compensate_long_table(
         From `long_table`.
     pretravel_map : PretravelMap
         In the axes of the machine.
-    setup : CompensationSetup
-    output : str or Path
-        .csv or .parquet. The points are those of `compensate_readings`. They do not state which
-        errors they have in common, so that `measure` takes the largest uncertainty that any
-        correlation produces.
+    task : Compensate
+        Its output is .csv or .parquet. The points are those of `Compensate.compensated`. They do
+        not state which errors they have in common, so that `measure` takes the largest uncertainty
+        that any correlation produces.
+    nominal : Surface, Part or None
 
     Returns
     -------
@@ -141,14 +162,14 @@ def compensate_long_table(
     Raises
     ------
     PretravelError
-        As `compensate_readings`; the output is then not written.
+        As `Compensate.compensated`; the output is then not written.
     """
-    setup = replace(setup, shared=False)
     found: CompensatedPart | None = None
     warnings: dict[str, None] = {}
-    with written_in_parts(output) as append:
-        for readings in table.readings():
-            result = compensate_readings(readings, pretravel_map, setup)
+    with written_in_parts(task.output) as append:
+        for read in table.readings():
+            readings = replace(read, touches=with_feed(read.touches, task.feed))
+            result = task.compensated(readings, pretravel_map, nominal, shared=False)
             append(points_table(result.points))
             done = 0 if found is None else len(found.points)
             part = _part_of(result, done, max(table.count // _DRAWN, 1))
@@ -158,7 +179,7 @@ def compensate_long_table(
             ratio = min(done / max(table.count, 1), 0.99)
             log.info("%d touches of about %d", done, table.count, extra={"done": ratio})
     assert found is not None  # a table has rows
-    return LongCompensation(table, pretravel_map, setup, found, tuple(warnings))
+    return LongCompensation(task, table, pretravel_map, nominal, found, tuple(warnings))
 
 
 def _part_of(result: CompensatedTouches, first_row: int, apart: int) -> CompensatedPart:

@@ -2,120 +2,286 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
-
-import numpy.typing as npt
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.files.feature_results import features_json, features_table
-from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.laboratory.certificate import LaboratoryStatements
-from pretravel.measurement.conformity import ConformityVerdict
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.points import Points
-from pretravel.measurement.selection import points_of_features
-from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, inspect_feature
-from pretravel.show.document import Document
-from pretravel.tasks.reports.feature_report import features_document
-from pretravel.tasks.reports.laboratory_report import with_laboratory
+from pretravel.base.units import MICROMETRE
+from pretravel.tasks.fields import LaboratoryReport, output
+from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
+
+if TYPE_CHECKING:
+    from pretravel.measurement.points import Points
+    from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature
+    from pretravel.show.document import Document
 
 
-@dataclass(frozen=True)
-class FeatureWish:
-    """Which features are wanted of points.
+def _features() -> list[str]:
+    from pretravel.measurement.association import ASSOCIATIONS
 
-    Attributes
-    ----------
-    kind : str
-        A name of `ASSOCIATIONS`.
-    select : tuple of str
-        Labels with * and ?; each is one feature. Empty: all points.
-    by_prefix : bool
-        One feature for each name before a number.
-    axis, at : (3,) float or None
-        Axis, and nominal position [mm], as in `measure_feature`.
-    u_machine : float
-        Of a length, by the machine's geometry, temperature and clamping. [mm]
-    tolerances : FeatureTolerances
+    return list(ASSOCIATIONS)
+
+
+class Measure(LaboratoryReport):
+    """Measure features from compensated points: form, size, position, conformity.
+
+    Exit code 3: a feature does not conform to its tolerances.
     """
 
-    kind: str
-    select: tuple[str, ...] = ()
-    by_prefix: bool = False
-    axis: npt.ArrayLike | None = None
-    at: npt.ArrayLike | None = None
-    u_machine: float = 0.0
-    tolerances: FeatureTolerances = field(default=FeatureTolerances())
+    name = "measure"
+    group = "Measure"
+    example = (
+        'pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021 '
+        "-o bore.html"
+    )
+
+    points: Annotated[
+        Path,
+        Field(
+            help="Points from compensate: .csv, .parquet, .json or .nc.",
+            positional=True,
+            reads=True,
+        ),
+    ]
+    feature: Annotated[
+        str,
+        Field(
+            help="circle, bore, boss, sphere, plane, line, cylinder or cone.",
+            names=_features,
+            metavar="FEATURE",
+        ),
+    ]
+    select: Annotated[
+        tuple[str, ...],
+        Field(
+            help='Points by label, with * and ?: "bore1*"; or by number: 10..21. Each --select is '
+            "one feature.",
+            metavar="LABELS",
+            label="Labels",
+        ),
+    ] = ()
+    by_prefix: Annotated[
+        bool,
+        Field(
+            help="One feature for each name before a number: bore1-1, …",
+            option="--group",
+            label="One feature for each name",
+        ),
+    ] = False
+    axis: Annotated[
+        Vector | None,
+        Field(
+            help="Axis of a circle, bore or boss; without it, across the plane of the points. Of a "
+            "cylinder or cone: where the search starts.",
+            parse=unit_vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
+    at: Annotated[
+        Vector | None,
+        Field(
+            help="Nominal position, in mm. Axes, planes and the diameter of a cone are evaluated "
+            "at their point nearest to it.",
+            parse=vector,
+            metavar="X,Y,Z",
+            label="Nominal position",
+        ),
+    ] = None
+    size_tolerance: Annotated[
+        ToleranceText | None,
+        Field(
+            help="Of the diameter, in mm: 20.000..20.021, 20.. or ..20.021; or with --nominal "
+            "+0.021/0, ±0.01.",
+            parse=tolerance,
+            option="--tolerance",
+            metavar="LIMITS",
+            label="Tolerance of the diameter",
+        ),
+    ] = None
+    nominal: Annotated[
+        float | None,
+        Field(
+            help="Nominal diameter, in mm.", range=(0.0, 1e5), unit="mm", label="Nominal diameter"
+        ),
+    ] = None
+    position_tolerance: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the zone around the nominal position (plane, line: width), in mm.",
+            range=(1e-6, 1e3),
+            unit="mm",
+            label="Tolerance of the position",
+        ),
+    ] = None
+    form_tolerance: Annotated[
+        float | None,
+        Field(
+            help="Roundness, flatness, straightness, cylindricity, form, in mm.",
+            range=(1e-6, 1e3),
+            unit="mm",
+            label="Tolerance of the form",
+        ),
+    ] = None
+    probability: Annotated[
+        float, Field(help="At which a decision is proven (ISO 14253-1).", range=(0.5, 0.9999))
+    ] = 0.95
+    u_machine_um: Annotated[
+        float,
+        Field(
+            help="Standard uncertainty of a length by the machine's geometry, temperature and "
+            "clamping, in µm.",
+            range=(0.0, 1e4),
+            label="u of the machine",
+        ),
+    ] = 0.0
+    output: Annotated[
+        Path | None,
+        output(
+            "Results: .csv, .parquet or .json; or a page, .html or .pdf.",
+            ".csv",
+            ".parquet",
+            ".json",
+            *PAGES,
+        ),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> MeasuredFeatures:
+        """Read the points and measure their features."""
+        from pretravel.files.points_reading import read_points
+
+        self.tolerances()
+        points = read_points(self.points)
+        with progress.working(f"measuring the features of {len(points)} points"):
+            return self.measured(points)
+
+    def tolerances(self) -> FeatureTolerances:
+        """The tolerances of each feature.
+
+        Raises
+        ------
+        PretravelError
+            Deviations without a nominal diameter, or the contrary.
+        """
+        from pretravel.measurement.tolerances import FeatureTolerances
+
+        return FeatureTolerances(
+            self._limits(), self.position_tolerance, self.form_tolerance, self.probability
+        )
+
+    def _limits(self) -> tuple[float, float] | None:
+        """The limits of a diameter, in mm."""
+        size, nominal = self.size_tolerance, self.nominal
+        inputs = ("nominal", "tolerance")
+        if size is None:
+            if nominal is not None:
+                raise PretravelError(
+                    "the nominal diameter needs the deviations from it, for example +0.021/0",
+                    inputs=inputs,
+                )
+            return None
+        if size.are_limits:
+            if nominal is not None:
+                raise PretravelError(
+                    "the tolerance has limits already; leave out the nominal diameter",
+                    inputs=inputs,
+                )
+            return (-math.inf if size.low is None else size.low,
+                    math.inf if size.high is None else size.high)  # fmt: skip
+        if nominal is None:
+            raise PretravelError(
+                "deviations need the nominal diameter, for example 20", inputs=inputs
+            )
+        assert size.low is not None
+        assert size.high is not None
+        return nominal + size.low, nominal + size.high
+
+    def measured(self, points: Points) -> MeasuredFeatures:
+        """Measure the features of points that have been read.
+
+        Parameters
+        ----------
+        points : Points
+
+        Raises
+        ------
+        PretravelError
+            A feature that its points do not determine, with its label; a nominal position for
+            several features.
+        """
+        from pretravel.measurement.selection import points_of_features
+
+        chosen = points_of_features(points, self.select, by_prefix=self.by_prefix)
+        _refuse_one_place_for_many(self, list(chosen))
+        found = tuple(_measured(label, mine, self) for label, mine in chosen.items())
+        return _result(self, found)
 
 
-@dataclass(frozen=True)
-class MeasuredFeatures:
+@dataclass(frozen=True, eq=False)
+class MeasuredFeatures(Result):
     """The features of points, with what was wanted.
 
     Attributes
     ----------
+    task : Measure
     features : tuple of InspectedFeature
-    wish : FeatureWish
+    exit_code : int
+        `ANSWER` where a feature does not conform to its tolerances.
     """
 
+    task: Measure
     features: tuple[InspectedFeature, ...]
-    wish: FeatureWish
+    exit_code: int = 0
 
-    @property
-    def some_fail(self) -> bool:
-        """Whether a feature does not conform to its tolerances."""
-        failed = ConformityVerdict.DOES_NOT_CONFORM
-        return any(feature.verdict is failed for feature in self.features)
-
-    def document(
-        self,
-        points_name: str = "",
-        *,
-        warnings: Sequence[str] = (),
-        statements: LaboratoryStatements | None = None,
-    ) -> Document:
+    def document(self) -> Document:
         """The report, with what the laboratory states."""
-        report = features_document(self.features, points_name=points_name, warnings=warnings)
-        return with_laboratory(report, statements)
+        from pretravel.tasks.reports.feature_report import features_document
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
 
-    def values(self, statements: LaboratoryStatements | None = None) -> dict[str, Any]:
+        task = self.task
+        warnings = []
+        if task.tolerances().any_stated and not task.u_machine_um:
+            warnings.append(
+                "u contains the errors of probing alone; a verdict also needs those of the "
+                "machine's geometry, of temperature and clamping: --u-machine"
+            )
+        warnings += task.statements_left_out(task.output, kept_in=(".json",))
+        report = features_document(self.features, points_name=task.points.name, warnings=warnings)
+        return with_laboratory(report, task.statements())
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the features: quantities as columns, or all values as JSON."""
+        del output
+        from pretravel.base.whole_file import write_json
+        from pretravel.files.feature_results import features_table
+        from pretravel.files.tables import write_table
+
+        if path.suffix.lower() == ".json":
+            write_json(path, self.values())
+        else:
+            write_table(path, features_table(self.features))
+
+    def values(self) -> dict[str, Any]:
         """The features for JSON, with what the laboratory states."""
-        return with_laboratory_values(features_json(self.features), statements)
+        from pretravel.files.feature_results import features_json
+        from pretravel.files.laboratory_file import with_laboratory_values
 
-    def table(self) -> dict[str, npt.ArrayLike]:
-        """The quantities of the features as columns."""
-        return features_table(self.features)
-
-
-def measure_features(points: Points, wish: FeatureWish) -> MeasuredFeatures:
-    """Measure the features of points.
-
-    Parameters
-    ----------
-    points : Points
-    wish : FeatureWish
-
-    Returns
-    -------
-    MeasuredFeatures
-
-    Raises
-    ------
-    PretravelError
-        A feature that its points do not determine, with its label; a nominal position for several
-        features.
-    """
-    chosen = points_of_features(points, wish.select, by_prefix=wish.by_prefix)
-    _refuse_one_place_for_many(wish, list(chosen))
-    return MeasuredFeatures(
-        tuple(_measured(label, mine, wish) for label, mine in chosen.items()), wish
-    )
+        return with_laboratory_values(features_json(self.features), self.task.statements())
 
 
-def _refuse_one_place_for_many(wish: FeatureWish, names: Sequence[str]) -> None:
-    if wish.at is not None and len(names) > 1:
+def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:
+    from pretravel.measurement.conformity import ConformityVerdict
+
+    failed = ConformityVerdict.DOES_NOT_CONFORM
+    some_fail = any(feature.verdict is failed for feature in features)
+    return MeasuredFeatures(task, features, ANSWER if some_fail else 0)
+
+
+def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:
+    if task.at is not None and len(names) > 1:
         raise PretravelError(
             f"a nominal position is that of one feature, and there are {len(names)}: "
             f"{', '.join(names)}. Measure them one at a time",
@@ -123,13 +289,21 @@ def _refuse_one_place_for_many(wish: FeatureWish, names: Sequence[str]) -> None:
         )
 
 
-def _measured(label: str, points: Points, wish: FeatureWish) -> InspectedFeature:
+def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
     """One feature, inspected."""
+    from pretravel.measurement.measured_feature import measure_feature
+    from pretravel.measurement.tolerances import inspect_feature
+
     try:
         measured = measure_feature(
-            points, wish.kind, axis=wish.axis, at=wish.at, u_machine=wish.u_machine, label=label
+            points,
+            task.feature,
+            axis=task.axis,
+            at=task.at,
+            u_machine=task.u_machine_um * MICROMETRE,
+            label=label,
         )
-        return inspect_feature(measured, wish.tolerances)
+        return inspect_feature(measured, task.tolerances())
     except PretravelError as error:
         if not label:
             raise _with_choice(error, len(points)) from None

@@ -12,8 +12,8 @@ from pretravel.app.screens.designer_work import start_text
 from pretravel.app.screens.part_work import compensate_part, measure_part
 from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
-from pretravel.cli.measure import tolerance
 from pretravel.prediction.catalogue import description_text
+from pretravel.tasks.values import tolerance
 from tests.support.examples import EXAMPLES
 
 
@@ -68,4 +68,4 @@ def test_the_command_has_the_limits_that_were_used(
         typed = tolerance(words[words.index("--tolerance") + 1])
         wanted = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
         assert (typed.low, typed.high) == (lower, upper)
-        assert found.features.wish.tolerances.size == wanted
+        assert found.features.task.tolerances().size == wanted

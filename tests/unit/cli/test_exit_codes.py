@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pretravel.cli import main, verify
+from pretravel.cli import derived, main
 from pretravel.files.map_file import write_map
 from pretravel.files.probe_history import add_verification
 from pretravel.files.touches_csv import write_touches
@@ -56,7 +56,7 @@ class TestVerify:
         def fails(*_: object, **__: object) -> None:
             raise KeyError("not foreseen")
 
-        monkeypatch.setattr(verify, "check_files", fails)
+        monkeypatch.setattr(derived, "check_files", fails)
         monkeypatch.setattr(sys, "argv", ["pretravel", *map(str, _arguments(folder))])
         with pytest.raises(SystemExit) as stop:
             main.run()

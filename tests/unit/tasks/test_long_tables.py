@@ -24,7 +24,7 @@ from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
 from pretravel.tasks import long_tables
-from pretravel.tasks.compensate import CompensationSetup, compensate_readings
+from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.long_tables import compensate_long_table
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
@@ -223,14 +223,14 @@ def test_points_and_report_are_those_of_the_whole(tmp_path: Path, made: Pretrave
     """All but the shared errors, which a long table does not state, and the pictures."""
     path, long, short = (tmp_path / name for name in ("touches.csv", "long.csv", "short.csv"))
     write_touches(path, _touches(labels=True))
-    setup = CompensationSetup()
-    found = compensate_long_table(_table(path), made, setup, long)
+    task = Compensate(touches=(path,), map_file="", output=long)
+    found = compensate_long_table(_table(path), made, task)
     from pretravel.files.readings import read_readings
 
-    whole = compensate_readings(read_readings(path), made, setup)
-    whole.write(short, "a", "b")
+    whole = task.compensated(read_readings(path), made)
+    whole.write("output", short)
     assert _without_shared(long.read_text()) == _without_shared(short.read_text())
-    report, expected = found.document("a"), whole.document("a")
+    report, expected = found.document(), whole.document()
     assert report.verdict == expected.verdict
     assert report.warnings == expected.warnings
     assert [terminal_text_of(table) for table in report.tables] == [
@@ -250,7 +250,8 @@ def terminal_text_of(table: object) -> str:
 def test_numbers_and_labels_go_on_from_part_to_part(tmp_path: Path, made: PretravelMap) -> None:
     path, out = tmp_path / "touches.parquet", tmp_path / "points.parquet"
     write_touches(path, _touches())
-    compensate_long_table(_table(path), made, CompensationSetup(), out)
+    task = Compensate(touches=(path,), map_file="", output=out)
+    compensate_long_table(_table(path), made, task)
     from pyarrow import parquet
 
     table = parquet.read_table(out)
@@ -266,8 +267,9 @@ def test_a_fault_leaves_no_output(tmp_path: Path, made: PretravelMap) -> None:
     normals[-1] = [0.0, 0.6, -0.8]
     path, out = tmp_path / "touches.csv", tmp_path / "points.csv"
     write_touches(path, Touches(touches.positions, normals))
+    task = Compensate(touches=(path,), map_file="", output=out)
     with pytest.raises(PretravelError, match="lie outside the map"):
-        compensate_long_table(_table(path), made, CompensationSetup(), out)
+        compensate_long_table(_table(path), made, task)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["touches.csv"]
 
 
@@ -291,8 +293,9 @@ def test_memory_does_not_grow_with_the_table(tmp_path: Path, made: PretravelMap)
         path = tmp_path / f"{count}.csv"
         write_touches(path, _touches(count))
         table = _table(path)
+        task = Compensate(touches=(path,), map_file="", output=tmp_path / "points.csv")
         tracemalloc.start()
-        compensate_long_table(table, made, CompensationSetup(), tmp_path / "points.csv")
+        compensate_long_table(table, made, task)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[2] < 1.3 * peaks[1]  # 4 times where all is kept; the first one imports

@@ -385,21 +385,22 @@ class TriedMap:
 
     def write(self, path: Path) -> None:
         """Write the points."""
-        self.compensated.write(path, self.name, MAP_NAME)
+        self.compensated.write("output", path)
 
 
 def compensate(inputs: Inputs) -> TriedMap | None:
     """Compensate the touches of a part with the map; None without a map."""
-    from pretravel.files.file_format import ReadingOptions
-    from pretravel.files.several_files import read_series
-    from pretravel.tasks.compensate import compensate_readings
+    from pretravel.tasks.compensate import Compensate
 
     made = fit(inputs)
     if made is None:
         return None
     pretravel_map, part = made.qualified.pretravel_map, inputs.file("part")
-    options = ReadingOptions(units=made.settings["units"], tip_radius=pretravel_map.tip_radius)
-    return TriedMap(part.name, compensate_readings(read_series([part], options), pretravel_map))
+    task = Compensate(
+        touches=(part,), map_file=MAP_NAME, output=Path("points.csv"), units=made.settings["units"]
+    )
+    readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
+    return TriedMap(part.name, task.compensated(readings, pretravel_map))
 
 
 _OF_FIT = (*DEFAULTS, "answers", "left_out")

@@ -46,7 +46,6 @@ from pretravel.app.screens.part_work import (
 from pretravel.app.tasks import WORKS, Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.files.tables import write_table
 from pretravel.measurement.association import ASSOCIATIONS
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.chart_plotly import plotly_figure
@@ -154,7 +153,7 @@ def _show_result(state: ScreenState, result: PartResult) -> None:
 
 def _to_keep(work: Work) -> None:
     def write(path: Path, result: PartResult) -> None:
-        result.compensated.write(path, result.touches_name, result.map_name)
+        result.compensated.write("output", path)
 
     with panel("Points to download"), ui.element("div").classes("buttons"):
         for ending in ENDINGS_OF_POINTS:
@@ -257,7 +256,7 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
 
 def _features_to_keep(work: Work) -> None:
     def write(path: Path, result: PartFeatures) -> None:
-        write_table(path, result.features.table())
+        result.features.write("output", path)
 
     with ui.element("div").classes("buttons"):
         result_button(work, "features.csv", "features.csv", write)

@@ -14,7 +14,8 @@ from pretravel.base.arrays import BoolArray, FloatArray, frozen
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import REAL, check_numbers
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.gum import COVERAGE, Model, Propagated
+from pretravel.uncertainty.gum import COVERAGE
+from tests.support.propagation import Model, Propagated
 
 Draw = Callable[[np.random.Generator, int], FloatArray]
 """From a generator and a number of trials n to (n, m) rows of inputs."""

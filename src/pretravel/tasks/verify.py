@@ -1,0 +1,184 @@
+"""Verify a probe: touches on a reference against its map, and its history."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base.errors import PretravelError
+from pretravel.tasks.fields import (
+    Diameter,
+    QualifiedMap,
+    Reported,
+    Ring,
+    TouchFilesWithFeed,
+    output,
+    with_reading,
+)
+from pretravel.tasks.task import ANSWER, MAPS, PAGES, SILENT, Field, Progress, Result
+
+if TYPE_CHECKING:
+    from pretravel.files.file_format import FileReadings
+    from pretravel.files.probe_history import Entry
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.qualification.verification import Verification
+    from pretravel.show.document import Document
+
+DATABASES = (".sqlite", ".db")
+"""Endings of files of verifications."""
+_COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
+"""A table does not contain all that a verification needs."""
+
+
+class Verify(TouchFilesWithFeed, Reported):
+    """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
+
+    The old map is kept unless --accept names a new one.
+    """
+
+    name = "verify"
+    group = "Qualify"
+    example = "pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.sqlite"
+
+    map_file: QualifiedMap
+    diameter: Diameter
+    ring: Ring = False
+    false_alarms: Annotated[
+        float,
+        Field(
+            help="Accepted false alarms: percentage of unchanged probes reported as changed.",
+            range=(0.0001, 49.9),
+            unit="%",
+        ),
+    ] = 1.0
+    history: Annotated[
+        Path | None,
+        Field(
+            help="History file of this probe, .sqlite; created when it does not exist.", reads=True
+        ),
+    ] = None
+    accept: Annotated[
+        Path | None,
+        Field(
+            help="Qualify again with the new touches and write the new map: .json.",
+            writes=_COMPLETE_MAPS,
+        ),
+    ] = None
+    output: Annotated[
+        Path | None, output("Result: .json; or a page, .html or .pdf.", ".json", *PAGES)
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> VerifiedProbe:
+        """Read the touches and the map, test, and note the result in the history.
+
+        Returns
+        -------
+        VerifiedProbe
+            The new map, where one is asked for, has been written with its entry in the history.
+        """
+        from pretravel.files.map_file import read_map
+        from pretravel.files.probe_history import add_verification, check_history, read_history
+        from pretravel.qualification.qualify import qualify_like
+        from pretravel.qualification.verification import verify
+
+        if self.history is not None and self.history.suffix.lower() not in DATABASES:
+            raise PretravelError(
+                f"{self.history} cannot be a history: the ending must be {' or '.join(DATABASES)}",
+                inputs=("history",),
+            )
+        old_map = read_map(self.map_file)
+        readings = self.read_touches(
+            progress,
+            tip_diameter=2.0 * old_map.tip_radius,
+            reference_diameter=self.diameter,
+            ring=self.ring,
+        ).in_machine_axes()
+        measured = readings.touches
+        rate = 0.01 * self.false_alarms
+        result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
+        if self.history is not None:
+            check_history(self.history, old_map)
+        new_map = None
+        if self.accept is not None:
+            new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
+        with _new_map(self.accept, new_map):
+            if self.history is not None:
+                add_verification(
+                    self.history,
+                    result,
+                    pretravel_map=old_map,
+                    map_name=self.map_file.name,
+                    touches_name=self.touches_name,
+                    decision=self.decision,
+                )
+        entries = () if self.history is None else tuple(read_history(self.history))
+        return VerifiedProbe(self, readings, result, entries, ANSWER if result.changed else 0)
+
+    @property
+    def decision(self) -> str:
+        """What is done with the map."""
+        return "kept" if self.accept is None else f"accepted {self.accept.name}"
+
+
+@dataclass(frozen=True, eq=False)
+class VerifiedProbe(Result):
+    """A verification with the touches that it is of.
+
+    Attributes
+    ----------
+    task : Verify
+    readings : FileReadings
+    verification : Verification
+    entries : tuple of Entry
+        The history of the probe.
+    exit_code : int
+        `ANSWER` where the probe has changed.
+    """
+
+    task: Verify
+    readings: FileReadings
+    verification: Verification
+    entries: tuple[Entry, ...] = ()
+    exit_code: int = 0
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.reports.verification_report import verification_document
+
+        task = self.task
+        return verification_document(
+            self.verification,
+            task.decision,
+            title=f"{task.touches_name} against {task.map_file.name}",
+            entries=self.entries,
+            warnings=self.readings.notes(),
+        )
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the result; the new map was written with its entry in the history."""
+        from pretravel.base.whole_file import write_json
+        from pretravel.tasks.reports.verification_report import verification_values
+
+        if output == "output":
+            write_json(path, verification_values(self.verification, self.task.decision))
+
+
+@contextmanager
+def _new_map(path: Path | None, pretravel_map: PretravelMap | None) -> Iterator[None]:
+    """Write the new map when what is done within succeeds: the map and its entry, or neither."""
+    from pretravel.base.whole_file import whole_file
+    from pretravel.files.map_file import write_map
+
+    if path is None or pretravel_map is None:
+        yield
+        return
+    with whole_file(path) as temporary:
+        write_map(temporary, pretravel_map)
+        yield
