@@ -193,12 +193,12 @@ class PreviewedFiles(Result):
         The preview of each.
     text : str
         All of them.
-    warnings : tuple of str
+    notices : tuple of str
     """
 
     documents: tuple[Document, ...]
     text: str
-    warnings: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def page(self) -> Document:
         """The preview of the one file."""
@@ -246,14 +246,14 @@ class ConvertedTouches(Result):
     tip_radius : float or None
         [mm]
     text : str
-    warnings : tuple of str
+    notices : tuple of str
         What the output cannot contain, and irregularities of the files.
     """
 
     touches: Touches
     tip_radius: float | None
     text: str
-    warnings: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def write(self, output: str, path: Path) -> None:
         """Write the touches."""

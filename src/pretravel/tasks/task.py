@@ -240,8 +240,8 @@ class Result:
     exit_code: int = 0
     text: str = ""
     """Printed as it is, before the report: a description to edit."""
-    warnings: tuple[str, ...] = ()
-    """Of a result without a report; a report has its own."""
+    notices: tuple[str, ...] = ()
+    """Warnings of a result without a report; a report has its own."""
     template: str = "page.html"
     """Of its page."""
 
