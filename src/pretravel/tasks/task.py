@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import shlex
 import types
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -76,8 +76,10 @@ class Field:
     ----------
     help : str
         One sentence or two, with the unit; it stands in the help, the form and the reference.
-    label : str
-        In forms; by default the name with blanks.
+    label, hint : str
+        In forms: its words, by default the name with blanks, and a short sentence below it.
+    words : mapping of str to str
+        In forms: how the choices are called.
     range : QuantityRange or pair of float
         Limits: of a quantity, in the units of the library, or as they are typed.
     unit : str
@@ -102,6 +104,8 @@ class Field:
 
     help: str
     label: str = ""
+    hint: str = ""
+    words: Mapping[str, str] | None = None
     range: QuantityRange | tuple[float, float] | None = None
     unit: str = ""
     option: str = ""
@@ -201,8 +205,8 @@ class Setting(NamedTuple):
         return self._one(value)
 
     def _one(self, value: Any) -> Any:
-        if isinstance(value, str) and self.field.parse is not None:
-            return self.field.parse(value)
+        if isinstance(value, str | int | float) and self.field.parse is not None:
+            return self.field.parse(self.text(value))
         if self.choices and value not in self.choices:
             self._refuse(value, f"it is not known; there are {', '.join(self.choices)}")
         if self.kind is Path:
