@@ -199,7 +199,7 @@ def deliver(task: Task) -> int:
     if report is not None:
         show(report, verbose=getattr(task, "verbose", False))
     else:
-        for warning in result.notices:
+        for warning in result.cautions:
             typer.echo(f"Warning: {warning}", err=True)
     if result.advice:
         typer.echo(result.advice)

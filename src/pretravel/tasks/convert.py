@@ -193,12 +193,12 @@ class PreviewedFiles(Result):
         The preview of each.
     text : str
         All of them.
-    notices : tuple of str
+    cautions : tuple of str
     """
 
     documents: tuple[Document, ...]
     text: str
-    notices: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
 
     def page(self) -> Document:
         """The preview of the one file."""
@@ -246,14 +246,14 @@ class ConvertedTouches(Result):
     tip_radius : float or None
         [mm]
     text : str
-    notices : tuple of str
+    cautions : tuple of str
         What the output cannot contain, and irregularities of the files.
     """
 
     touches: Touches
     tip_radius: float | None
     text: str
-    notices: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
 
     def write(self, output: str, path: Path) -> None:
         """Write the touches."""
@@ -270,9 +270,10 @@ def _in_frame(readings: FileReadings, frame: str | None) -> Touches:
     if abs(readings.rotation) > 1e-9 and frame is None:
         turn = math.degrees(readings.rotation)
         raise PretravelError(
-            f"the work coordinates were turned by {turn:g}°, which a table cannot state: --frame "
-            "machine rotates the touches to the machine's axes (to qualify); --frame work keeps "
-            f"them (then use: pretravel compensate --place 0,0,0,0,0,{turn:g})"
+            f"the work coordinates were turned by {turn:g}°, which a table cannot state: the frame "
+            "machine rotates the touches to the machine's axes (to qualify); the frame work keeps "
+            f"them (then compensate with the placement 0,0,0,0,0,{turn:g})",
+            inputs=("frame",),
         )
     return readings.in_machine_axes().touches if frame == "machine" else readings.touches
 

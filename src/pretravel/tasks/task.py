@@ -244,7 +244,7 @@ class Result:
     exit_code: int = 0
     text: str = ""
     """Printed as it is, before the report: a description to edit."""
-    notices: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
     """Warnings of a result without a report; a report has its own."""
     template: str = "page.html"
     """Of its page."""
