@@ -179,7 +179,7 @@ def deliver(task: Task) -> int:
     check_files(
         [each for each in named if each[1] != FOLDER],
         read_files(task),
-        programs=any(setting.field.writes == PROGRAMS for setting, _ in outputs),
+        programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
     result: Result = task.run(progress)
     report = result.document()

@@ -70,7 +70,6 @@ def check_files(
             raise PretravelError(f"cannot write {path}: the ending must be {' or '.join(endings)}")
         if not path.parent.is_dir():
             raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
-        refuse_other_kinds([path], programs=programs)
         resolved = path.resolve()
         if resolved in seen and not stream:
             raise PretravelError(f"cannot write two outputs to {path}")
@@ -79,6 +78,7 @@ def check_files(
                 f"cannot write {path}: this file is also read and would be overwritten; choose "
                 "another name"
             )
+        refuse_other_kinds([path], programs=programs)
         seen.add(resolved)
     if any(is_page(path) and ".html" in endings for path, endings in outputs):
         note_inputs(inputs)

@@ -24,8 +24,6 @@ UNDESCRIBED: dict[str, str] = {
     "history": "history:history",
     "plan-touches": "plan_touches:plan_touches",
     "compare": "compare:compare",
-    "convert": "convert:convert",
-    "formats": "convert:formats",
     "report": "report:report",
 }
 """Commands that are not made from the description of a task."""

@@ -404,16 +404,37 @@ class TouchFiles(TouchTables):
         spindle : sequence of float or None
             Orientation of the spindle in each file. [rad]
         """
-        from pretravel.files.several_files import read_series
-        from pretravel.touches import with_feed
-
         options = self.reading_options(
             tip_diameter=tip_diameter,
             reference_diameter=reference_diameter,
             ring=ring,
             exclude=self.exclude,
         )
-        readings = read_series(self.files, options, spindle=spindle)
+        return self.read_with(options, progress, spindle=spindle)
+
+    def read_with(
+        self,
+        options: ReadingOptions,
+        progress: Progress = SILENT,
+        *,
+        file_format: str | None = None,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches as `read_touches` does, with more that is stated about the files.
+
+        Parameters
+        ----------
+        options : ReadingOptions
+        progress : Progress
+        file_format : str, optional
+            Detected when not given.
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        from pretravel.files.several_files import read_series
+        from pretravel.touches import with_feed
+
+        readings = read_series(self.files, options, file_format=file_format, spindle=spindle)
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)
