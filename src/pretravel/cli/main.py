@@ -21,9 +21,6 @@ from pretravel.tasks.task import ANSWER
 UNDESCRIBED: dict[str, str] = {
     "demo": "demo:demo",
     "app": "app:app",
-    "history": "history:history",
-    "plan-touches": "plan_touches:plan_touches",
-    "compare": "compare:compare",
     "faces": "faces:faces",
     "plan": "plan:plan",
     "export": "export:export",

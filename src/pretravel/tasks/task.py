@@ -305,6 +305,10 @@ class Task:
         """
         raise NotImplementedError
 
+    def further_files(self) -> Sequence[Path]:
+        """Files that are read beside those that the settings name one by one."""
+        return ()
+
     def stated(self, name: str) -> bool:
         """Whether a setting differs from its default."""
         setting = by_name(type(self))[name]
@@ -361,7 +365,7 @@ def written_files(task: Task) -> Iterator[tuple[Setting, Path]]:
 
 def read_files(task: Task) -> list[Path]:
     """The files that the settings name."""
-    found: list[Path] = []
+    found = list(task.further_files())
     for setting in settings_of(type(task)):
         value, reads = getattr(task, setting.name), setting.field.reads
         if value is None or not reads:
