@@ -3,6 +3,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
+CORE := .venv/.core
 # Test workers share the cores; threads of the linear algebra would fight over them. By file: what
 # the tests of a file share is made once.
 # One more than there are cores: some tests wait for programs, for a machine or for a page.
@@ -11,8 +12,8 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 # Bytecode is kept: without it each worker and each command that a test starts compiles everything.
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
-# On a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
-SYSTEM := tests/machine tests/browser tests/docs tests/hard tests/benchmarks
+# On a bare installation, on a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
+SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks
 
 .PHONY: help venv demo check check-system check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
 
@@ -21,12 +22,17 @@ help:  ## list the targets
 
 venv: $(STAMP)  ## create .venv with everything
 
-$(STAMP): pyproject.toml requirements-dev.lock tools/make_venv.sh
+$(CORE): pyproject.toml requirements-dev.lock tools/make_venv.sh
 	PYTHON="$(PYTHON)" sh tools/make_venv.sh
+	@touch $(CORE)
+
+$(STAMP): $(CORE)
+	@echo "installing all extras and the tools of development (a minute or two)"
+	$(BIN)/pip install --quiet --disable-pip-version-check --requirement requirements-dev.lock
 	@touch $(STAMP)
 
-demo: $(STAMP)  ## run the main job on the example data and say where to look
-	$(BIN)/pretravel demo --output demo-output --force
+demo: $(CORE)  ## run the main job on the example data and say where to look
+	$(BIN)/pretravel demo --output demo-output
 
 # What reads the code alone runs beside the tests, on one core; what it says comes after them.
 check: $(STAMP)  ## everything that must pass before a commit, but check-system
@@ -35,7 +41,7 @@ check: $(STAMP)  ## everything that must pass before a commit, but check-system
 	$(MAKE) --no-print-directory test; tests=$$?; \
 	wait $$read; read=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$read = 0 ]
 
-check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests on LinuxCNC, in a browser, of the site, and with damaged files
+check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests of a bare installation, on LinuxCNC, in a browser, of the site, and with damaged files
 	$(TESTS) -m "not slow" $(SYSTEM)
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, benchmarks, single faults in the code, and the built package
@@ -98,7 +104,7 @@ benchmark: $(STAMP)  ## ratios against alternatives, and growth: docs/benchmarks
 
 lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 	$(BIN)/pip install --quiet uv
-	$(BIN)/uv pip compile --quiet --universal --group dev --no-emit-index-url --no-annotate \
+	$(BIN)/uv pip compile --quiet --universal --group dev --all-extras --no-emit-index-url --no-annotate \
 		--no-header --upgrade pyproject.toml -o requirements-dev.lock
 
 licences: $(STAMP)  ## the table of docs/licences.md, from the libraries in .venv

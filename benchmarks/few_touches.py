@@ -29,10 +29,10 @@ from pretravel.base.directions import (
     ring_pattern,
     sphere_pattern_25,
 )
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.touches import Touches
 

@@ -26,10 +26,11 @@ from benchmarks.sizes import Sizes
 from benchmarks.studies import write_study
 
 from pretravel.base.directions import fibonacci_cap
-from pretravel.identification.kind_registry import KINDS, qualify
+from pretravel.maps.kinds import kinds
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
+from pretravel.qualification.qualify import qualify
 from pretravel.studies.definition import load_study
 from pretravel.studies.run import Workers, run_study
 from pretravel.touches import Touches
@@ -148,7 +149,7 @@ def _three(largest: int) -> tuple[int, int, int]:
 
 
 def over_touches(sizes: Sizes) -> Figures:
-    names = [f"qualify {kind}" for kind in (sizes.kinds or (*KINDS, "auto"))] + ["compensate"]
+    names = [f"qualify {kind}" for kind in (sizes.kinds or (*kinds(), "auto"))] + ["compensate"]
     return Figures(
         growths=tuple(_growth(name, "touches", _three(sizes.growing_touches)) for name in names)
     )

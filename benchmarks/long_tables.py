@@ -1,6 +1,6 @@
-"""Ten million touches: the commands `compensate` and `convert`, against pandas.
+"""Ten million touches: the command `compensate`, against pandas.
 
-pandas reads the same file and writes it again, without any computation. All are processes of their
+pandas reads the same file and writes it again, without any computation. Both are processes of their
 own. The file is made in pieces, and the results are compared in pieces.
 """
 
@@ -38,7 +38,7 @@ def _made_map(folder: Path) -> Path:
     n = np.repeat(sphere_pattern_25(), 3, axis=0)
     noise = np.random.default_rng(0).normal(0.0, 3e-4, len(n))
     distance = 15.5 - predict(load_probe("omp40-2-100mm"), n).pretravel + noise
-    sphere, made = folder / "sphere.csv", folder / "map.nc"
+    sphere, made = folder / "sphere.csv", folder / "map.json"
     write_touches(sphere, Touches(n * distance[:, None], n))
     options = ("--diameter", "25", "--tip-diameter", "6", "-o", str(made))
     spent([*PRETRAVEL, "qualify", str(sphere), *options])
@@ -58,20 +58,14 @@ def _pieces(count: int) -> Iterator[np.ndarray]:
         yield np.hstack([np.round(n * distance[:, None], 5), np.round(n, 7)])
 
 
-def _write(count: int, table: Path, parquet: Path) -> None:
+def _write(count: int, table: Path) -> None:
     import pyarrow as pa
     import pyarrow.csv
-    import pyarrow.parquet
 
     schema = pa.schema([(name, pa.float64()) for name in _COLUMNS])
-    with (
-        pa.csv.CSVWriter(table, schema) as rows,
-        pa.parquet.ParquetWriter(parquet, schema) as columns,
-    ):
+    with pa.csv.CSVWriter(table, schema) as rows:
         for piece in _pieces(count):
-            part = pa.table(dict(zip(_COLUMNS, piece.T, strict=True)))
-            rows.write_table(part)
-            columns.write_table(part)
+            rows.write_table(pa.table(dict(zip(_COLUMNS, piece.T, strict=True))))
 
 
 def _some(table: Path, count: int) -> tuple[list[str], np.ndarray]:
@@ -101,31 +95,6 @@ def compare_points(touches: Path, points: Path, made: Path, count: int) -> None:
     assert np.allclose(found[:, at], expected.positions, rtol=0.0, atol=2e-7)
 
 
-def compare_tables(one: Path, other: Path) -> None:
-    """Whether two Parquet files have the same rows of `_COLUMNS`."""
-    import pyarrow.parquet as parquet
-
-    files = [parquet.ParquetFile(path) for path in (one, other)]
-    assert files[0].metadata.num_rows == files[1].metadata.num_rows
-    streams = [_batches(file) for file in files]
-    for a, b in zip(*streams, strict=True):
-        # Normals are made unit vectors.
-        assert np.allclose(a, b, rtol=0.0, atol=2e-7)
-
-
-def _batches(file: object, size: int = 100_000) -> Iterator[np.ndarray]:
-    """Blocks of equal length, whatever the groups of rows in the file."""
-    waiting = np.empty((0, len(_COLUMNS)))
-    for batch in file.iter_batches(size, columns=list(_COLUMNS)):  # type: ignore[attr-defined]
-        part = np.column_stack([batch.column(name).to_numpy() for name in _COLUMNS])
-        waiting = np.vstack([waiting, part])
-        while len(waiting) >= size:
-            yield waiting[:size]
-            waiting = waiting[size:]
-    if len(waiting):
-        yield waiting
-
-
 def _note(ours: Spent, theirs: Spent) -> str:
     return (
         f"{ours.seconds / theirs.seconds:.2g} times the time of pandas; at most "
@@ -139,8 +108,8 @@ def long_tables(sizes: Sizes) -> Figures:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         made = _made_map(folder)
-        table, columns = folder / "touches.csv", folder / "touches.parquet"
-        _write(count, table, columns)
+        table = folder / "touches.csv"
+        _write(count, table)
         points, copy = folder / "points.csv", folder / "copy.csv"
         command = [*PRETRAVEL, "compensate", str(table), "--map", str(made), "--extrapolate"]
         ours = spent([*command, "-o", str(points)])
@@ -156,17 +125,4 @@ def long_tables(sizes: Sizes) -> Figures:
                 _note(ours, theirs),
             )
         ]  # fmt: skip
-        table.unlink()
-        converted, copy = folder / "converted.parquet", folder / "copy.parquet"
-        ours = spent([*PRETRAVEL, "convert", str(columns), "-o", str(converted)])
-        compare_tables(columns, converted)
-        text = f"import pandas\npandas.read_parquet({str(columns)!r}).to_parquet({str(copy)!r})"
-        theirs = spent(python_file(folder, "read_parquet.py", text))
-        rows.append(
-            Row(
-                "touches converted, Parquet to Parquet, command and all", f"{count:,}",
-                ours.seconds, "pandas read_parquet and to_parquet of the same file",
-                theirs.seconds, _note(ours, theirs),
-            )
-        )  # fmt: skip
     return Figures(tuple(rows))

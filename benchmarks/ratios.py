@@ -20,14 +20,14 @@ from benchmarks.commands import PRETRAVEL, spent
 from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
 from scipy.optimize import least_squares
+from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
+from tests.support.monte_carlo import MonteCarlo
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
-from pretravel.measurement.point_errors import points_by_trials
+from pretravel.measurement.measured_sphere import measured_sphere
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
@@ -44,10 +44,10 @@ from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
+from pretravel.qualification.qualify import qualify
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.uncertainty.monte_carlo import MonteCarlo
 
 
 def _best(function: Callable[[], object], repeats: int) -> float:

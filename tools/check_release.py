@@ -27,6 +27,8 @@ IN_WHEEL = (
     "pretravel/py.typed",
     "pretravel/example_data/sphere_touches.csv",
     "pretravel/show/templates/page.html",
+    "pretravel/show/scripts/plotly.min.js.gz",
+    "pretravel/show/scripts/plotly.licence.txt",
     "pretravel/controls/templates/linuxcnc/map.ngc",
     "pretravel/app/__init__.py",
 )
@@ -170,26 +172,38 @@ class ExtraTrial:
 
     command: tuple[str, ...]
     hint: str
+    ends: bool = True
 
 
 EXTRAS: Mapping[str, ExtraTrial] = {
-    "parquet": ExtraTrial(("convert", "touches.csv", "-o", "touches.parquet"), "pyarrow"),
+    "app": ExtraTrial(("app", "--no-browser"), 'pip install "pretravel[app]"', ends=False),
+    "fem": ExtraTrial(("fem", "omp40-2"), 'pip install "pretravel[fem]"'),
+    "cad": ExtraTrial(("faces", "part.step"), 'pip install "pretravel[cad]"'),
+    "tables": ExtraTrial(
+        ("convert", "touches.csv", "-o", "touches.parquet"), 'pip install "pretravel[tables]"'
+    ),
     "scale": ExtraTrial(
-        ("study", "preload-and-seats", "--workers", "2", "-o", "study.nc"), "pretravel[scale]"
+        ("study", "preload-and-seats", "--workers", "2", "-o", "study.nc"),
+        'pip install "pretravel[scale]"',
     ),
 }
+ALL = "all"
+"""The extra that names the others."""
 
 
 def check_extra(name: str, bare: Environment, full: Environment, folder: Path) -> None:
     """Without the extra a plain message, with it the result."""
     trial = EXTRAS[name]
     folder.mkdir()
-    sphere = ROOT / "examples" / "data" / "sphere_touches.csv"
-    (folder / "touches.csv").write_bytes(sphere.read_bytes())
+    for name_here, kept in (("touches.csv", "sphere_touches.csv"), ("part.step", "part.step")):
+        (folder / name_here).write_bytes((ROOT / "examples" / "data" / kept).read_bytes())
     said = run([bare.command, *trial.command], folder, codes=(2,))
     if trial.hint not in said or "Traceback" in said:
         raise ReleaseError(f"without the extra {name} the message does not help:\n{said}")
-    run([full.command, *trial.command], folder)
+    if trial.ends:
+        run([full.command, *trial.command], folder)
+    else:
+        run([full.python, "-c", "import pretravel.app.server"], folder)
 
 
 def check_types(environment: Environment, folder: Path) -> None:
@@ -310,7 +324,7 @@ def _try_all(trials: Trials, folder: Path, source: Path, wheel: Path) -> None:
         )
         check_extra(name, made[first], full, folder / f"extra-{name}-work")
 
-    for name in PROJECT["optional-dependencies"]:
+    for name in set(PROJECT["optional-dependencies"]) - {ALL}:
         trials.run(f"extra {name}", lambda n=name: extra(n))
     trials.run("types of a user's program", lambda: check_types(made[first], folder / "types"))
     trials.run("notebook in Jupyter", lambda: check_notebook(made[first], folder / "notebook"))

@@ -69,6 +69,7 @@ def libraries() -> list[Library]:
         (need, f"extra `{name}`")
         for name, needs in _project()["optional-dependencies"].items()
         for need in map(Requirement, needs)
+        if need.name != "pretravel"  # the extra all names the others
     ]
     while waiting:
         need, needed_by = waiting.pop(0)

@@ -29,9 +29,9 @@ DATA = ROOT / "examples" / "data"
 SPHERE, PART = DATA / "sphere_touches.csv", DATA / "part_touches.csv"
 PAGES = {
     "qualify": ("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6"),
-    "compensate": ("compensate", PART, "--map", "map.nc", "--nominal", DATA / "part.step"),
+    "compensate": ("compensate", PART, "--map", "map.json", "--nominal", DATA / "part.step"),
     "measure": ("measure", "points.csv", "--feature", "bore", "--select", "bore*", "--group"),
-    "compare": ("compare", "map.nc", "--part", PART),
+    "compare": ("compare", "map.json", "--part", PART),
     "predict": ("predict", "omp40-2"),
     "designs": ("compare", "omp40-2", "omp40-2-100mm"),
     "rig": ("rig", DATA / "rig"),
@@ -40,8 +40,8 @@ PAGES = {
 }
 """The commands whose pages are shown."""
 _FIRST = (
-    (*PAGES["qualify"], "-o", "map.nc"),
-    ("compensate", DATA / "bore_touches.csv", "--map", "map.nc", "-o", "points.csv"),
+    (*PAGES["qualify"], "-o", "map.json"),
+    ("compensate", DATA / "bore_touches.csv", "--map", "map.json", "-o", "points.csv"),
 )
 
 

@@ -28,13 +28,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from tests.support.full_contact import resolved_bodies
 
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.full_contact import resolved_bodies
 from pretravel.prediction.fem.mesh import MeshSettings
 from pretravel.prediction.fem.seat_ball import ball_correction
 from pretravel.prediction.loading import loaded_to_trigger

@@ -31,11 +31,6 @@ from .files.touches_csv import read_plan as read_plan
 from .files.touches_csv import read_targets as read_targets
 from .files.touches_csv import read_touches as read_touches
 from .files.touches_csv import write_touches as write_touches
-from .identification.kind_registry import choose as choose
-
-# measured branch
-from .identification.kind_registry import qualify as qualify
-from .identification.kind_registry import qualify_like as qualify_like
 
 # both branches
 from .identification.probe_from_map import identify as identify
@@ -62,7 +57,6 @@ from .measurement.conformity import size_conformity as size_conformity
 from .measurement.measured_feature import MeasuredFeature as MeasuredFeature
 from .measurement.measured_feature import measure_feature as measure_feature
 from .measurement.measured_sphere import measured_sphere as measured_sphere
-from .measurement.measured_sphere import sphere_by_trials as sphere_by_trials
 from .measurement.point_errors import point_sources as point_sources
 from .measurement.points import Points as Points
 from .measurement.tolerances import FeatureTolerances as FeatureTolerances
@@ -93,6 +87,11 @@ from .probing.targets import Targets as Targets
 from .probing.tip import predicted_tip as predicted_tip
 from .probing.touching import touch as touch
 from .qualification.qualification import Qualification as Qualification
+from .qualification.qualify import choose as choose
+
+# measured branch
+from .qualification.qualify import qualify as qualify
+from .qualification.qualify import qualify_like as qualify_like
 from .qualification.verification import verify as verify
 from .surface.cad.part_file import read_part as read_part
 from .surface.cad.step_part import read_step_part as read_step_part
@@ -107,11 +106,5 @@ from .uncertainty.fitting.cone import fit_cone as fit_cone
 from .uncertainty.fitting.cylinder import fit_cylinder as fit_cylinder
 from .uncertainty.fitting.plane import fit_plane as fit_plane
 from .uncertainty.fitting.sphere import fit_sphere as fit_sphere
-from .uncertainty.gum import propagate as propagate
-from .uncertainty.monte_carlo import Input as Input
-from .uncertainty.monte_carlo import independent as independent
-from .uncertainty.monte_carlo import joint_normal as joint_normal
-from .uncertainty.monte_carlo import monte_carlo as monte_carlo
-from .uncertainty.monte_carlo import validate as validate
 
 __version__: str

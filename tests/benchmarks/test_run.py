@@ -7,8 +7,6 @@ from pathlib import Path
 
 import h5netcdf
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet
 import pytest
 from benchmarks import load, long_tables, ratios, run, studies
 from benchmarks.commands import python_file, spent
@@ -94,25 +92,9 @@ def test_long_tables_are_compared_row_by_row(
     monkeypatch.setattr(long_tables, "compare_points", compare_twice)
     found = long_tables.long_tables(SMALL)
     assert seen
-    assert len(found.rows) == 2
-    assert all(row.ratio is not None and "MB" in row.note for row in found.rows)
-
-
-def test_converted_tables_are_compared(tmp_path: Path) -> None:
-    one, other = tmp_path / "one.parquet", tmp_path / "other.parquet"
-    long_tables._write(300, tmp_path / "one.csv", one)
-    long_tables.compare_tables(one, one)
-    long_tables._write(299, tmp_path / "other.csv", other)
-    with pytest.raises(AssertionError):
-        long_tables.compare_tables(one, other)
-    table = pyarrow.parquet.read_table(one)
-    values = table["nz"].to_numpy().copy()
-    values[-1] += 1e-6
-    pyarrow.parquet.write_table(
-        table.set_column(table.column_names.index("nz"), "nz", pa.array(values)), other
-    )
-    with pytest.raises(AssertionError):
-        long_tables.compare_tables(one, other)
+    (row,) = found.rows
+    assert row.ratio is not None
+    assert "MB" in row.note
 
 
 def _study(folder: Path, name: str, designs: int) -> Path:

@@ -65,10 +65,10 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     step(page, "Download the values")
     archive = downloaded(page, "Download fanuc.zip", tmp_path)
     page.get_by_text("Map and report", exact=True).click()
-    mine = downloaded(page, "Map for pretravel (.nc)", tmp_path)
+    mine = downloaded(page, "Map for pretravel (.json)", tmp_path)
     assert serious_problems(page) == []
 
-    touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.nc"
+    touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.json"
     touches.write_bytes(SPHERE.read_bytes())
     run("qualify", touches, *DIAMETERS, "-o", theirs)
     assert np.array_equal(read_map(mine).coefficients, read_map(theirs).coefficients)
@@ -117,7 +117,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     opened(other, f"{workbench.address}engineer")
     other.wait_for_selector("text=You left out 1 of 75 touches")
     assert not other.get_by_label("Use touch line 10", exact=True).is_checked()
-    touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.nc"
+    touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.json"
     touches.write_text(text)
     run("qualify", touches, *DIAMETERS, "--exclude", "sphere.csv:10", "-o", theirs)
     mine = read_map(downloaded_map(other, tmp_path))
@@ -130,7 +130,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
 def downloaded_map(page: Any, folder: Path) -> Path:
     page.get_by_text("Map and report", exact=True).click()
     (folder / "mine").mkdir()
-    return downloaded(page, "Map for pretravel (.nc)", folder / "mine")
+    return downloaded(page, "Map for pretravel (.json)", folder / "mine")
 
 
 @pytest.mark.parametrize("label", ["<img src=x onerror=alert(1)>"])

@@ -20,16 +20,16 @@ REFERENCE = ("--diameter", 24.9987)
 WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     "Map": (("qualify", SPHERE, *REFERENCE, "--tip-diameter", 6, "--kind", "harmonic"),),
     "Points": (
-        ("compensate", EXAMPLES / "bore_touches.csv", "--map", "map.nc"),
-        ("compensate", EXAMPLES / "part_touches.csv", "--map", "map.nc", "--nominal",
+        ("compensate", EXAMPLES / "bore_touches.csv", "--map", "map.json"),
+        ("compensate", EXAMPLES / "part_touches.csv", "--map", "map.json", "--nominal",
          EXAMPLES / "part.step"),
     ),
     "Features": (("measure", "Points-0.csv", "--feature", "bore", "--select", "bore1*"),),
-    "Comparison of corrections": (("compare", "map.nc"),),
+    "Comparison of corrections": (("compare", "map.json"),),
     "Comparison of two probes": (("compare", "omp40-2", "omp40-2-100mm"),),
-    "Radii for a control": (("export", "map.nc", "--to", "csv"),),
+    "Radii for a control": (("export", "map.json", "--to", "csv"),),
     "Targets": (
-        ("plan-touches", "--map", "map.nc", "--count", 5),
+        ("plan-touches", "--map", "map.json", "--count", 5),
         ("pattern", "iso10360-5", "--diameter", 25),
         ("plan", EXAMPLES / "part.step", "--grid", "3x3"),
     ),
@@ -52,7 +52,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
         ("check", "iso10360-5", SPHERE, *REFERENCE, "--tip-diameter", 5.967),
     ),
     "History of a probe": (("history", "probe.sqlite"),),
-    "Drift over days": (("history", "logs", "--map", "map.nc", *REFERENCE, "--limit", 2),),
+    "Drift over days": (("history", "logs", "--map", "map.json", *REFERENCE, "--limit", 2),),
 }  # fmt: skip
 """Commands by the kind of file that they write; later ones read the files of earlier ones."""
 NOT_WRITTEN_HERE = {
@@ -70,12 +70,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         harmonic = ("--tip-diameter", 6, "--kind", "harmonic")
-        run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.nc")
+        run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.json")
         shutil.copy(EXAMPLES / "sphere_touches.csv", "today.csv")
-        run("verify", "today.csv", "--map", "map.nc", *REFERENCE, "--history", "probe.sqlite")
+        run("verify", "today.csv", "--map", "map.json", *REFERENCE, "--history", "probe.sqlite")
         run("pattern", "iso10360-5", "--diameter", 24.9987, "-o", "targets.csv")
         Path("logs").mkdir()
-        sphere = ("map.nc", "--surface", "sphere:radius=12.49935", "--targets", "targets.csv")
+        sphere = ("map.json", "--surface", "sphere:radius=12.49935", "--targets", "targets.csv")
         for day in (1, 2, 3):
             day_file = f"logs/2026-03-0{day}.csv"
             run("simulate", *sphere, "--noise", 0.3, "--seed", day, "-o", day_file)

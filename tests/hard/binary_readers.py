@@ -20,8 +20,6 @@ from pretravel.base.errors import PretravelError
 from pretravel.files import netcdf
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.history_drift import drift_of_history
-from pretravel.files.map_dataset import map_dataset
-from pretravel.files.map_file import read_map
 from pretravel.files.netcdf import dataset_content
 from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.points_reading import read_points
@@ -41,18 +39,10 @@ from pretravel.tasks.reports.history_report import history_columns, history_docu
 from tests.support.examples import EXAMPLES
 from tests.support.forked_processes import forked_worker
 from tests.support.mutated_files import Reader, at_a_path
-from tests.support.stored_maps import map_of
 
 BREP = Path(__file__).parent / "samples" / "part.brep"
 """What the CAD kernel writes of examples/data/part.step."""
-MAPS = Path(__file__).parents[1] / "unit" / "files" / "data" / "maps_version_1"
-
-
-def _maps() -> tuple[bytes, ...]:
-    """Of both formats; all kinds that differ in what they store."""
-    names = ("harmonic_with_delay", "mean", "physical_with_delay", "tabulated", "wozniak")
-    earlier = [(MAPS / f"{name}.nc").read_bytes() for name in names]
-    return (*earlier, *(dataset_content(map_dataset(map_of(content))) for content in earlier))
+HISTORY = Path(__file__).parents[1] / "unit" / "files" / "data" / "version_1" / "history.sqlite"
 
 
 def _project() -> bytes:
@@ -75,14 +65,6 @@ def _read_project_json(content: bytes) -> object:
         for name in whole.namelist():
             changed.writestr(name, content if name == "project.json" else whole.read(name))
     return project_of(target.getvalue())
-
-
-def _read_map(path: Path) -> object:
-    """The map is used too: whatever was read has values and an uncertainty."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of format 1
-        found = read_map(path)
-    return found.pretravel_and_uncertainty(found.support.nodes @ found.rotation.T)
 
 
 def _points() -> Points:
@@ -130,7 +112,7 @@ def _read_table(content: bytes) -> object:
 
 def _history() -> tuple[bytes, ...]:
     """Also one with all columns empty, and one page larger."""
-    earlier = (MAPS / "history.sqlite").read_bytes()
+    earlier = HISTORY.read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "h.sqlite"
         path.write_bytes(earlier)
@@ -206,7 +188,6 @@ def _read_brep(content: bytes) -> object:
 
 
 BINARY_READERS: tuple[Reader, ...] = (
-    Reader("map", _quickly(at_a_path(_read_map, "map.nc")), _maps(), binary=True),
     Reader(
         "points_netcdf",
         _quickly(lambda content: read_points(SourceFile("points.nc", content))),

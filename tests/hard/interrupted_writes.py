@@ -26,7 +26,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-OLD = b"the old output, of a run that ended well\n"
+_OLD = b'"the old output, of a run that ended well; <html>"\n'
+_BEGIN = {
+    ".nc": b"\x89HDF\r\n\x1a\n",
+    ".parquet": b"PAR1",
+    ".pdf": b"%PDF-",
+    ".png": b"\x89PNG\r\n\x1a\n",
+}
 EXAMPLES = Path(__file__).parents[2] / "examples" / "data"
 SPHERE = EXAMPLES / "sphere_touches.csv"
 _CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "os.truncate"}
@@ -45,24 +51,25 @@ class WritingCommand:
     needs: tuple[str, ...] = ()
 
     def arguments(self, folder: Path) -> list[str]:
-        """With --force: the driver puts files of its own in the place of the outputs."""
-        words = [self.name.split(":")[0], *self.line.format(folder).split()]
-        return [*words, "--force"] if self.outputs else words
+        """The words after ``pretravel``."""
+        return [self.name.split(":")[0], *self.line.format(folder).split()]
 
 
-MAP = ("map.nc",)
-HARMONIC = ("h.nc",)
+MAP = ("map.json",)
+HARMONIC = ("h.json",)
 COMMANDS = tuple(
     WritingCommand(*row)
     for row in (
-        ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.nc "
-         "--plot {0}/map.png"), ("map.nc", "map.png")),
+        ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.json "
+         "--plot {0}/map.png"), ("map.json", "map.png")),
         ("study", "preload-and-seats --workers 1 -o {0}/study.nc", ("study.nc",)),
         ("qualify:csv", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean "
          "-o {0}/mean.csv"), ("mean.csv",)),
         ("qualify:harmonic", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
-         "-o {0}/h.nc"), HARMONIC),
+         "-o {0}/h.json"), HARMONIC),
         ("predict", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.csv", ("predicted.csv",)),
+        ("predict:json", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.json",
+         ("predicted.json",)),
         ("predict:nc", "omp40-2 --azimuth 0:350:10 -o {0}/predicted.nc", ("predicted.nc",)),
         ("predict:html", "omp40-2 --azimuth 0:330:30 -o {0}/p.html", ("p.html",)),
         ("report", "{0}/p.html -o {0}/bound.html", ("bound.html",), ("p.html",)),
@@ -73,14 +80,14 @@ COMMANDS = tuple(
         ("machine", "-o {0}/mill.toml", ("mill.toml",)),
         ("convert", f"{SPHERE} -o {{0}}/t.qif", ("t.qif",)),
         ("convert:parquet", f"{SPHERE} -o {{0}}/t.parquet", ("t.parquet",)),
-        ("compensate", f"{SPHERE} --map {{0}}/map.nc -o {{0}}/points.csv", ("points.csv",), MAP),
-        ("compensate:nc", f"{SPHERE} --map {{0}}/map.nc -o {{0}}/points.nc", ("points.nc",), MAP),
-        ("export", "{0}/map.nc --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
-        ("export:file", "{0}/map.nc --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
-        ("plan-touches", "--map {0}/h.nc --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
-        ("verify", (f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
+        ("compensate", f"{SPHERE} --map {{0}}/map.json -o {{0}}/points.csv", ("points.csv",), MAP),
+        ("compensate:nc", f"{SPHERE} --map {{0}}/map.json -o {{0}}/points.nc", ("points.nc",), MAP),
+        ("export", "{0}/map.json --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
+        ("export:file", "{0}/map.json --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
+        ("plan-touches", "--map {0}/h.json --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
+        ("verify", (f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
          "-o {0}/v.json"), ("v.json", "probe.sqlite"), HARMONIC),
-        ("compare", "{0}/map.nc -o {0}/compare.csv", ("compare.csv",), MAP),
+        ("compare", "{0}/map.json -o {0}/compare.csv", ("compare.csv",), MAP),
         ("check", f"iso10360-5 {SPHERE} --diameter 24.9987 --tip-diameter 6 -o {{0}}/check.json",
          ("check.json",)),
         ("pattern", "iso10360-5 --diameter 25 -o {0}/pattern.csv", ("pattern.csv",)),
@@ -96,17 +103,17 @@ COMMANDS = tuple(
         (
             "verify:accept",
             (
-                f"{SPHERE} --map {{0}}/h.nc --diameter 24.9987 --history {{0}}/probe.sqlite "
-                "--accept {0}/new.nc"
+                f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
+                "--accept {0}/new.json"
             ),
-            ("new.nc",),
+            ("new.json",),
             HARMONIC,
         ),
         (
             "history",
             "{0}/probe.sqlite -o {0}/history.csv --plot {0}/history.png",
             ("history.csv", "history.png"),
-            ("h.nc", "probe.sqlite"),
+            ("h.json", "probe.sqlite"),
         ),
         ("history:touches", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
          "-o {0}/drift.csv --plot {0}/drift.png"), ("drift.csv", "drift.png")),
@@ -118,12 +125,12 @@ COMMANDS = tuple(
         ),
         (
             "identify",
-            "{0}/predicted.nc --probe omp40-2 --free preload -o {0}/i.toml",
+            "{0}/predicted.json --probe omp40-2 --free preload -o {0}/i.toml",
             ("i.toml",),
-            ("predicted.nc",),
+            ("predicted.json",),
         ),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
-         ("map.nc", "points.csv")),
+         ("map.json", "points.csv")),
     )
 )  # fmt: skip
 
@@ -189,7 +196,7 @@ class Folder:
     def disturb(self, kind: str, chance: random.Random) -> str:
         """One moment; returns what is wrong after it, or nothing."""
         for name in self.outputs:
-            (self.path / name).write_bytes(OLD)
+            (self.path / name).write_bytes(_old(name))
         if kind == "kill":
             if chance.random() < 0.5:
                 code = self.run(time=chance.uniform(0.0, 1.1 * self.seconds))
@@ -215,7 +222,7 @@ class Folder:
         code = self.run()
         wrong = [] if code in (0, 3) else [f"exit code {code}"]
         wrong += [f"left: {name}" for name in self._litter()]
-        wrong += [f"old: {n}" for n in self.outputs if (self.path / n).read_bytes() == OLD]
+        wrong += [f"old: {n}" for n in self.outputs if (self.path / n).read_bytes() == _old(n)]
         if (self.path / "probe.sqlite").exists():
             with sqlite3.connect(self.path / "probe.sqlite") as history:
                 (state,) = history.execute("PRAGMA integrity_check").fetchone()
@@ -233,11 +240,16 @@ class Folder:
     def _whole(self, name: str) -> bool:
         """Whether a file is the old one or the new one; those that state the time differ."""
         content, new = (self.path / name).read_bytes(), self.new[name]
-        if content in (OLD, new):
+        if content in (_old(name), new):
             return True
         if name.endswith((".nc", ".html", ".png", ".qif", ".json", ".parquet")):
             return abs(len(content) - len(new)) < 64 and content[-4:] == new[-4:]
         return False
+
+
+def _old(name: str) -> bytes:
+    """An old output, of the kind that the ending says."""
+    return _BEGIN.get(Path(name).suffix, b"") + _OLD
 
 
 def _work(arguments: Sequence[str], folder: Path, **disturbed: float) -> None:

@@ -46,7 +46,7 @@ def test_an_exception_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("pretravel.cli.check.check_files", fails)
+    monkeypatch.setattr("pretravel.cli.derived.check_files", fails)
     assert options_of("pattern")
     result = try_options(WritingCommand("pattern", "iso10360-5 --diameter 25 -o {0}/a.csv", ()), 12)
     assert any("ZeroDivisionError" in fault for fault in result.faults)

@@ -15,6 +15,7 @@ from pretravel.files.laboratory_file import laboratory_template, read_laboratory
 from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.machine_file import machine_text, read_machine
 from pretravel.files.map_file import read_map
+from pretravel.files.map_json import json_of_map
 from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.readings import read_directions, read_readings
@@ -29,8 +30,10 @@ from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere
 from tests.support.control_logs import REFUSED_FILES, SAMPLES
+from tests.support.example_maps import mean_map
 from tests.support.mutated_files import Reader, at_a_path
 from tests.support.pages import plain_content
+from tests.support.stored_maps import sealed, small_harmonic_map
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "data"
 _NAME = "damaged.txt"
@@ -126,6 +129,22 @@ def _targets(content: bytes) -> object:
     return None
 
 
+def _used_map(path: Path) -> object:
+    """The map is used too: whatever was read has values and an uncertainty."""
+    found = read_map(path)
+    return found.pretravel_and_uncertainty(found.support.nodes @ found.rotation.T)
+
+
+def _map_content(content: bytes) -> object:
+    """With a digest that fits, where the content is JSON still."""
+    try:
+        changed = json.loads(content)
+        content = sealed(changed) if isinstance(changed, dict) else content
+    except (ValueError, RecursionError):
+        pass
+    return at_a_path(_used_map, "map.json")(content)
+
+
 def _parameters(content: bytes) -> object:
     file = SourceFile("linuxcnc.var", content)
     return read_work_offset(file, "G59.3"), read_work_offset(file, None, "inch")
@@ -219,6 +238,13 @@ TEXT_READERS: tuple[Reader, ...] = (
     Reader("targets", _targets, _example("targets.csv", "part_touches.csv", "bore_touches.csv")),
     Reader("points", lambda c: read_points(SourceFile("points.csv", c)), (_POINTS,)),
     Reader("points-json", lambda c: read_points(SourceFile("points.json", c)), _JSON_SAMPLES),
+    Reader(
+        "map",
+        at_a_path(_used_map, "map.json"),
+        tuple(json_of_map(made) for made in (mean_map(0.01), small_harmonic_map())),
+        (b"NaN", b"1e999", b"null", b"[]", b"{}", b"[" * 2000, b'"a"', b"-", b"9" * 5000),
+    ),
+    Reader("map-content", _map_content, (json_of_map(small_harmonic_map()),)),
     Reader("map-table", at_a_path(read_map, "map.csv"), (_MAP, *_example("kp3_ring.csv"))),
     Reader(
         "rig-trace",

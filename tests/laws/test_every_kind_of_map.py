@@ -1,4 +1,4 @@
-"""Laws of all kinds of map: a new kind is tested once it is listed in `KINDS` and `BASES`.
+"""Laws of all kinds of map: a new kind is tested once it is among the entry points.
 
 Kinds that are fitted are made here from simulated touches; a basis that no fit makes needs a map
 in `_not_fitted`.
@@ -30,14 +30,17 @@ from pretravel.base.frames import probe_rotation
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import BASES, KINDS, qualify
+from pretravel.files.map_json import json_of_map
+from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.averaged import averaged_map
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.measurement.compensation import apply, embed
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
 from pretravel.prediction.response import probe_response, response_map
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -101,13 +104,14 @@ def _normals(made: PretravelMap) -> np.ndarray:
     return CAP @ made.rotation.T
 
 
-every_kind = pytest.mark.parametrize("name", [*KINDS, *_not_fitted])
+every_kind = pytest.mark.parametrize("name", [*kinds(), *_not_fitted])
 seeds = st.integers(0, 10_000)
 
 
 def test_every_basis_has_a_map_here() -> None:
-    assert {type(_map(name).basis) for name in (*KINDS, *_not_fitted)} == set(BASES)
-    assert all(_map(name).kind == name for name in KINDS)
+    every = {basis for kind in kinds().values() for basis in kind.bases} | {TabulatedBasis}
+    assert {type(_map(name).basis) for name in (*kinds(), *_not_fitted)} == every
+    assert all(_map(name).kind == name for name in kinds())
 
 
 @every_kind
@@ -139,7 +143,7 @@ def test_embedding_adds_up_along_the_approach(name: str) -> None:
 
 @every_kind
 def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "map.nc"
+    path = tmp_path / "map.json"
     for made in (_map(name), _varied(name, 7)):
         write_map(path, made)
         back = read_map(path)
@@ -151,12 +155,20 @@ def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
             (back.covariance.values, made.covariance.values),
             (back.support.nodes, made.support.nodes),
             (back.rotation, made.rotation),
+            *(
+                (array.values, made.basis.arrays()[key].values)
+                for key, array in back.basis.arrays().items()
+            ),
             (back.pretravel(normals), made.pretravel(normals)),
             (back.standard_uncertainty(normals), made.standard_uncertainty(normals)),
         ):
             assert np.array_equal(found, expected)
-        for field in ("kind", "tip_radius", "u_tip_radius", "repeatability", "repeatability_dof",
-                      "feed", "delay", "u_delay", "provenance"):  # fmt: skip
+        assert back.basis.attributes() == made.basis.attributes()
+        assert json_of_map(back) == json_of_map(made)
+        for field in (
+            "kind", "fixed_scatter", "tip_radius", "u_tip_radius", "repeatability",
+            "repeatability_dof", "feed", "delay", "u_delay", "provenance",
+        ):  # fmt: skip
             assert getattr(back, field) == getattr(made, field)
 
 
@@ -288,6 +300,6 @@ def test_averages_of_what_has_no_closed_form_have_none() -> None:
 
 def test_kinds_that_follow_a_probe_to_its_repeatability() -> None:
     """Mean, sectors and Woźniak's shape leave errors of the map; the others do not."""
-    kinds = {name: _map(name).basis.follows_probe for name in (*KINDS, *_not_fitted)}
-    coarse = {name for name, follows in kinds.items() if not follows}
+    found = {name: _map(name).basis.follows_probe for name in (*kinds(), *_not_fitted)}
+    coarse = {name for name, follows in found.items() if not follows}
     assert coarse == {"mean", "sectors", "wozniak"}

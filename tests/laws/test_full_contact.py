@@ -16,10 +16,8 @@ from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.description import Probe
 from pretravel.prediction.event import trigger_force
-from pretravel.prediction.fem import full_contact as full
 from pretravel.prediction.fem.condensation import condense
 from pretravel.prediction.fem.elasticity import rigid_motions
-from pretravel.prediction.fem.full_contact import FullContact, contact_state, full_contact
 from pretravel.prediction.fem.interface_loads import (
     INTERFACE,
     SPRING_FORCE,
@@ -34,7 +32,9 @@ from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
 from pretravel.prediction.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.prediction.seats import seat_statics
+from tests.support import full_contact as full
 from tests.support.coarse_models import coarse_model
+from tests.support.full_contact import FullContact, contact_state, full_contact
 
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 90.0, 20.0]), np.radians([0.0, 60.0, 20.0, 180.0, 100.0])

@@ -15,7 +15,6 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.base.errors import PretravelError
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification import within_directions
@@ -23,6 +22,7 @@ from pretravel.qualification.change_tests import touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import repeat_outliers
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 
 LARGEST_EXPONENT = 1.2
@@ -71,7 +71,7 @@ def test_many_repeats_of_few_directions_need_memory_in_proportion():
 
     def job(count: int) -> Callable[[], object]:
         touches = _touches(count, 25)
-        return lambda: repeat_outliers(touches, observe(touches, setup))
+        return lambda: repeat_outliers(observe(touches, setup), touches.where)
 
     assert _exponent(job, 10_000, 40_000) < LARGEST_EXPONENT
 

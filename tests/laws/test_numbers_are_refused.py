@@ -21,6 +21,7 @@ from pretravel.laboratory.standard_check import CalibratedSphere
 from pretravel.measurement.points import Points
 from pretravel.touches import with_feed
 from tests.support.example_maps import lobes
+from tests.support.monte_carlo import Input
 from tests.unit.laboratory.test_rig_outliers import _touches, _values
 from tests.unit.qualification.test_verification import old_map, touches
 
@@ -146,7 +147,7 @@ CASES: dict[str, tuple[Callable[..., Any], dict[str, Any], str]] = {
         "",
     ),
     "Input": (
-        pretravel.Input,
+        Input,
         {"estimate": 1.0, "standard_uncertainty": 0.1},
         "estimate",
     ),

@@ -26,7 +26,6 @@ from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.wozniak import wozniak_constant
 from pretravel.maps.sector_tables import resampled_sectors
 from pretravel.maps.support import DirectionSupport
-from pretravel.measurement.point_errors import map_by_trials
 from pretravel.prediction.compliance.base import compliance_model
 from pretravel.prediction.event import watched_loads
 from pretravel.prediction.fem.linear_solvers import factorise
@@ -44,6 +43,7 @@ from pretravel.surface.shapes_of_revolution import Cone
 from pretravel.surface.specification import surface_of
 from pretravel.surface.spline import SplineSurface
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.errors_by_trials import map_by_trials
 from tests.support.example_maps import lobes
 
 MAP = lobes(3)

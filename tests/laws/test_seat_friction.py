@@ -24,7 +24,6 @@ from pretravel.prediction.predict_with_friction import rubbed_trigger
 from pretravel.prediction.response import probe_response
 from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
-from pretravel.tasks.predict import with_friction
 from tests.support.coarse_models import coarse_reduced_sixth
 
 DIRECTIONS = from_angles(
@@ -288,7 +287,7 @@ def test_a_prediction_uses_the_elements_that_it_was_given(
 
 
 def test_a_prediction_with_friction_is_the_settled_touch(omp40: Probe) -> None:
-    sliding = with_friction(omp40, 0.2)
+    sliding = omp40.with_friction(0.2)
     trigger = predict(sliding, DIRECTIONS[1:2], "analytic")
     cycle = friction_cycle(omp40, DIRECTIONS[1:2], 0.2, cycles=3, steps=25)
     assert trigger.force == pytest.approx(cycle.trigger_force[:, 2], rel=1e-9)
@@ -307,7 +306,7 @@ def test_a_prediction_with_friction_is_the_settled_touch(omp40: Probe) -> None:
 
 
 def test_friction_is_refused_where_it_is_not_contained(omp40: Probe) -> None:
-    sliding = with_friction(omp40, 0.2)
+    sliding = omp40.with_friction(0.2)
     with pytest.raises(PretravelError, match="'shen' does not contain friction"):
         predict(sliding, DIRECTIONS, "shen")
     with pytest.raises(PretravelError, match="gravity"):
@@ -315,7 +314,7 @@ def test_friction_is_refused_where_it_is_not_contained(omp40: Probe) -> None:
     with pytest.raises(PretravelError, match=r"friction of \[seats\] to 0"):
         probe_response(sliding)
     with pytest.raises(PretravelError, match="between 0 and 0"):
-        with_friction(omp40, 0.7)
+        omp40.with_friction(0.7)
 
 
 def test_the_tripod_tilts_over_one_rod_without_loss(omp40: Probe) -> None:

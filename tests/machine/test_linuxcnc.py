@@ -28,10 +28,10 @@ from pretravel.files.logs.joining import join
 from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.logs.probeopen import read_probeopen
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.probing.targets import Targets
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import moved
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.linuxcnc_interpreter import interpret

@@ -17,8 +17,8 @@ from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.machine import work_placement
 from pretravel.files.logs.pretravel_log import read_own_log
-from pretravel.identification.kind_registry import qualify
 from pretravel.measurement.compensation import apply
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import moved
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.simulated_probe import simulated_map, simulated_pretravel

@@ -1,7 +1,4 @@
-"""Faults that always run, and faults that no test can or need notice, each with its reason.
-
-Both are kept by function, line and changed line, so that they stay valid when lines move.
-"""
+"""Faults that always run; each is kept by its line, so that it stays valid when lines move."""
 
 from __future__ import annotations
 
@@ -13,26 +10,6 @@ from typing import Any
 from tests.mutation.faults import Fault
 
 _FOLDER = Path(__file__).parent
-
-
-def accepted() -> dict[tuple[str, str, str, str], str]:
-    """Reasons by the key of a fault.
-
-    Without the changed line, of every other number in the line; without a line, of every fault of
-    a function.
-    """
-    text = (_FOLDER / "accepted.toml").read_text(encoding="utf-8")
-    return {
-        (f["module"], f["function"], f.get("line", ""), f.get("fault", "")): f["reason"]
-        for f in tomllib.loads(text)["accepted"]
-    }
-
-
-def reason_of(fault: Fault, reasons: dict[tuple[str, str, str, str], str]) -> str:
-    """Why no test can or need notice a fault; empty where there is no reason."""
-    number = reasons.get((*fault.key[:3], ""), "") if fault.kind == "number" else ""
-    of_function = reasons.get((*fault.key[:2], "", ""), "") if fault.function else ""
-    return reasons.get(fault.key) or number or of_function
 
 
 def named(package: Path) -> list[Fault]:

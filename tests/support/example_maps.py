@@ -10,12 +10,12 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
 from pretravel.controls.lookup_formula import sectoral_factor
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualify import qualify
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
 

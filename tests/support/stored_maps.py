@@ -1,57 +1,52 @@
-"""Map files in memory, read in this process: without a process for each of many files."""
+"""The files of maps, in memory."""
 
 from __future__ import annotations
 
-import io
+import hashlib
 import json
-from functools import cache
+from dataclasses import replace
+from typing import Any
 
-import h5netcdf
 import numpy as np
 
-from pretravel.files import netcdf_worker
-from pretravel.files.map_dataset import map_dataset, map_from_dataset
-from pretravel.files.netcdf import (
-    StoredDataset,
-    content_digest,
-    dataset_content,
-    restored_dataset,
-)
+from pretravel.files.map_json import json_of_map, map_from_json
 from pretravel.files.source_file import SourceFile
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.pretravel_map import PretravelMap
-from tests.support.example_maps import example_map
+from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import example_map, lobes, mean_map
 
-
-def stored(pretravel_map: PretravelMap) -> bytes:
-    """The content of the file of a map, with the columns of a prediction."""
-    table = {"polar_deg": np.array([0.0, 90.0]), "seat": np.array([1, 2])}
-    return dataset_content(map_dataset(pretravel_map, table))
-
-
-def dataset_of(content: bytes) -> StoredDataset:
-    """As `pretravel.files.netcdf.read_dataset`, in this process."""
-    try:
-        with h5netcdf.File(io.BytesIO(content), "r") as file:
-            header, buffers = netcdf_worker.content(file, 10**9)
-    except Exception as error:
-        raise SourceFile("map.nc", content).error(f"not read: {error}") from error
-    return restored_dataset(json.loads(json.dumps(header)), memoryview(b"".join(buffers)))
+stored = json_of_map
+"""The content of the file of a map; the same for two maps that are equal in all they contain."""
 
 
 def map_of(content: bytes) -> PretravelMap:
-    return map_from_dataset(dataset_of(content))
+    return map_from_json(SourceFile("map.json", content))
 
 
-def everything(pretravel_map: PretravelMap) -> str:
-    """The same for two maps that are equal in all that they contain."""
-    return content_digest(map_dataset(pretravel_map), without="content_sha256")
+def sealed(content: dict[str, Any]) -> bytes:
+    """The text of changed content with a digest that fits, as docs/formats.md states it."""
+    own = {name: value for name, value in content.items() if name != "content_sha256"}
+    canonical = json.dumps(own, sort_keys=True, separators=(",", ":"))
+    digest = hashlib.sha256(canonical.encode()).hexdigest()
+    return json.dumps(own | {"content_sha256": digest}, indent=1).encode()
 
 
-@cache
+def small_harmonic_map() -> PretravelMap:
+    """Three lobes, with a full covariance and the provenance of a qualification."""
+    made = lobes(3)
+    half = np.array([[2e-4, 0.0, 0.0], [1e-5, 1e-4, 0.0], [-3e-5, 2e-5, 1e-4]])
+    return replace(
+        made,
+        covariance=Covariance.full(half @ half.T),
+        repeatability=3e-4,
+        repeatability_dof=50.0,
+        provenance=example_map("mean").provenance,
+    )
+
+
 def averaged_example() -> PretravelMap:
-    from dataclasses import replace
-
-    maps = [example_map("harmonic"), example_map("mean")]
-    basis, coefficients, covariance = averaged_map(maps, [np.zeros(3)] * 2, [0.7, 0.3])
-    return replace(maps[0], basis=basis, coefficients=coefficients, covariance=covariance)
+    made = small_harmonic_map()
+    mean = replace(mean_map(0.01), support=made.support)
+    basis, coefficients, covariance = averaged_map([made, mean], [np.zeros(3)] * 2, [0.7, 0.3])
+    return replace(made, basis=basis, coefficients=coefficients, covariance=covariance)

@@ -14,8 +14,8 @@ import pytest
 from scipy.stats import chi2, ncx2
 
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.gum import Budget, Component, propagate
-from pretravel.uncertainty.monte_carlo import (
+from pretravel.uncertainty.gum import Budget, Component
+from tests.support.monte_carlo import (
     Input,
     independent,
     joint_normal,
@@ -24,6 +24,7 @@ from pretravel.uncertainty.monte_carlo import (
     shortest_interval,
     validate,
 )
+from tests.support.propagation import propagate
 
 # H.1: l = ls + d - ls (da th + as dt), lengths in nm.
 LS, ALPHA = 50_000_623.0, 11.5e-6

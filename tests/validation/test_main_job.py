@@ -12,11 +12,12 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import KINDS, qualify
+from pretravel.maps.kinds import kinds
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 
@@ -81,7 +82,7 @@ def test_the_kinds_in_their_order() -> None:
     """
     left = {
         kind: np.mean([_part_errors(seed, kind)[0].std() for seed in range(2)]) * 1e3
-        for kind in KINDS
+        for kind in kinds()
     }
     assert left["harmonic"] < 0.3 * left["mean"]
     assert left["harmonic"] < 0.3 * left["sectors"]

@@ -16,7 +16,6 @@ from pretravel.prediction.description import StylusSegment
 from pretravel.prediction.friction import FrictionCycle, friction_cycle
 from pretravel.prediction.materials import material
 from pretravel.prediction.predict import predict
-from pretravel.tasks.predict import with_friction
 
 REFERENCE = Path(__file__).parent / "reference"
 FRICTION = 0.25
@@ -35,7 +34,7 @@ def _experiment(quantity: str) -> FloatArray:
 def _equator(name: str, friction: float) -> tuple[FloatArray, FloatArray]:
     """Extremes of force and of sensing distance in µm: azimuth 10° to 20°, and 60°."""
     directions = from_angles(np.full(3, 0.5 * np.pi), np.radians([10.0, 20.0, 60.0]))
-    trigger = predict(with_friction(load_probe(name), friction), directions)
+    trigger = predict(load_probe(name).with_friction(friction), directions)
     force, distance = trigger.force, 1e3 * trigger.sensing_distance
     return np.array([force.min(), force.max()]), np.array([distance.min(), distance.max()])
 

@@ -15,11 +15,11 @@ import pytest
 from pretravel.base.directions import from_angles
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.response import ProbeResponse, probe_response
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of

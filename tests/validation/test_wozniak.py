@@ -13,7 +13,6 @@ import pytest
 
 from pretravel.base.directions import five_point_pattern, from_angles, sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
 from pretravel.maps.observation import Scatter
@@ -21,6 +20,7 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.predict import predict
 from pretravel.qualification.observe import observe
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 

@@ -36,7 +36,7 @@ the event loop. So a reload, a second tab and a new start show the same. ::
         same_elsewhere("pretravel qualify …", "import pretravel …")
 
     def to_keep(work: Work) -> None:      # made once: the buttons stay while results come
-        result_button(work, "Map", "map.nc", lambda path, result: write_map(path, result.map))
+        result_button(work, "Map", "map.json", lambda path, result: write_map(path, result.map))
 
 **State.** ``state.settings`` is a mapping of names to values that JSON can hold;
 ``state.settings.get("diameter", 25.0)`` reads, ``state.settings["diameter"] = 30.0`` stores, saves

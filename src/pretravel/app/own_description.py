@@ -1,12 +1,15 @@
-"""A description of a probe in a project: it names no file of the computer that opens it."""
+"""Maps and descriptions of probes in a project: they name no file of the computer that opens it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import FORMER_MAP_ENDINGS, MAP_ENDINGS
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
+from pretravel.tasks.map_argument import map_or_prediction
 
 
 def own_description(path: Path) -> Probe:
@@ -30,3 +33,21 @@ def own_description(path: Path) -> Probe:
             "pretravel on the command line"
         )
     return probe
+
+
+def own_map(path: Path) -> PretravelMap:
+    """Read the map of a probe, or predict that of a description, from a file of a project.
+
+    Parameters
+    ----------
+    path : Path
+        A map has one of its endings; every other file is a description.
+
+    Raises
+    ------
+    PretravelError
+        As `map_or_prediction` and `own_description`.
+    """
+    if path.suffix.lower() not in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
+        own_description(path)
+    return map_or_prediction(str(path))

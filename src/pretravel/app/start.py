@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 
 USUAL_PORT = 8765
 
@@ -39,7 +40,10 @@ def start(
     ------
     PretravelError
         The port is in use, or the project cannot be opened.
+    MissingExtraError
+        Without the extra ``app``.
     """
+    needed("nicegui", "app")
     chosen = free_port(host, port)
     from pretravel.app.access import Access
     from pretravel.app.session import SESSION

@@ -14,7 +14,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.made_files import enter_in_list
 
 _MARK = ".pretravel-unfinished-"
 """Begin of the names of temporary files and folders."""
@@ -116,7 +115,7 @@ def temporary_folder() -> Iterator[Path]:
 def is_stream(path: str | Path) -> bool:
     """Whether a path is a device, a pipe or an open file of this process, not a file to replace.
 
-    >>> is_stream("/dev/null"), is_stream("map.nc")
+    >>> is_stream("/dev/null"), is_stream("map.json")
     (True, False)
     """
     path = Path(path)
@@ -176,7 +175,6 @@ def _finish(temporary: Path, target: Path) -> None:
     temporary.chmod(mode)
     with temporary.open("rb+") as file:
         os.fsync(file.fileno())  # a full disk of another computer is noticed here
-    enter_in_list(temporary)
     temporary.replace(target)
 
 

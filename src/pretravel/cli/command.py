@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperOption
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.made_files import made_by
 from pretravel.base.quantities import decimal_point_advice
-from pretravel.cli.files import replace_all
-from pretravel.cli.running import names_of_command, running, typed_name
+from pretravel.cli.running import running, typed_name
+from pretravel.tasks.task import ANSWER as ANSWER
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -29,15 +27,7 @@ class Command(TyperCommand):
     The library speaks of quantities and names the inputs that can correct a fault
     (`PretravelError.inputs`). An input ``tip_diameter`` is the option ``--tip-diameter`` of a
     command that has it. Values that typer refuses become messages of the same form.
-
-    A command that writes files has the option ``--force``, which its function does not see.
     """
-
-    def __init__(self, *args: Any, **settings: Any) -> None:
-        parameters = settings.get("params") or []
-        if {"--output", "--plot"} & {name for p in parameters for name in p.opts}:
-            settings["params"] = [*parameters, *_parameters_of_writing()]
-        super().__init__(*args, **settings)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
@@ -60,17 +50,14 @@ class Command(TyperCommand):
         from pretravel.show.style import ignore_settings_of_folder
 
         ignore_settings_of_folder()
-        force = replace_all.set(bool(ctx.params.pop("force", False)))
         try:
-            with running(ctx, ctx.meta[_TYPED]), made_by(" ".join(names_of_command(ctx))):
+            with running(ctx, ctx.meta[_TYPED]):
                 return super().invoke(ctx)
         except PretravelError as error:
             options = ", ".join(filter(None, (self.option(name) for name in error.inputs)))
             if not options:
                 raise
             raise PretravelError(f"{error} ({options})") from error
-        finally:
-            replace_all.reset(force)
 
     def option(self, name: str) -> str:
         """The longest spelling of the option for an input; empty where there is none."""
@@ -80,27 +67,6 @@ class Command(TyperCommand):
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
-
-
-@functools.cache
-def _parameters_of_writing() -> list[Any]:
-    """The options that every command has that writes files."""
-
-    def writing(
-        force: Annotated[
-            bool,
-            typer.Option(
-                "--force",
-                "-f",
-                help="Replace files that another command made, or that were changed since.",
-            ),
-        ] = False,
-    ) -> None:
-        del force
-
-    alone = typer.Typer(add_completion=False)
-    alone.command()(writing)
-    return list(typer.main.get_command(alone).params)
 
 
 def _reason(error: typer.BadParameter) -> str:

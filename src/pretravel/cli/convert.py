@@ -8,7 +8,6 @@ import typer
 from pretravel.base.quantities import DISTANCE, FEED, TIP_BALL, limits
 from pretravel.cli.arguments import Vector, one_of, vector
 from pretravel.cli.files import PAGES, check_files, is_page
-from pretravel.cli.progress import working
 from pretravel.cli.showing import save_page, show
 from pretravel.cli.touch_files import (
     DecimalSign,
@@ -19,7 +18,6 @@ from pretravel.cli.touch_files import (
     files_of_touches,
     read_and_show,
     run_plan,
-    table_in_blocks,
 )
 
 if TYPE_CHECKING:
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
         FileReadings,
         ReadingOptions,
     )
-    from pretravel.files.touch_blocks import LongTable
     from pretravel.touches import Touches
 
 
@@ -140,11 +137,6 @@ def convert(
     if output is None or is_page(output):
         _preview(files, options, file_format, output)
         return
-    if file_format in (None, "csv", "parquet") and frame is None:
-        table = table_in_blocks(files, options, output)
-        if table is not None:
-            _convert_long_table(table, output, feed)
-            return
     file = opened(files[0])
     known = format_of_touches(file, options, file_format=file_format)
     if known.parse_features is not None:
@@ -159,21 +151,6 @@ def convert(
     typer.echo(f"{len(found.touches)} touches ({known.name})")
     for note in found.notes():
         typer.echo(f"Warning: {note}", err=True)
-
-
-def _convert_long_table(table: LongTable, output: Path, feed: float | None) -> None:
-    """Convert a long table by all cores."""
-    import os
-
-    from pretravel.tasks.long_tables import convert_long_table
-
-    with working(f"converting about {table.count:,} touches"):
-        count, warnings = convert_long_table(table, output, feed=feed, workers=os.cpu_count() or 1)
-    if table.understood:
-        typer.echo(f"read: {count} touches; {table.understood}")
-    typer.echo(f"{count} touches ({'parquet' if table.is_parquet else 'csv'})")
-    for warning in warnings:
-        typer.echo(f"Warning: {warning}", err=True)
 
 
 def _preview(

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pretravel.cli.files import refuse_files_of_others
+from pretravel.cli.files import refuse_other_kinds
 from pretravel.cli.options import Verbose
 from pretravel.cli.progress import working
 from pretravel.cli.running import note_inputs, record_of_command
@@ -39,7 +39,7 @@ def demo(
 
     folder = data or example_folder()
     note_inputs(folder / name for name in DATA_FILES)
-    refuse_files_of_others(output / name for name in DEMONSTRATION_FILES)
+    refuse_other_kinds(output / name for name in DEMONSTRATION_FILES)
     with working("qualifying, compensating, drawing"):
         report = write_demonstration(
             folder, output, written=_say_written, record=record_of_command()
@@ -47,7 +47,7 @@ def demo(
     show(report, verbose=verbose)
     typer.echo(
         f"\nLook at {(output / 'index.html').resolve()}\n"
-        "(points.csv, map.nc and the pictures are beside it)"
+        "(points.csv, map.json and the pictures are beside it)"
     )
 
 

@@ -17,6 +17,7 @@ from pretravel.tasks.task import (
     FOLDER,
     PAGES,
     PICTURES,
+    PROGRAMS,
     Progress,
     Result,
     Setting,
@@ -170,27 +171,36 @@ def deliver(task: Task) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import save_page, save_picture, show
+    from pretravel.cli.showing import save_page, show
 
     progress = ShownProgress()
     outputs = list(written_files(task))
-    named = [(path, setting.field.writes) for setting, path in outputs]
-    check_files([each for each in named if each[1] != FOLDER], read_files(task))
+    named = [(path, task.endings(setting.name)) for setting, path in outputs]
+    check_files(
+        [each for each in named if each[1] != FOLDER],
+        read_files(task),
+        programs=any(setting.field.writes == PROGRAMS for setting, _ in outputs),
+    )
     result: Result = task.run(progress)
     report = result.document()
-    if result.text:
-        typer.echo(result.text, nl=False)
     for setting, path in outputs:
         ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
-            if report is not None:
-                save_picture(report, path)
+            with progress.working(f"drawing {path.name}"):
+                result.picture(report, path)
         elif ending in PAGES and ending in setting.field.writes:
             page = result.page()
             if page is not None:
-                save_page(page, path)
+                save_page(page, path, template=result.template)
         else:
             result.write(setting.name, path)
+    if result.text:
+        typer.echo(result.text, nl=False)
     if report is not None:
         show(report, verbose=getattr(task, "verbose", False))
+    else:
+        for warning in result.warnings:
+            typer.echo(f"Warning: {warning}", err=True)
+    if result.advice:
+        typer.echo(result.advice)
     return result.exit_code

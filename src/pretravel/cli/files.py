@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextvars import ContextVar
+import json
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.made_files import current_command, makers
 from pretravel.base.whole_file import is_stream
 from pretravel.cli.running import note_inputs
 
 PICTURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".pdf")
-MAPS = (".nc", ".csv", ".json", *PAGES)
-replace_all: ContextVar[bool] = ContextVar("replace_all", default=False)
-"""Whether --force was given: files of other commands are replaced too."""
+MAPS = (".json", ".csv", *PAGES)
+_BEGIN = 4096
+"""Bytes that show of which kind a file is."""
+_SIGNATURES: dict[str, tuple[bytes, ...]] = {
+    ".nc": (b"\x89HDF\r\n\x1a\n", b"CDF"),
+    ".parquet": (b"PAR1",),
+    ".pdf": (b"%PDF-",),
+    ".png": (b"\x89PNG\r\n\x1a\n",),
+}
+"""First bytes of files that are no text."""
 
 
 def check_files(
-    outputs: Sequence[tuple[Path | None, Sequence[str]]], inputs: Sequence[Path | str | None] = ()
+    outputs: Sequence[tuple[Path | None, Sequence[str]]],
+    inputs: Sequence[Path | str | None] = (),
+    *,
+    programs: bool = False,
 ) -> None:
     """Refuse outputs that cannot be written, before any work is done for them.
 
@@ -30,18 +39,20 @@ def check_files(
     inputs : paths
         Files that are read; none of them may be overwritten (None: no such input). Where a page is
         an output, their checksums are noted for it.
+    programs : bool
+        The outputs are programs of machines, as for `refuse_other_kinds`.
 
     Raises
     ------
     PretravelError
         The ending is not one of those (a device or pipe needs none where there is one format), the
-        folder does not exist, the path is a folder, the file is also read, or it exists and
-        another command made it, or none (see `refuse_files_of_others`).
+        folder does not exist, the file is also read, or the path exists and is a folder or a file
+        of another kind than its ending says (see `refuse_other_kinds`).
 
-    >>> check_files([(Path("map.xyz"), (".nc",))])
+    >>> check_files([(Path("map.xyz"), (".json",))])
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .nc
+    pretravel.base.errors.PretravelError: cannot write map.xyz: the ending must be .json
     """
     sources = {Path(source).resolve() for source in inputs if source is not None}
     seen: set[Path] = set()
@@ -59,8 +70,7 @@ def check_files(
             raise PretravelError(f"cannot write {path}: the ending must be {' or '.join(endings)}")
         if not path.parent.is_dir():
             raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
-        if path.is_dir():
-            raise PretravelError(f"cannot write {path}: it is a folder")
+        refuse_other_kinds([path], programs=programs)
         resolved = path.resolve()
         if resolved in seen and not stream:
             raise PretravelError(f"cannot write two outputs to {path}")
@@ -70,7 +80,6 @@ def check_files(
                 "another name"
             )
         seen.add(resolved)
-    refuse_files_of_others(seen)
     if any(is_page(path) and ".html" in endings for path, endings in outputs):
         note_inputs(inputs)
 
@@ -78,77 +87,63 @@ def check_files(
 def is_page(path: Path | None) -> bool:
     """Whether an output is a page for people, not a file of values.
 
-    >>> is_page(Path("map.nc")), is_page(Path("map.html")), is_page(None)
+    >>> is_page(Path("map.json")), is_page(Path("map.html")), is_page(None)
     (False, True, False)
     """
     return path is not None and path.suffix.lower() in PAGES
 
 
-def refuse_files_of_others(paths: Iterable[Path]) -> None:
-    """Refuse to replace files that this command did not make, unless --force is given.
+def refuse_other_kinds(paths: Iterable[Path], *, programs: bool = False) -> None:
+    r"""Refuse to replace files whose content is not of the kind that their endings say.
 
-    A command replaces what it made before. A file of another command, of another program or one
-    that was changed by hand since is not replaced silently; an empty file has nothing to lose.
+    An output replaces an earlier one. A file of another kind under its name is probably a mistake;
+    an empty file has nothing to lose.
 
     Parameters
     ----------
     paths : iterable of Path
         Files that will be written; those that do not exist, and devices, are passed over.
+    programs : bool
+        They are programs of machines: then .nc is not netCDF but text.
 
     Raises
     ------
     PretravelError
-        One of them was made by another command, or by none.
+        A path is a folder, or the content of a file is of another kind.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "points.csv"
+    >>> _ = path.write_bytes(b"\x00\x01")
+    >>> refuse_other_kinds([path])
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: cannot write ...: the file exists and is not text...
     """
-    command = current_command()
-    if replace_all.get() or not command:
-        return
-    for path in sorted(paths):
+    for path in paths:
+        if path.is_dir():
+            raise PretravelError(f"cannot write {path}: it is a folder")
         if not path.is_file() or is_stream(path) or path.stat().st_size == 0:
             continue
-        found = makers(path)
-        if command in found:
-            continue
-        reason = (
-            f"pretravel {min(found)} made it"
-            if found
-            else "pretravel has no record that it made the file as it is now. A person, another "
-            "program or another computer wrote or changed it"
-        )
-        raise PretravelError(
-            f"cannot write {_as_typed(path)}: the file exists, and {reason}. Choose another name; "
-            "or add --force (-f) to replace it"
-        )
+        if kind := _missing_kind(path, programs):
+            raise PretravelError(
+                f"cannot write {path}: the file exists and is not {kind}, as its ending says; "
+                "choose another name, or remove the file"
+            )
 
 
-def check_folder_of_texts(
-    folder: Path, texts: Mapping[str, str], obsolete: Iterable[str] = ()
-) -> None:
-    """Refuse to replace or remove files of others in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        It need not exist.
-    texts : mapping of str to str
-        Texts that will be written, by the names of their files; a file with the same text stays.
-    obsolete : iterable of str
-        Names of files that will be removed.
-
-    Raises
-    ------
-    PretravelError
-        As `refuse_files_of_others`.
-    """
-    others = [
-        folder / name
-        for name, text in texts.items()
-        if not (folder / name).is_file() or (folder / name).read_bytes() != text.encode()
-    ]
-    refuse_files_of_others([*others, *(folder / name for name in obsolete)])
-
-
-def _as_typed(path: Path) -> Path:
-    """A path relative to the current folder, where it is in it."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
+def _missing_kind(path: Path, is_program: bool) -> str:
+    """The kind that the ending of a file states and its content lacks; empty where it has it."""
+    ending = path.suffix.lower()
+    with path.open("rb") as stream:
+        begin = stream.read(_BEGIN)
+    if ending in _SIGNATURES and not is_program:
+        return "" if begin.startswith(_SIGNATURES[ending]) else f"a {ending} file"
+    if b"\0" in begin:
+        return "text"
+    if ending == ".json":
+        try:
+            json.loads(path.read_bytes())
+        except ValueError:
+            return "JSON"
+    mark = {".html": b"<html", ".svg": b"<svg"}.get(ending, b"")
+    return "" if mark in begin.lower() else ending[1:].upper()

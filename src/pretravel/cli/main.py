@@ -21,28 +21,6 @@ from pretravel.tasks.task import ANSWER
 UNDESCRIBED: dict[str, str] = {
     "demo": "demo:demo",
     "app": "app:app",
-    "faces": "faces:faces",
-    "plan": "plan:plan",
-    "export": "export:export",
-    "machine": "machine:machine",
-    "program": "program:app",
-    "probes": "probes:probes",
-    "predict": "predict:predict",
-    "simulate": "simulate:simulate",
-    "slide": "slide:slide",
-    "fem": "fem:fem",
-    "hysteresis": "hysteresis:hysteresis",
-    "identify": "identify:identify",
-    "study": "study:study",
-    "studies": "study:studies",
-    "design": "design:design",
-    "wishes": "design:wishes",
-    "rig": "rig:rig",
-    "laboratory": "laboratory:laboratory",
-    "separate": "separate:separate",
-    "separation-plan": "separate:separation_plan",
-    "check": "check:check",
-    "pattern": "check:pattern",
     "convert": "convert:convert",
     "formats": "convert:formats",
     "report": "report:report",
@@ -133,7 +111,7 @@ app = typer.Typer(
     "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
     "qualify makes a map from touches on a sphere, compensate and measure use the map on touches "
     "on a part.",
-    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.nc"
+    epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
     "must notice: the probe has changed (verify), a value is outside its limit or tolerance "
     f"(check, measure). {INTERRUPTED}: interrupted.",

@@ -15,7 +15,7 @@ from pretravel.cli.options import Units
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings, ReadingOptions
-    from pretravel.files.touch_blocks import LongTable
+    from pretravel.files.long_table import LongTable
     from pretravel.probing.targets import Targets
     from pretravel.show.document import Document
 
@@ -115,12 +115,11 @@ def files_of_touches(places: list[Path]) -> tuple[list[Path], str]:
     return files, files[0].name if len(files) == 1 else f"{files[0].name} … {files[-1].name}"
 
 
-def table_in_blocks(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
-    """The one long table that the files are, where the output can be written in blocks too."""
-    from pretravel.files.appended_table import APPENDED_ENDINGS
-    from pretravel.files.touch_blocks import long_table
+def table_in_parts(files: list[Path], options: ReadingOptions, output: Path) -> LongTable | None:
+    """The one long table that the files are, where the output can be written part by part too."""
+    from pretravel.files.long_table import WRITTEN_IN_PARTS, long_table
 
-    if len(files) > 1 or output.suffix.lower() not in APPENDED_ENDINGS:
+    if len(files) > 1 or output.suffix.lower() not in WRITTEN_IN_PARTS:
         return None
     return long_table(files[0], options)
 

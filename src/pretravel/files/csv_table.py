@@ -176,8 +176,7 @@ def read_csv_table(source: Source) -> CsvTable:
     header_line = 0
     rows: list[list[str]] = []
     lines: list[int] = []
-    for row, line in enumerate(_text(file).splitlines(), start=1):
-        number = file.line_in_file(row)
+    for number, line in enumerate(_text(file).splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         cells = _cells(file, line, number)

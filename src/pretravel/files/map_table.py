@@ -1,8 +1,7 @@
-"""Maps as tables over directions: CSV to read and write, JSON to write."""
+"""Maps as tables over directions, in CSV."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +14,6 @@ from pretravel.base.directions import from_angles
 from pretravel.base.errors import InputError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.base.whole_file import whole_file
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.maps.grid import map_grid
 from pretravel.maps.kinds.tabulated import TabulatedBasis
@@ -43,21 +41,6 @@ def write_csv_map(path: str | Path, pretravel_map: PretravelMap, table: Columns 
     constants = _table_constants(pretravel_map)
     columns |= {name: np.full(rows, value) for name, value in constants.items()}
     write_csv_table(path, columns)
-
-
-def write_json_map(path: str | Path, pretravel_map: PretravelMap, table: Columns | None) -> None:
-    """Write a map as JSON; see `write_csv_map`."""
-    columns = dict(table) if table is not None else _grid_table(pretravel_map)
-    content = {
-        "kind": pretravel_map.kind,
-        "tip_radius_mm": pretravel_map.tip_radius,
-        "repeatability_um": pretravel_map.repeatability / MICROMETRE,
-        "fixed_scatter_um": pretravel_map.fixed_scatter / MICROMETRE,
-        "provenance": pretravel_map.provenance.as_dict(),
-        **{name: np.asarray(values).tolist() for name, values in columns.items()},
-    }
-    with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 
 def _table_constants(pretravel_map: PretravelMap) -> dict[str, float]:

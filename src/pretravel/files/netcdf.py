@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -187,58 +186,3 @@ def restored_dataset(header: Mapping[str, Any], buffers: memoryview) -> StoredDa
             tuple(each["axes"]), values, attributes(each["attributes"])
         )
     return StoredDataset(variables, attributes(header["attributes"]))
-
-
-def content_digest(dataset: StoredDataset | xr.Dataset, *, without: str) -> str:
-    """Digest of all that a dataset contains: each value, attribute, name, dimension and type.
-
-    Parameters
-    ----------
-    dataset : StoredDataset or xarray.Dataset
-    without : str
-        Attribute of the dataset that is not counted, because it is this digest.
-
-    Returns
-    -------
-    str
-        SHA-256, hexadecimal.
-
-    >>> one = StoredDataset({"a": StoredVariable(("x",), np.array([1.0]), {})}, {"note": "n"})
-    >>> other = StoredDataset(one.variables, {"note": "m"})
-    >>> content_digest(one, without="sha256") == content_digest(other, without="sha256")
-    False
-    >>> content_digest(one, without="note") == content_digest(other, without="note")
-    True
-    """
-    digest = hashlib.sha256()
-    for part in _parts(dataset, without):
-        content = part if isinstance(part, bytes) else str(part).encode()
-        # With its length: no two lists of parts have the same bytes.
-        digest.update(len(content).to_bytes(8, "little") + content)
-    return digest.hexdigest()
-
-
-def _parts(dataset: StoredDataset | xr.Dataset, without: str) -> Iterator[object]:
-    attributes = {str(name): value for name, value in dataset.attrs.items() if name != without}
-    yield from _parts_of_attributes(attributes)
-    variables = {str(name): variable for name, variable in dataset.variables.items()}
-    for name in sorted(variables):
-        variable = variables[name]
-        yield from ("variable", name, len(variable.dims), *variable.dims)
-        yield from _parts_of_array(np.asarray(variable.values))
-        yield from _parts_of_attributes(variable.attrs)
-
-
-def _parts_of_attributes(attributes: Mapping[Any, Any]) -> Iterator[object]:
-    named = {str(name): value for name, value in attributes.items()}
-    for name in sorted(named):
-        yield from ("attribute", name, *_parts_of_array(np.asarray(named[name])))
-
-
-def _parts_of_array(values: npt.NDArray[Any]) -> Iterator[object]:
-    """Type, shape and content, the same on every machine."""
-    if values.dtype.kind in "UO":
-        yield from ("text", values.shape, *values.ravel().tolist())
-        return
-    plain = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    yield from (plain.dtype.str, values.shape, plain.tobytes())

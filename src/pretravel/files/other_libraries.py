@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
+from pretravel.base.extras import needed
 from pretravel.files.map_dataset import map_dataset
 from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.prediction_table import trigger_dataset, trigger_table
@@ -37,6 +38,7 @@ def dataframe(value: object) -> pd.DataFrame:
     TypeError
         The value is none of these.
     """
+    needed("pandas", "tables")
     import pandas as pd
 
     return pd.DataFrame(_columns(value))

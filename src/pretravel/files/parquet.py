@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.whole_file import whole_file
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.source_file import Source, SourceFile, opened
 
 _MOST_CELLS = 5_000_000
 """Cells up to which a file is read, whatever its size; larger ones have a byte for each cell."""
-MISSING_PYARROW = "Parquet files need the package pyarrow: pip install pyarrow"
 
 
 def read_parquet_table(source: Source) -> CsvTable:
@@ -34,13 +34,12 @@ def read_parquet_table(source: Source) -> CsvTable:
     ------
     InputError
         The file does not exist, is not Parquet or has no rows.
-    PretravelError
-        pyarrow is not installed.
+    MissingExtraError
+        Without the extra ``tables``.
     """
-    try:
-        from pyarrow import BufferReader, parquet
-    except ModuleNotFoundError:
-        raise PretravelError(MISSING_PYARROW) from None
+    needed("pyarrow", "tables")
+    from pyarrow import BufferReader, parquet
+
     file = opened(source)
     try:
         stored = parquet.ParquetFile(BufferReader(file.content))
@@ -60,8 +59,7 @@ def read_parquet_table(source: Source) -> CsvTable:
     if twice:
         raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
     columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
-    first = file.line_in_file(1)
-    return CsvTable(file.path, columns, tuple(range(first, first + table.num_rows)), 0)
+    return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
 
 
 def _refuse_size(file: SourceFile, metadata: Any) -> None:
@@ -105,14 +103,13 @@ def write_parquet_table(
 
     Raises
     ------
-    PretravelError
-        pyarrow is not installed.
+    MissingExtraError
+        Without the extra ``tables``.
     """
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ModuleNotFoundError:
-        raise PretravelError(MISSING_PYARROW) from None
+    needed("pyarrow", "tables")
+    import pyarrow as pa
+    from pyarrow import parquet
+
     table = pa.table({name: np.asarray(values).tolist() for name, values in columns.items()})
     with whole_file(path) as temporary:
         parquet.write_table(table, str(temporary))

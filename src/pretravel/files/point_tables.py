@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.base.extras import needed
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.points import Points
 
@@ -63,6 +64,7 @@ def points_dataset(points: Points) -> xr.Dataset:
     xarray.Dataset
         Dimensions point, axis, other_axis; units in the attributes.
     """
+    needed("xarray", "tables")
     import xarray as xr
 
     data = {

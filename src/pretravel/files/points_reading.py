@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
+from pretravel.base.extras import needed
 from pretravel.base.units import MICROMETRE
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.netcdf import StoredVariable, read_dataset
@@ -59,7 +60,7 @@ def read_points(source: Source) -> Points:
     )
 
 
-def points_of_table(file: SourceFile, table: CsvTable, numbered_from: int = 1) -> Points:
+def points_of_table(file: SourceFile, table: CsvTable) -> Points:
     """Make points of a table with the columns that `write_points` writes.
 
     Parameters
@@ -67,8 +68,6 @@ def points_of_table(file: SourceFile, table: CsvTable, numbered_from: int = 1) -
     file : SourceFile
         For messages.
     table : CsvTable
-    numbered_from : int
-        Number of the first point, where the table has no labels.
 
     Returns
     -------
@@ -107,8 +106,7 @@ def points_of_table(file: SourceFile, table: CsvTable, numbered_from: int = 1) -
             ),
             covariance=frozen(u[:, None, None] ** 2 * normals[:, :, None] * normals[:, None, :]),
             deviation=frozen(column("deviation_um")) if table.has("deviation_um") else None,
-            labels=table.columns.get("label")
-            or tuple(str(numbered_from + i) for i in range(len(u))),
+            labels=table.columns.get("label") or tuple(str(i + 1) for i in range(len(u))),
             shared={k: v for k, v in shared.items() if k != NO_CAUSE} if names else None,
             uncompensated=(
                 frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None
@@ -159,6 +157,7 @@ def _json_table(file: SourceFile) -> CsvTable:
 
 
 def _from_dataset(file: SourceFile) -> Points:
+    needed("h5netcdf", "tables")
     data = read_dataset(file).variables
     if not {"position", "normal", "covariance", "label"} <= set(data):
         raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import azimuth_angle, polar_angle
+from pretravel.base.extras import needed
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.prediction.predict import Trigger
 from pretravel.prediction.seat_frame import SEAT_NAMES
@@ -49,6 +50,7 @@ def trigger_dataset(trigger: Trigger) -> xr.Dataset:
         Dimensions direction, axis, seat, compliance; units in the attributes. Shares add up to
         pretravel along compliance.
     """
+    needed("xarray", "tables")
     import xarray as xr
 
     polar, azimuth = _angles(trigger)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,6 +24,8 @@ _SAME_TIP = 0.05
 """The tip diameters of one probe in repeated qualifications differ by less. [mm]"""
 _WAIT_FOR_WRITER = 30.0
 """Time that a writer waits for another writer. [s]"""
+_WAIT_FOR_JOURNAL = 2.0
+"""Time after which a journal beside a history is not that of a writer at work. [s]"""
 _NO_FOLDER = "the history cannot be made: the folder {folder} does not exist"
 _COLUMNS = (
     "time", "map", "map_id", "tip_diameter_mm", "touches_file", "touches", "directions",
@@ -253,7 +257,12 @@ def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
     if create and not place.parent.is_dir():
         raise InputError(_NO_FOLDER.format(folder=place.parent), path=path)
     try:
-        connection = sqlite3.connect(place, timeout=_WAIT_FOR_WRITER, isolation_level=None)
+        _refuse_journal(place)
+        # What is only read is never rolled back: SQLite would delete files that a journal names.
+        address = f"{place.absolute().as_uri()}?mode={'rwc' if create else 'ro&immutable=1'}"
+        connection = sqlite3.connect(
+            address, timeout=_WAIT_FOR_WRITER, isolation_level=None, uri=True
+        )
     except sqlite3.Error as error:
         raise InputError(f"the history cannot be opened: {error}", path=path) from None
     try:
@@ -269,6 +278,25 @@ def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
         raise InputError(f"this is not the history of a probe ({error})", path=path) from None
     finally:
         connection.close()
+
+
+def _refuse_journal(place: Path) -> None:
+    """Wait for a writer that is at work; refuse what a broken one, or a stranger, left."""
+    # SQLite looks beside the file that a link points to.
+    real = place.resolve()
+    end = time.monotonic() + _WAIT_FOR_JOURNAL
+    for ending in ("-journal", "-wal"):
+        beside = real.with_name(real.name + ending)
+        while os.path.lexists(beside):
+            if time.monotonic() > end:
+                raise InputError(
+                    f"{beside.name} is beside the history: another program writes to it, or was "
+                    "interrupted, or the file comes from elsewhere. Opening the history could "
+                    "change or delete other files. Wait for the other program; if none runs, "
+                    "move that file away, or use a copy of the history that was kept",
+                    path=place,
+                )
+            time.sleep(0.02)
 
 
 def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) -> None:

@@ -29,23 +29,10 @@ class SourceFile:
     path : str
         For messages.
     content : bytes
-    absent : pair of int
-        Of a part of a file: the line after which lines are absent, and their number.
     """
 
     path: str
     content: bytes
-    absent: tuple[int, int] = (0, 0)
-
-    def line_in_file(self, line: int) -> int:
-        r"""The number in the file of a line of the content, from 1.
-
-        >>> part = SourceFile("a.csv", b"x,y\n5,6\n", absent=(1, 400))
-        >>> part.line_in_file(1), part.line_in_file(2)
-        (1, 402)
-        """
-        after, count = self.absent
-        return line + count if line > after else line
 
     @property
     def name(self) -> str:

@@ -272,10 +272,10 @@ def _records(file: SourceFile, text: str) -> list[Record]:
             number += 1
             line += "\n" + lines[number]
         if _open_quote(line) and number > first:
-            raise file.error("a quoted cell does not end", file.line_in_file(first + 1))
+            raise file.error("a quoted cell does not end", first + 1)
         number += 1
         if line.strip():
-            records.append((file.line_in_file(first + 1), line.strip(" \n\ufeff")))
+            records.append((first + 1, line.strip(" \n\ufeff")))
     return records
 
 

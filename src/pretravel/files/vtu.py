@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.base.extras import needed
 from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import whole_file
 from pretravel.prediction.elastic_field import TriggerField
@@ -26,6 +27,7 @@ def write_vtu(path: str | Path, field: TriggerField) -> None:
     ``von_mises_rest_MPa`` at rest, ``region`` (index in the order of the mesh), ``quality``.
     Coordinates are in mm.
     """
+    needed("meshio", "fem")
     import meshio
 
     mesh = field.elastic.mesh

@@ -30,11 +30,12 @@ from pretravel.identification.six_seat_fit import (
     most_probable,
     oriented_starts,
 )
-from pretravel.maps.basis import values_in_blocks
+from pretravel.maps.basis import MapBasis, values_in_blocks
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.support import DirectionSupport
+from pretravel.prediction.response import ResponseBasis
 from pretravel.prediction.six_seat_basis import SixSeatBasis
 from pretravel.prediction.six_seats import PARAMETERS
 from pretravel.uncertainty.covariance import Covariance
@@ -94,6 +95,7 @@ class PhysicalKind(KindOfMap):
 
     name: ClassVar[str] = "physical"
     title: ClassVar[str] = "six-seat probe"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
     prior_weight: ClassVar[float] = 3.0
 
     def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
@@ -280,7 +282,7 @@ def _misfit(
     """Lack of fit of a six-seat probe alone: its residuals against the scatter of repeats."""
     if repeats.dof < WELL_KNOWN_NOISE:
         return math.nan
-    from scipy.stats import f as fisher
+    from scipy.special import fdtrc
 
     noise = max(repeats.deviation, LEAST_NOISE)
     alone = PriorScales(weighted.scales[0].asymmetry, LEAST_NOISE, 0.0, noise)
@@ -294,7 +296,7 @@ def _misfit(
     spent = float(np.trace(np.linalg.solve(information + np.diag(priors), information)))
     free = max(len(misses) - spent, 1.0)
     beyond = float(np.sum((misses * root) ** 2))
-    return float(fisher.sf(beyond / free, free, repeats.dof))
+    return float(fdtrc(free, repeats.dof, beyond / free))
 
 
 def _with_disagreement(fit: PhysicalMapFit, problem: SixSeatProblem) -> PhysicalMapFit:

@@ -128,7 +128,7 @@ def identify(
     if pretravel_map.basis.interpolates and pretravel_map.states_uncertainty:
         unknown.append(
             "this map is a table, which does not contain the correlation of its errors: u is too "
-            "small; use the .nc file of the qualification"
+            "small; use the .json file of the qualification"
         )
     residuals = fit.residuals(fitted, parameters)
     widening, misfit = _misfit(residuals, fit.covariance)

@@ -149,12 +149,12 @@ def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Sp
     >>> spread.value, round(spread.low, 3), round(spread.high, 3)
     (1.0, 0.745, 1.522)
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     if dof <= 0.0:
         return Spread(math.nan, math.nan, math.nan, 0.0)
     half = 0.5 * probability
-    high, low = (float(chi2.ppf(0.5 - half, dof)), float(chi2.ppf(0.5 + half, dof)))
+    high, low = (2.0 * float(gammaincinv(0.5 * dof, 0.5 + side)) for side in (-half, half))
     return Spread(
         math.sqrt(squares / dof), math.sqrt(squares / low), math.sqrt(squares / high), dof
     )

@@ -159,7 +159,7 @@ class Separation(ShownInNotebooks):
         than four degrees of freedom both ends are those of a normal distribution. None is below
         zero.
         """
-        from scipy.stats import chi2
+        from scipy.special import gammaincinv
 
         variance, u = self.pair_variance(machine, probe)
         if u == 0.0:
@@ -169,7 +169,8 @@ class Separation(ShownInNotebooks):
         lowest = max(variance - normal, 0.0)
         if dof < _FEWEST_DOF:
             return lowest, variance + normal
-        return lowest, variance * dof / float(chi2.ppf(0.5 - 0.5 * probability, dof))
+        lower = 2.0 * float(gammaincinv(0.5 * dof, 0.5 - 0.5 * probability))
+        return lowest, variance * dof / lower
 
     def error_interval(self, probability: float = COVERAGE) -> FloatArray:
         """Coverage intervals of the machine's, then the probe's errors, (m + p, 2). [mm]"""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.maps.support import DirectionSupport
@@ -206,10 +205,6 @@ class MapBasis(ABC):
     def attributes(self) -> Mapping[str, str | float]:
         """What a file keeps of the basis as single values."""
         return {}
-
-    def checksummed(self) -> list[npt.ArrayLike]:
-        """Numbers of the basis that the checksum of a file contains, in a fixed order."""
-        return []
 
     @classmethod
     @abstractmethod

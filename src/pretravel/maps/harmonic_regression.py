@@ -55,8 +55,19 @@ _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
 _MANY_ROWS = 2  # rows for each column from which equations for the columns are fewer
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
-_PAIRS = 8  # of points that the posterior is averaged over
 _MOST_CORRECTED = 2.0  # logarithm of the largest weight over the median one
+_SOBOL = (
+    (307271798, 174628328, 631746294, 307996591, 549404812, 934479949, 553954181, 14368825),
+    (680168256, 833182303, 404013618, 867970132, 261199633, 201321069, 483954224, 981947520),
+    (1047282702, 456927173, 874550651, 259766712, 303655366, 397374883, 1029551146, 628322504),
+    (79058744, 553508978, 160692671, 781988419, 1027063387, 736335747, 8491423, 523199601),
+    (182938005, 278534694, 283941116, 613480762, 837287670, 1000465337, 878683667, 761941845),
+    (809335459, 727440785, 761263160, 91714241, 516499819, 132972953, 159613862, 389438444),
+    (651933165, 30318603, 23831409, 967894829, 54646716, 465411671, 671529404, 146964388),
+    (469870299, 974088124, 1020841909, 408382678, 745472033, 670137463, 366648329, 849242909),
+)  # fmt: skip
+"""A sequence of Sobol', scrambled, in steps of 2^-30: for the points that the posterior is averaged
+over. `scipy.stats.qmc` gives it with ``rng=1``, but takes half a second to load."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,9 +471,9 @@ def _spread_points() -> FloatArray:
 
     As many pairs as dimensions: all of them then have the same length.
     """
-    from scipy.stats import norm, qmc
+    from scipy.special import ndtri
 
-    half = norm.ppf(qmc.Sobol(_AMPLITUDES, scramble=True, rng=1).random(_PAIRS))
+    half = ndtri(np.array(_SOBOL) / 2.0**30)
     both = np.concatenate([half, -half])
     root = np.linalg.cholesky(both.T @ both / len(both))
     return np.asarray(np.linalg.solve(root, both.T).T)

@@ -106,6 +106,9 @@ class KindOfMap(ABC):
     title: ClassVar[str]
     """The kind in words, for pictures and tables."""
 
+    bases: ClassVar[tuple[type[MapBasis], ...]] = ()
+    """Bases of its maps: one of them restores a map from a file."""
+
     needs_all_directions: ClassVar[bool] = False
     """Whether the kind cannot be fitted with directions left out of its pattern."""
 

@@ -15,6 +15,22 @@ _MANY = 5_000  # touches from which functions are evaluated once for each direct
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that
 
 
+@dataclass(frozen=True)
+class Scatter:
+    """Standard deviation of a single touch, and how well it is known.
+
+    Attributes
+    ----------
+    deviation : float
+        [mm]
+    dof : float
+        Degrees of freedom; zero without repeats.
+    """
+
+    deviation: float
+    dof: float
+
+
 @dataclass(frozen=True, eq=False)
 class Observation:
     """Touches on a reference about a centre, in the probe frame.
@@ -124,6 +140,23 @@ class Observation:
         return np.asarray(np.bincount(self.groups, self.values) / np.bincount(self.groups))
 
     @cached_property
+    def repeats(self) -> Scatter:
+        """Pooled standard deviation among repeats of the same direction; zero without repeats.
+
+        >>> touches = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 3.002]])
+        >>> seen = Observation(touches, np.array([0, 0]), np.zeros(3), 1.0, 2.0, ring=False)
+        >>> round(seen.repeats.deviation, 6), seen.repeats.dof
+        (0.001414, 1.0)
+        """
+        count = np.bincount(self.groups).astype(np.float64)
+        dof = float(len(self.values) - len(count))
+        if dof == 0.0:
+            return Scatter(0.0, 0.0)
+        mean = np.bincount(self.groups, self.values) / count
+        squares = float(np.sum((self.values - mean[self.groups]) ** 2))
+        return Scatter(math.sqrt(squares / dof), dof)
+
+    @cached_property
     def group_directions(self) -> FloatArray:
         """Mean contact normal of each direction, (g, 3)."""
         total = [np.bincount(self.groups, axis) for axis in self.directions.T]
@@ -150,45 +183,3 @@ class Places:
     directions: FloatArray
     groups: IntArray
     of_touches: IntArray
-
-
-@dataclass(frozen=True)
-class Scatter:
-    """Standard deviation of a single touch, and how well it is known.
-
-    Attributes
-    ----------
-    deviation : float
-        [mm]
-    dof : float
-        Degrees of freedom; zero without repeats.
-    """
-
-    deviation: float
-    dof: float
-
-
-def scatter_of_repeats(observation: Observation) -> Scatter:
-    """Pooled standard deviation among repeats of the same direction.
-
-    Parameters
-    ----------
-    observation : Observation
-
-    Returns
-    -------
-    Scatter
-        Both numbers zero without repeats.
-
-    >>> touches = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 3.002]])
-    >>> seen = Observation(touches, np.array([0, 0]), np.zeros(3), 1.0, 2.0, ring=False)
-    >>> round(scatter_of_repeats(seen).deviation, 6), scatter_of_repeats(seen).dof
-    (0.001414, 1.0)
-    """
-    count = np.bincount(observation.groups).astype(np.float64)
-    dof = float(len(observation.values) - len(count))
-    if dof == 0.0:
-        return Scatter(0.0, 0.0)
-    mean = np.bincount(observation.groups, observation.values) / count
-    squares = float(np.sum((observation.values - mean[observation.groups]) ** 2))
-    return Scatter(math.sqrt(squares / dof), dof)

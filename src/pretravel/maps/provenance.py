@@ -175,8 +175,7 @@ class Provenance:
         How the file of touches was understood, where it was not in the form that this package
         writes.
     touch_digests : str
-        Digests of the touches (`pretravel.qualification.own_touches`); empty for maps of earlier
-        versions.
+        Digests of the touches (`pretravel.qualification.own_touches`).
     """
 
     origin: Origin = Origin.MADE
@@ -211,44 +210,23 @@ class Provenance:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Provenance:
-        """What `as_dict` gave; also what maps of earlier versions kept, which was words alone.
+        """What `as_dict` gave.
 
-        >>> Provenance.from_dict({"source": "predicted, model fem"}).origin
+        Raises
+        ------
+        KeyError
+            There is no origin.
+
+        >>> Provenance.from_dict({"origin": "predicted"}).origin
         <Origin.PREDICTED: 'predicted'>
         """
         known = {entry.name for entry in fields(cls)}
         given = {name: value for name, value in values.items() if name in known}
-        if "origin" not in given:
-            return _from_words(given)
         setup = given.pop("setup", None)
         return cls(
-            **{**given, "origin": Origin(given["origin"])},
-            setup=None if setup is None else QualificationSetup(**_BEFORE | setup),
+            **{**given, "origin": Origin(values["origin"])},
+            setup=None if setup is None else QualificationSetup(**setup),
         )
 
 
 _TEXTS = ("source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests")
-_BEFORE = {"u_temperature": 0.0, "sphere_form": 0.0}
-"""Of maps of earlier versions, which did not contain them."""
-
-
-def _from_words(words: Mapping[str, str]) -> Provenance:
-    """Earlier versions kept sentences; here, and only here, they are interpreted."""
-    source, touches = words.get("source", ""), words.get("touches", "")
-    gauge = words.get("gauge", "")
-    origin = Origin.MADE
-    if source.startswith("predicted"):
-        origin = Origin.PREDICTED
-    elif "calibration rig" in source:
-        origin = Origin.CALIBRATED
-    elif source.startswith("qualified"):
-        origin = Origin.QUALIFIED
-    return Provenance(
-        origin=origin,
-        source=source,
-        touches=touches,
-        touches_file=touches.partition(", from ")[2],
-        gauge=gauge,
-        level_known="tip" not in gauge,
-        probe=words.get("probe", ""),
-    )

@@ -17,6 +17,7 @@ from pretravel.maps.provenance import Origin
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.qualification.qualification import Qualification
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
@@ -319,3 +320,30 @@ def embed(
     if feeds is None or pretravel_map.delay is None:
         return touches
     return at_rest(touches, -pretravel_map.delay)
+
+
+def distances_from_reference(
+    fitted: Qualification, touches: Touches
+) -> tuple[FloatArray, FloatArray]:
+    """Distances of compensated touches from the sphere (or ring) that a qualification found.
+
+    Parameters
+    ----------
+    fitted : Qualification
+    touches : Touches
+        On the same reference.
+
+    Returns
+    -------
+    distance : (n,) float
+        From the reference's surface, away from its centre. [mm]
+    standard_uncertainty : (n,) float
+        That compensation states. [mm]
+    """
+    points = apply(touches, fitted.pretravel_map, extrapolate=True)
+    offset = points.positions - fitted.center
+    if fitted.setup.ring:
+        axis = fitted.pretravel_map.rotation[:, 2]
+        offset = offset - (offset @ axis)[:, None] * axis
+    distance = np.linalg.norm(offset, axis=1) - 0.5 * fitted.setup.diameter
+    return distance, points.standard_uncertainty

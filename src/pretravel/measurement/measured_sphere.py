@@ -1,4 +1,4 @@
-"""Centre and diameter of a sphere from compensated points: GUM with a budget, and Monte Carlo."""
+"""Centre and diameter of a sphere from compensated points: GUM with a budget."""
 
 from __future__ import annotations
 
@@ -12,16 +12,12 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.point_errors import (
     REPEATABILITY,
     point_sources,
-    total_covariance,
 )
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
-from pretravel.uncertainty.gum import Budget, Component, Propagated
-from pretravel.uncertainty.monte_carlo import MonteCarlo, Validation, monte_carlo, validate
-
-_CHUNK = 200
+from pretravel.uncertainty.gum import Budget, Component
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,78 +108,3 @@ def measured_sphere(
         points,
         sources,
     )
-
-
-def sphere_by_trials(
-    measured: MeasuredSphere,
-    *,
-    probability: float = 0.95,
-    digits: int = 1,
-    most_trials: int = 100_000,
-    seed: int | None = 1,
-) -> tuple[MonteCarlo, Validation]:
-    """The distribution of the diameter by trials, and whether it confirms the GUM's interval.
-
-    Parameters
-    ----------
-    measured : MeasuredSphere
-    probability, digits, most_trials, seed
-        As for `monte_carlo`.
-
-    Returns
-    -------
-    MonteCarlo
-        Of the diameter. [mm]
-    Validation
-    """
-    along_normals = total_covariance(measured.sources)
-
-    def draw(generator: np.random.Generator, trials: int) -> FloatArray:
-        return along_normals.errors(generator, trials)
-
-    def diameters(moved: FloatArray) -> FloatArray:
-        # The sphere of every trial is fitted, by Gauss-Newton for all trials at once.
-        points = measured.points
-        p = points.positions[None] + moved[:, :, None] * points.normals[None]
-        return 2.0 * _sphere_radii(p, measured.fit)
-
-    trials = monte_carlo(
-        diameters,
-        draw,
-        probability=probability,
-        digits=digits,
-        share=0.2,
-        most_trials=most_trials,
-        seed=seed,
-    )
-    value = np.array([measured.diameter])
-    u = measured.budget.combined
-    gum = Propagated(
-        value=value,
-        covariance=np.array([[u**2]]),
-        jacobian=np.ones((1, 1)),
-        effective_dof=np.array([np.inf]),
-        budgets=(measured.budget,),
-    )
-    return trials, validate(gum, trials, digits)
-
-
-def _sphere_radii(p: FloatArray, start: SphereFit) -> FloatArray:
-    """Radii of least-squares spheres through (t, n, 3) points near a fitted one, (t,)."""
-    radii = np.empty(len(p))
-    for first in range(0, len(p), _CHUNK * 10):
-        part = p[first : first + _CHUNK * 10]
-        center = np.repeat(start.center[None], len(part), axis=0)
-        radius = np.full(len(part), start.radius)
-        for _ in range(4):  # errors of micrometres: the third step moves below 1e-12 mm
-            offset = part - center[:, None]
-            distance = np.linalg.norm(offset, axis=2)
-            jacobian = np.concatenate(
-                [offset / distance[..., None], np.ones((*distance.shape, 1))], axis=2
-            )
-            normal = np.einsum("tni,tnj->tij", jacobian, jacobian)
-            right = np.einsum("tni,tn->ti", jacobian, distance - radius[:, None])
-            step = np.linalg.solve(normal, right[..., None])[..., 0]
-            center, radius = center + step[:, :3], radius + step[:, 3]
-        radii[first : first + len(part)] = radius
-    return radii

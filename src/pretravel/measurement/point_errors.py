@@ -1,4 +1,4 @@
-"""The errors of compensated points: one model, as covariances, as a budget, and as trials."""
+"""The errors of compensated points: one model, as covariances and as a budget."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.errors import PretravelError
 from pretravel.base.units import delay_travel
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.points import FIXED_SCATTER, Points
@@ -135,36 +133,6 @@ class PointErrors:
         count = max(int(np.sum(np.any(left > _LEFT_TO_OWN * total, axis=1))), 1)
         return shared | {f"map {k + 1}": frozen(factors[k]) for k in range(count)}
 
-    def trials(
-        self, pretravel: FloatArray, trials: int, generator: np.random.Generator
-    ) -> FloatArray:
-        """Errors of the points, drawn: one map, one tip radius and one delay in each trial.
-
-        Parameters
-        ----------
-        pretravel : (n,) float
-            That compensation subtracted. [mm]
-        trials : int
-        generator : numpy.random.Generator
-
-        Returns
-        -------
-        (trials, n, 3) float
-            [mm]
-        """
-        values = map_by_trials(
-            replace(self.pretravel_map, delay_effect=None),
-            self.normals,
-            trials=trials,
-            seed=int(generator.integers(2**31)),
-        )
-        travel = (values - pretravel) / self.closing
-        travel += self.pretravel_map.single_touch * generator.standard_normal(values.shape)
-        if self._delay_matters:
-            travel += generator.standard_normal((trials, 1)) * self.delay_along_approach
-        radius = self.pretravel_map.u_tip_radius * generator.standard_normal((trials, 1, 1))
-        return np.asarray(-travel[..., None] * self.approaches - radius * self.normals)
-
 
 USUAL_DELAY = 2e-3
 """Standard uncertainty of a signal delay that was not determined: optical and radio transmission
@@ -271,80 +239,3 @@ def point_sources(
 def total_covariance(sources: Mapping[str, Covariance]) -> Covariance:
     """The covariance of all sources together. [mm²]"""
     return Covariance(Correlation.FULL, np.asarray(sum(part.matrix for part in sources.values())))
-
-
-def map_by_trials(
-    pretravel_map: PretravelMap,
-    normals: npt.ArrayLike,
-    *,
-    trials: int = 10_000,
-    seed: int | None = 1,
-) -> FloatArray:
-    """Trials of a map's values, with the errors that directions have in common.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    normals : (n, 3) float
-        Machine frame.
-    trials : int
-    seed : int or None
-
-    Returns
-    -------
-    (trials, n) float
-        Their standard deviation is `PretravelMap.standard_uncertainty`. [mm]
-
-    >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.kinds.mean import MeanBasis
-    >>> from pretravel.uncertainty.covariance import Covariance
-    >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
-    ...                     DirectionSupport(up), tip_radius=3.0)
-    >>> bool(abs(map_by_trials(mean, up).std() / 1e-4 - 1.0) < 0.03)
-    True
-    """
-    if trials < 2:
-        raise PretravelError(f"{trials} trials do not make a distribution", inputs=("trials",))
-    generator = np.random.default_rng(seed)
-    design = pretravel_map.basis.design(pretravel_map.probe_directions(normals))
-    moved = pretravel_map.covariance.errors(generator, trials, weights=design)
-    by_delay = pretravel_map.change_by_delay(normals)
-    moved = moved + generator.standard_normal((trials, 1)) * by_delay
-    return np.asarray(design @ pretravel_map.coefficients + moved)
-
-
-def points_by_trials(
-    touches: Touches,
-    points: Points,
-    pretravel_map: PretravelMap,
-    *,
-    trials: int = 10_000,
-    seed: int | None = 1,
-) -> FloatArray:
-    """Trials of compensated points: repeatability, map, tip radius and delay are drawn.
-
-    For results of your own: evaluate each trial as you evaluate the points. Each trial has one
-    map, one tip radius and one delay for all points.
-
-    Parameters
-    ----------
-    touches : Touches
-    points : Points
-        The same touches, compensated with the map.
-    pretravel_map : PretravelMap
-    trials : int
-    seed : int or None
-
-    Returns
-    -------
-    (trials, n, 3) float
-        [mm]
-
-    References
-    ----------
-    JCGM 102, section 7: several outputs, drawn together.
-    """
-    errors = errors_of_points(touches, points.normals, pretravel_map)
-    generator = np.random.default_rng(seed)
-    return np.asarray(points.positions + errors.trials(points.pretravel, trials, generator))

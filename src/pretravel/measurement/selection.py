@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from re import fullmatch
 
@@ -90,73 +90,36 @@ def points_of_features(
     PretravelError
         A pattern without points; numbers as labels, which do not say what belongs together.
     """
-    features = FeaturesOfLabels(tuple(patterns), by_prefix)
-    rows = features.add(points.labels)
-    return {name: points_at(points, rows[name]) for name in features.names()}
+    rows: dict[str, list[int]] = {}
+    place_of: dict[str, int] = {}
+    matched: set[int] = set()
+    for row, label in enumerate(points.labels):
+        own: dict[str, int] = {}
+        for place, pattern in enumerate(patterns or ("*",)):
+            if _matches(label, pattern):
+                matched.add(place)
+                name = label_prefix(label) if by_prefix else pattern if patterns else ""
+                own.setdefault(name, place)
+        for name, place in own.items():
+            rows.setdefault(name, []).append(row)
+            place_of[name] = min(place, place_of.get(name, place))
+    _refuse_labels(points.labels, patterns, matched, by_prefix=by_prefix)
+    return {name: points_at(points, rows[name]) for name in sorted(rows, key=place_of.__getitem__)}
 
 
-@dataclass
-class FeaturesOfLabels:
-    """The features that labels belong to, gathered part by part.
-
-    Attributes
-    ----------
-    patterns : tuple of str
-    by_prefix : bool
-        As for `points_of_features`.
-    counts : dict of str to int
-        Points of each feature so far.
-    """
-
-    patterns: tuple[str, ...]
-    by_prefix: bool
-    counts: dict[str, int] = field(default_factory=dict)
-    _place: dict[str, int] = field(default_factory=dict)
-    _matched: set[int] = field(default_factory=set)
-    _first_labels: tuple[str, ...] = ()
-    _total: int = 0
-    _grouped: bool = False
-
-    def add(self, labels: Sequence[str]) -> dict[str, list[int]]:
-        """Add labels; return the rows of each feature among them."""
-        self._first_labels = (*self._first_labels, *labels)[:_SHOWN]
-        self._total += len(labels)
-        rows: dict[str, list[int]] = {}
-        for row, label in enumerate(labels):
-            prefix = label_prefix(label)
-            self._grouped |= prefix != label
-            own: dict[str, int] = {}
-            for place, pattern in enumerate(self.patterns or ("*",)):
-                if _matches(label, pattern):
-                    self._matched.add(place)
-                    name = prefix if self.by_prefix else pattern if self.patterns else ""
-                    own.setdefault(name, place)
-            for name, place in own.items():
-                rows.setdefault(name, []).append(row)
-                self._place[name] = min(place, self._place.get(name, place))
-        for name, mine in rows.items():
-            self.counts[name] = self.counts.get(name, 0) + len(mine)
-        return rows
-
-    def names(self) -> list[str]:
-        """The features of all labels, in the order of their patterns.
-
-        Raises
-        ------
-        PretravelError
-            As `points_of_features`.
-        """
-        for place, pattern in enumerate(self.patterns):
-            if place not in self._matched:
-                shown = ", ".join(self._first_labels) + ("…" if self._total > _SHOWN else "")
-                raise PretravelError(
-                    f"no label of the {self._total} points matches '{pattern}'; there are {shown}",
-                    inputs=("select",),
-                )
-        if self.by_prefix and not self._grouped:
+def _refuse_labels(
+    labels: Sequence[str], patterns: Sequence[str], matched: set[int], *, by_prefix: bool
+) -> None:
+    for place, pattern in enumerate(patterns):
+        if place not in matched:
+            shown = ", ".join(labels[:_SHOWN]) + ("…" if len(labels) > _SHOWN else "")
             raise PretravelError(
-                "the labels of the points do not end with numbers behind a common name (bore1-1, "
-                f"bore1-2, …), so they form no groups; the first is {self._first_labels[0]}",
-                inputs=("group", "select"),
+                f"no label of the {len(labels)} points matches '{pattern}'; there are {shown}",
+                inputs=("select",),
             )
-        return sorted(self._place, key=self._place.__getitem__)
+    if by_prefix and all(label_prefix(label) == label for label in labels):
+        raise PretravelError(
+            "the labels of the points do not end with numbers behind a common name (bore1-1, "
+            f"bore1-2, …), so they form no groups; the first is {labels[0]}",
+            inputs=("group", "select"),
+        )

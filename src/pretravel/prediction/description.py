@@ -378,6 +378,25 @@ class Probe:
         """The longest segment of the stylus."""
         return max(self.stylus, key=lambda segment: segment.length)
 
+    def with_friction(self, friction: float) -> Probe:
+        """The same probe with another friction at its seats.
+
+        Parameters
+        ----------
+        friction : float
+            Coulomb's coefficient.
+
+        Raises
+        ------
+        DescriptionError
+            A coefficient that is out of range.
+
+        >>> from pretravel.prediction.catalogue import load_probe
+        >>> load_probe("omp40-2").with_friction(0.2).seats.friction
+        0.2
+        """
+        return replace(self, seats=replace(self.seats, friction=friction))
+
     def with_lever(self, lever: float, *, shorten: bool = False) -> Probe:
         """The same probe with another lever: the hub offset changes, the stylus does not.
 

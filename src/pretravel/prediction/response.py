@@ -198,9 +198,6 @@ class ResponseBasis(MapBasis):
     def attributes(self) -> Mapping[str, str | float]:
         return {"criterion": self.response.criterion}
 
-    def checksummed(self) -> list[npt.ArrayLike]:
-        return [getattr(self.response, name) for name in _STORED]
-
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self | None:
         if "response_compliance" not in stored.arrays:

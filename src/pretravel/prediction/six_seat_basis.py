@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import PretravelError
@@ -150,9 +149,6 @@ class SixSeatBasis(MapBasis):
             found["correction_degree"] = StoredArray(("correction",), self.terms[:, 0])
             found["correction_order"] = StoredArray(("correction",), self.terms[:, 1])
         return found
-
-    def checksummed(self) -> list[npt.ArrayLike]:
-        return [self.values, self.terms] if len(self.terms) else [self.values]
 
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self | None:

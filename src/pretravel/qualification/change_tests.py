@@ -412,11 +412,11 @@ def separable_columns(x: FloatArray, axes: int) -> list[int]:
 
 def _p_value(ratio: float, freedom: float, dof: float) -> float:
     """P of a mean square over its expectation."""
-    from scipy import stats
+    from scipy.special import chdtrc, fdtrc
 
     if math.isfinite(dof):
-        return float(stats.f.sf(ratio, freedom, dof))
-    return float(stats.chi2.sf(ratio * freedom, freedom))
+        return float(fdtrc(freedom, dof, ratio))
+    return float(chdtrc(freedom, ratio * freedom))
 
 
 def _noncentrality(freedom: int, rate: float) -> float:

@@ -22,8 +22,8 @@ from pretravel.qualification.delay import SignalDelay, several_feeds, travel_per
 from pretravel.qualification.drift_over_time import DailyQuantity
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.outliers import Outlier
-from pretravel.qualification.prepare import prepare
 from pretravel.qualification.probe_drift import slope_around_axis
+from pretravel.qualification.qualify import prepare
 from pretravel.qualification.verification import touches_beside_map
 from pretravel.touches import Touches
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE, SECONDS_PER_MINUTE
-from pretravel.maps.kinds.harmonic import HarmonicMapFit
-from pretravel.maps.observation import Scatter
-from pretravel.touches import Touches
+from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.touches import Touches, at_rest
 
 SAME_FEED = 0.01
 """Feeds that differ by less than this, relatively, are one feed."""
@@ -97,3 +98,55 @@ def signal_delay(touches: Touches, fit: HarmonicMapFit, repeats: Scatter) -> Sig
         dof = max(fit.dof - 1.0, 1.0) + repeats.dof
         sigma = math.sqrt((left_over + _USUAL_DOF * _USUAL_NOISE**2) / (dof + _USUAL_DOF))
     return SignalDelay(delay, sigma / math.sqrt(information), slowest, fastest)
+
+
+def separated_delay(
+    touches: Touches, observation: Observation, rotation: FloatArray
+) -> tuple[SignalDelay | None, list[str]]:
+    """The signal delay by iteration: each step removes the delay found so far and fits the rest.
+
+    Parameters
+    ----------
+    touches : Touches
+    observation : Observation
+        Of these touches.
+    rotation : (3, 3) float
+        Probe to machine frame.
+
+    Returns
+    -------
+    SignalDelay or None
+        None for touches at one feed, and where a delay would cost more than `COSTLY`.
+    list of str
+        Warnings.
+
+    Raises
+    ------
+    PretravelError
+        A signal before its trigger.
+    """
+    if not several_feeds(touches):
+        return None, []
+    total, current = 0.0, observation
+    for _ in range(6):
+        found = signal_delay(touches, fit_harmonic(current), current.repeats)
+        total += found.delay
+        if math.isinf(found.u_delay) or abs(found.delay) < 0.01 * found.u_delay:
+            break
+        current = replace(observation, positions=at_rest(touches, total).positions @ rotation)
+    delay = replace(found, delay=total)
+    if delay.u_delay * float(np.mean(travel_per_second(touches))) > COSTLY:
+        warning = (
+            f"the touches were made at {delay.slowest:g} to {delay.fastest:g} mm/min, which does "
+            "not determine the signal delay well enough (the feeds differ little, or change with "
+            "the directions): delay travel is spread over the map. Touch the same directions at "
+            "two quite different feeds, or all at one"
+        )
+        return None, [warning]
+    if delay.delay < -3.0 * delay.u_delay:
+        raise PretravelError(
+            f"the touches give a signal delay of {delay.delay * 1e3:.3f} ms (u = "
+            f"{delay.u_delay * 1e3:.3f}): a signal cannot come before its trigger. Are the "
+            "feeds those of the touches, and does something else change with them?"
+        )
+    return delay, []

@@ -1,40 +1,269 @@
-"""What a real machine adds to touches.
+"""The part of touches that the machine causes: what is subtracted, and what scatter it leaves.
 
-A module for each effect: steps of the latch, drift, hysteresis, uneven scatter and heavy tails. The
-functions take arrays and return values.
+The step of the latch, a drift of the reference and a memory of the push before are estimated from
+the touches themselves. Drift and memory are subtracted; their doubt, and what cannot be subtracted
+on a part, is scatter that repeats do not reduce.
 """
 
 from __future__ import annotations
 
-from pretravel.qualification.heavy_tails import tail_kurtosis
-from pretravel.qualification.noise_by_direction import repeatability_by_direction
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.units import MICROMETRE
+from pretravel.maps.observation import Observation
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.qualification.reference_drift import (
+from pretravel.qualification.touch_order import (
+    between_predecessors,
     drift_columns,
     drift_is_separable,
     estimated_drift,
-    touch_times,
-)
-from pretravel.qualification.touch_order import (
-    between_predecessors,
     estimated_hysteresis,
     hysteresis_columns,
     predecessors,
     previous_directions,
 )
+from pretravel.touches import Touches
 
-__all__ = [
-    "between_predecessors",
-    "drift_columns",
-    "drift_is_separable",
-    "estimated_drift",
-    "estimated_hysteresis",
-    "hysteresis_columns",
-    "predecessors",
-    "previous_directions",
-    "quantisation_step",
-    "repeat_step",
-    "repeatability_by_direction",
-    "tail_kurtosis",
-    "touch_times",
-]
+DRIFT_LEVEL = 0.01
+"""Probability that a drift is subtracted although there is none."""
+_HYSTERESIS_LEVEL = 0.01
+_HYSTERESES = {0.4 * MICROMETRE: 0.25, 1.0 * MICROMETRE: 0.10, 3.0 * MICROMETRE: 0.02}
+"""Sizes of a hysteresis, with their shares of machines and probes; most have none."""
+_USUAL_HYSTERESIS = 0.4 * MICROMETRE
+_COMMON = sum(_HYSTERESES.values())
+_LIKELY = 0.5  # probability of a hysteresis from which people are warned
+_SURE = 0.95  # probability of a hysteresis from which it is subtracted
+_NOISE_FLOOR = 1e-5 * MICROMETRE
+
+
+@dataclass(frozen=True, eq=False)
+class MachineEffects:
+    """What the machine adds to the touches of a reference.
+
+    Attributes
+    ----------
+    step : float
+        Of the latched positions; zero where none is seen. [mm]
+    step_scatter : float
+        Standard deviation by the step that repeats do not reduce: their noise is below it. [mm]
+    drift : (3,) float
+        Movement of the reference over the run that was subtracted, probe frame. [mm]
+    hysteresis : (2,) float
+        Expected movement of the tip's rest position by the push before, lateral and axial. [mm]
+    fixed_scatter : float
+        Standard deviation of a touch that repeats do not show, by hysteresis and form. [mm]
+    change : (n,) float
+        What was subtracted from the pretravel of each touch. [mm]
+    warnings : tuple of str
+    """
+
+    step: float
+    step_scatter: float
+    drift: FloatArray
+    hysteresis: FloatArray
+    fixed_scatter: float
+    change: FloatArray
+    warnings: tuple[str, ...]
+
+
+def machine_effects(
+    observation: Observation, machine_positions: FloatArray, sphere_form: float = 0.0
+) -> MachineEffects:
+    """Estimate what the machine adds to touches.
+
+    Parameters
+    ----------
+    observation : Observation
+        In the order in which the touches were made.
+    machine_positions : (n, 3) float
+        As they were latched, machine frame. [mm]
+    sphere_form : float
+        Deviation of the reference from its form, between highest and lowest point. [mm]
+
+    Returns
+    -------
+    MachineEffects
+
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> n = np.repeat(sphere_pattern_25(), 2, axis=0)
+    >>> positions = n * (15.49 + np.random.default_rng(1).normal(0.0, 1e-4, 50))[:, None]
+    >>> seen = Observation(positions, np.repeat(np.arange(25), 2), np.zeros(3), 12.5, 3.0, False)
+    >>> machine_effects(seen, positions).step
+    0.0
+    """
+    groups, count = observation.groups, len(observation.groups)
+    order = np.arange(count, dtype=np.float64)
+    step = max(quantisation_step(machine_positions), repeat_step(observation.values, groups))
+    noise = observation.repeats.deviation
+    # Noise far above the step averages it out.
+    share = math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
+    variance = sphere_form**2 / 12.0  # uniform between lowest and highest
+    drift, change = np.zeros(3), np.zeros(count)
+    warnings = []
+    if drift_is_separable(groups, order):
+        found = estimated_drift(observation.values, observation.directions, groups, order)
+        if found.p_value < DRIFT_LEVEL:
+            drift = np.asarray(-found.value)
+            change = drift_columns(observation.directions, order) @ found.value
+            size = float(np.linalg.norm(drift)) / MICROMETRE
+            warnings.append(
+                f"the reference drifted by {size:.1f} µm against the machine during the touches; a "
+                "steady drift was subtracted. Let the machine warm up"
+            )
+    hysteresis, moments, probability = _memory(observation, change, order)
+    before = previous_directions(observation.directions, predecessors(order))
+    change = change + hysteresis_columns(observation.directions, before)[:, :2] @ hysteresis
+    between = between_predecessors(observation.values - change, groups, order)
+    remaining = between.variance if between.p_value < _HYSTERESIS_LEVEL else 0.0
+    variance += remaining
+    if probability == _COMMON and between.warning:  # nothing was determined
+        warnings.append(between.warning)
+    if probability:
+        variance += _scatter_by_memory(observation.group_directions, moments)
+    warnings.extend(_memory_warnings(probability, hysteresis, moments))
+    return MachineEffects(
+        step=step,
+        step_scatter=step * math.sqrt(share / 12.0),
+        drift=drift,
+        hysteresis=hysteresis,
+        fixed_scatter=math.sqrt(variance),
+        change=change,
+        warnings=tuple(warnings),
+    )
+
+
+def without_machine(
+    touches: Touches,
+    observation: Observation,
+    setup: QualificationSetup,
+    rotation: FloatArray,
+    *,
+    latched: FloatArray | None = None,
+) -> tuple[Touches, MachineEffects]:
+    """Touches without what the machine adds, as far as it can be subtracted.
+
+    Parameters
+    ----------
+    touches : Touches
+        In the order in which they were made.
+    observation : Observation
+        Of the same touches.
+    setup : QualificationSetup
+    rotation : (3, 3) float
+        Probe to machine frame, of the observation.
+    latched : (n, 3) float, optional
+        Positions as the machine latched them; those of the touches when not given. [mm]
+
+    Returns
+    -------
+    Touches
+    MachineEffects
+        Estimated without gross errors.
+
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> from pretravel.qualification.observe import observe
+    >>> n = sphere_pattern_25()
+    >>> touches, setup = Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0)
+    >>> without_machine(touches, observe(touches, setup), setup, np.eye(3))[0].positions.shape
+    (25, 3)
+    """
+    positions = touches.positions if latched is None else latched
+    kept = np.ones(len(touches), dtype=bool)
+    if setup.search_outliers:
+        wrong = repeat_outliers(observation, touches.where, quantisation_step(positions))
+        kept[[row for outlier in wrong for row in outlier.rows]] = False
+    if kept.mean() < FEWEST_LEFT:
+        kept[:] = True
+    part = observation if kept.all() else observation.take(kept)
+    effects = machine_effects(part, positions[kept], setup.sphere_form)
+    change = np.zeros(len(kept))
+    change[kept] = effects.change
+    if not change.any():
+        return touches, replace(effects, change=change)
+    moved = (observation.directions * change[:, None]) @ rotation.T
+    corrected = replace(touches, positions=touches.positions + moved)
+    return corrected, replace(effects, change=change)
+
+
+def _memory_warnings(probability: float, expected: FloatArray, moments: FloatArray) -> list[str]:
+    """What people must know of a hysteresis that is likely."""
+    if probability > _SURE:
+        return [
+            (
+                f"hysteresis of about {float(np.abs(expected).max()) / MICROMETRE:.1f} µm: touches "
+                "depend on the direction of the touch before. It is subtracted here, and adds to u "
+                "of every point on a part"
+            )
+        ]
+    if probability > _LIKELY:
+        size = math.sqrt(float(np.diag(moments).max()) / probability) / MICROMETRE
+        return [
+            (
+                "touches may depend on the direction of the touch before: a hysteresis of about "
+                f"{size:.1f} µm has a probability of {probability:.0%}. Repeat in passes, each in "
+                "another order, to find out"
+            )
+        ]
+    return []
+
+
+def _memory(
+    observation: Observation, change: FloatArray, order: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Expected memory of the push before, (2,), its second moments, (2, 2), and its probability.
+
+    A memory of zero is likely in advance; the estimate is taken as far as it speaks against that.
+    """
+    nothing = np.zeros(2), np.zeros((2, 2)), 0.0
+    if len(observation.groups) - observation.direction_count < 6:
+        return nothing
+    found = estimated_hysteresis(
+        observation.values - change, observation.directions, observation.groups, order
+    )
+    known = np.asarray(found.determined)
+    if not known.any():
+        return np.zeros(2), _COMMON * _USUAL_HYSTERESIS**2 * np.eye(2), _COMMON
+    value, count = found.value[known], int(known.sum())
+    own = found.covariance[np.ix_(known, known)] + _NOISE_FLOOR**2 * np.eye(count)
+    nothing_there = math.log(1.0 - sum(_HYSTERESES.values())) + _log_density(value, own)
+    logarithms, means, seconds = [nothing_there], [np.zeros(count)], [np.zeros((count, count))]
+    for size, weight in _HYSTERESES.items():
+        prior = size**2 * np.eye(count)
+        gain = prior @ np.linalg.inv(own + prior)
+        mean = gain @ value
+        logarithms.append(math.log(weight) + _log_density(value, own + prior))
+        means.append(mean)
+        seconds.append(np.outer(mean, mean) + prior - gain @ prior)
+    weights = np.exp(np.array(logarithms) - max(logarithms))
+    weights /= weights.sum()
+    share = float(1.0 - weights[0])
+    expected, moments = np.zeros(2), np.zeros((2, 2))
+    # In doubt nothing is subtracted: the estimate would add its noise to every touch.
+    if share > _SURE:
+        expected[known] = weights @ np.array(means)
+    moments[np.ix_(known, known)] = np.tensordot(weights, np.array(seconds), 1)
+    return expected, moments, share
+
+
+def _log_density(value: FloatArray, covariance: FloatArray) -> float:
+    """Of a normal distribution about zero, without its constant."""
+    whitened = np.linalg.solve(np.linalg.cholesky(covariance), value)
+    return -0.5 * float(whitened @ whitened + np.linalg.slogdet(covariance)[1])
+
+
+def _scatter_by_memory(directions: FloatArray, moments: FloatArray) -> float:
+    """Variance of a touch after one in any other direction, mean over the directions. [mm²]"""
+    # The columns are products of components of two directions, and so are the means over pairs
+    # products of the mean products of components: all pairs in one small matrix.
+    squares = (directions.T @ directions / len(directions)) ** 2
+    lateral = float(squares[:2, :2].sum())
+    mixed = float(squares[:2, 2].sum())
+    return float(
+        moments[0, 0] * lateral + 2.0 * moments[0, 1] * mixed + moments[1, 1] * squares[2, 2]
+    )

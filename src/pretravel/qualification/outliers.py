@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +15,12 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Observation, scatter_of_repeats
+from pretravel.maps.observation import Observation
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.heavy_tails import tail_kurtosis
-from pretravel.qualification.machine_in_touches import MachineEffects
-from pretravel.qualification.within_directions import centred_within
-from pretravel.touches import Touches
+from pretravel.qualification.within_directions import centred_within, tail_kurtosis
+
+if TYPE_CHECKING:
+    from pretravel.qualification.machine_effects import MachineEffects
 
 FEWEST_OTHER_DIRECTIONS = 8
 """With fewer directions left, the others do not predict one well enough."""
@@ -34,6 +35,8 @@ With it, one or two of 60 simulated good probes have a direction named."""
 _HEAVY = 0.05  # level at which tails are taken as heavy: limits are then wider
 GROSS = 20.0
 """Errors beyond this many standard deviations of a touch are tested in any case."""
+FEWEST_LEFT = 0.8
+"""Share of the touches that must remain; else it is not single touches that are wrong."""
 SUSPICION = 2.5
 """Left-out error of a direction, in standard deviations, from which it is tested."""
 
@@ -70,12 +73,49 @@ class Outlier:
         return "Kept, because too many touches look wrong: is it the right reference?"
 
 
+def gross_errors(
+    observation: Observation,
+    where: Callable[[int], str],
+    effects: MachineEffects,
+    confirm: KindOfMap | None,
+) -> tuple[tuple[Outlier, ...], HarmonicMapFit]:
+    """Touches that cannot be right, beside their repeats or beside the other directions.
+
+    Parameters
+    ----------
+    observation : Observation
+    where : callable
+        The name of a touch in messages, from its row: `Touches.where`.
+    effects : MachineEffects
+        Their scatter is in the limits.
+    confirm : KindOfMap, optional
+        Its prediction must contradict a direction too.
+
+    Returns
+    -------
+    tuple of Outlier
+        Not left out where more than a fifth of the touches would be: another surface, or a kind
+        of probe that is not known.
+    HarmonicMapFit
+        Of the touches that are not named.
+    """
+    repeats = repeat_outliers(observation, where, effects.step)
+    named = [row for outlier in repeats for row in outlier.rows]
+    directions, detail = direction_outliers(observation, where, named, effects, confirm)
+    found = (*repeats, *directions)
+    out = {row for outlier in found for row in outlier.rows}
+    touches = len(observation.groups)
+    if (touches - len(out)) / touches < FEWEST_LEFT:
+        found = tuple(replace(outlier, left_out=False) for outlier in found)
+    return found, detail
+
+
 def _outlier_factor(count: int, dof: float = math.inf) -> float:
     """Limit in standard deviations, of errors with these degrees of freedom of Student."""
-    from scipy.stats import norm, t
+    from scipy.special import ndtri, stdtrit
 
     level = OUTLIER_LEVEL / (2.0 * count)
-    limit = norm.isf(level) if math.isinf(dof) else t.isf(level, dof)
+    limit = -ndtri(level) if math.isinf(dof) else -stdtrit(dof, level)
     # 1.2 because the scales are themselves estimated from the data.
     return 1.2 * float(limit)
 
@@ -91,17 +131,20 @@ def _tail_dof(values: FloatArray, groups: IntArray) -> float:
     return tails.student_dof if tails.p_value < _HEAVY else math.inf
 
 
-def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.0) -> list[Outlier]:
+def repeat_outliers(
+    observation: Observation, where: Callable[[int], str], step: float = 0.0
+) -> list[Outlier]:
     """Touches far from the median of their direction, and pairs that lie far apart.
 
     Parameters
     ----------
-    touches : Touches
     observation : Observation
+    where : callable
+        The name of a touch in messages, from its row: `Touches.where`.
     step : float
         Of the latched positions: readings of one place can be two steps apart. [mm]
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     values, groups = observation.values, observation.groups
     count = np.bincount(groups)
@@ -110,9 +153,10 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
         return []
     median = median_of_groups(values, groups)
     squares = np.bincount(groups, centred_within(values, groups) ** 2)[repeated]
-    variance = squares / (count[repeated] - 1)
+    free = count[repeated] - 1
+    variance = squares / free
     # A few bad touches do not move the median over directions.
-    unbias = np.median(chi2.ppf(0.5, count[repeated] - 1) / (count[repeated] - 1))
+    unbias = np.median(2.0 * gammaincinv(0.5 * free, 0.5) / free)
     noise = math.sqrt(float(np.median(variance) / unbias))
     noise = math.hypot(noise, step / math.sqrt(12.0))
     factor = _outlier_factor(len(values), _tail_dof(values, groups))
@@ -127,12 +171,12 @@ def repeat_outliers(touches: Touches, observation: Observation, step: float = 0.
     for group in np.unique(groups[apart]):
         rows = by_group[start[group] : start[group] + count[group]]
         if count[group] == 2:
-            found.append(_pair_apart(touches, observation, rows, math.sqrt(2.0) * limit))
+            found.append(_pair_apart(observation, where, rows, math.sqrt(2.0) * limit))
             continue
         for row in rows[apart[rows]]:
             distance = float(values[row] - median[group])
             message = (
-                f"{touches.where(int(row))} at {describe(observation.directions[rows[0]])} lies "
+                f"{where(int(row))} at {describe(observation.directions[rows[0]])} lies "
                 f"{distance / MICROMETRE:+.1f} µm from the median of the {len(rows)} touches of "
                 f"its direction; repeatability explains {limit / MICROMETRE:.1f} µm"
             )
@@ -159,12 +203,12 @@ def median_of_groups(values: FloatArray, groups: IntArray) -> FloatArray:
 
 
 def _pair_apart(
-    touches: Touches, observation: Observation, rows: IntArray, limit: float
+    observation: Observation, where: Callable[[int], str], rows: IntArray, limit: float
 ) -> Outlier:
     first, second = int(rows[0]), int(rows[1])
     apart = float(observation.values[first] - observation.values[second])
     message = (
-        f"{touches.where(first)} and {touches.where(second)} at "
+        f"{where(first)} and {where(second)} at "
         f"{describe(observation.directions[first])} lie {abs(apart) / MICROMETRE:.1f} µm apart; "
         f"repeatability explains {limit / MICROMETRE:.1f} µm"
     )
@@ -172,8 +216,8 @@ def _pair_apart(
 
 
 def direction_outliers(
-    touches: Touches,
     observation: Observation,
+    where: Callable[[int], str],
     named: Sequence[int],
     effects: MachineEffects,
     confirm: KindOfMap | None,
@@ -186,8 +230,9 @@ def direction_outliers(
 
     Parameters
     ----------
-    touches : Touches
     observation : Observation
+    where : callable
+        The name of a touch in messages, from its row: `Touches.where`.
     named : sequence of int
         Touches that were named already: they must not conceal others.
     effects : MachineEffects
@@ -229,7 +274,7 @@ def direction_outliers(
             if other is not None and abs(other) <= 1.0:
                 break
         rows = tuple(int(row) for row in np.flatnonzero(out))
-        names = touches.where(rows[0]) + (f" to {touches.where(rows[-1])}" if rows[1:] else "")
+        names = where(rows[0]) + (f" to {where(rows[-1])}" if rows[1:] else "")
         found.append(
             Outlier(
                 rows,
@@ -266,7 +311,7 @@ def _confirmed(
 ) -> float | None:
     """Distance over its limit by another kind of map; None where this kind cannot be fitted."""
     try:
-        fit = kind.fit(others, scatter_of_repeats(others))
+        fit = kind.fit(others, others.repeats)
     except PretravelError:
         return None
     if not fit.basis.follows_probe:

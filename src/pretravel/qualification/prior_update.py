@@ -11,7 +11,7 @@ from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import describe
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
 from pretravel.qualification.delay import several_feeds, travel_per_second
@@ -158,7 +158,7 @@ def update_map(
     resting = touches if old_map.delay is None else at_rest(touches, old_map.delay)
     observation = observe(resting, setup, old_map.rotation)
     old_map.pretravel(observation.group_directions @ old_map.rotation.T)  # refuses extrapolation
-    repeats = scatter_of_repeats(observation)
+    repeats = observation.repeats
     noise = _pooled(old_map, repeats)
     for _ in range(8):
         posterior = _posterior(state, observation, noise)
@@ -287,11 +287,11 @@ def _pooled(old: PretravelMap, repeats: Scatter) -> Scatter:
 
 
 def _p_value(statistic: float, freedom: int, dof: float) -> float:
-    from scipy import stats
+    from scipy.special import chdtrc, fdtrc
 
     if math.isfinite(dof):
-        return float(stats.f.sf(statistic / freedom, freedom, dof))
-    return float(stats.chi2.sf(statistic, freedom))
+        return float(fdtrc(freedom, dof, statistic / freedom))
+    return float(chdtrc(freedom, statistic))
 
 
 def _found(state: _State, posterior: _Posterior) -> tuple[FoundDrift, FoundDrift, FoundDrift]:
@@ -439,10 +439,10 @@ def _warnings(p_value: float, old: PretravelMap, repeats: Scatter) -> list[str]:
         )
     own = max(old.repeatability, _RESOLUTION)
     if repeats.dof > 0.0:
-        from scipy.stats import f as fisher
+        from scipy.special import fdtrc
 
         dof = min(old.repeatability_dof, 1e9)
-        if fisher.sf((repeats.deviation / own) ** 2, repeats.dof, dof) < 1e-3:
+        if fdtrc(repeats.dof, dof, (repeats.deviation / own) ** 2) < 1e-3:
             found.append(
                 f"the new touches scatter by {repeats.deviation / MICROMETRE:.2f} µm, those of the "
                 f"old map by {own / MICROMETRE:.2f} µm: the probe or the machine has become worse"

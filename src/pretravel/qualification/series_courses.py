@@ -193,8 +193,7 @@ def course_of(series: TimeSeries) -> Course:
     >>> rise.kind, round(rise.slope, 6)
     ('drift', 0.1)
     """
-    from scipy.special import ndtr
-    from scipy.stats import chi2
+    from scipy.special import chdtrc, ndtr
 
     if len(series) < FEWEST_VALUES or not np.ptp(series.times) > 0.0:
         raise PretravelError(
@@ -212,7 +211,7 @@ def course_of(series: TimeSeries) -> Course:
     walking = determined_noise(series, level)
     still = determined_noise(series, level, walk=False)
     ratio = 2.0 * max(walking.log_likelihood - still.log_likelihood, 0.0)
-    p_walk = 0.5 * float(chi2.sf(ratio, 1.0)) if ratio > 0.0 else 1.0
+    p_walk = 0.5 * float(chdtrc(1.0, ratio)) if ratio > 0.0 else 1.0
     allowed = tuple(states_of(series, noise, trend=True) for _, noise, *_ in weighed)
     kind: CourseKind = "scatter"
     if p_slope < CERTAIN:

@@ -161,7 +161,7 @@ def _spread(squares: FloatArray, free: FloatArray, pooled: float) -> float:
 
 def _trimmed(squares: FloatArray, free: FloatArray, pooled: float) -> float:
     """Variance from the directions that scatter least; of normal noise it is the whole one."""
-    from scipy.stats import chi2
+    from scipy.special import chdtr, gammaincinv
 
     repeated = free > 0.0
     count = int(np.sum(repeated))
@@ -169,9 +169,9 @@ def _trimmed(squares: FloatArray, free: FloatArray, pooled: float) -> float:
     if left_out == 0 or pooled == 0.0:
         return pooled
     d, own = free[repeated], squares[repeated]
-    kept = np.argsort(chi2.cdf(own / pooled, d))[: count - left_out]
+    kept = np.argsort(chdtr(d, own / pooled))[: count - left_out]
     level = 1.0 - left_out / count
-    expected = d * chi2.cdf(chi2.ppf(level, d), d + 2.0) / level
+    expected = d * chdtr(d + 2.0, 2.0 * gammaincinv(0.5 * d, level)) / level
     return float(np.sum(own[kept]) / np.sum(expected[kept]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,23 @@ def png_content(figure: Figure) -> bytes:
     image = Image.fromarray(pixels)
     image.save(content, "png", dpi=(figure.dpi, figure.dpi))
     return content.getvalue()
+
+
+def svg_element(figure: Figure) -> str:
+    """A figure as one SVG element, which a page can contain: it loads and styles nothing else."""
+    import matplotlib as mpl
+
+    content = io.StringIO()
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(content, format="svg", metadata=nothing)
+    svg = content.getvalue()
+    # This rule of matplotlib would hold in all of the page.
+    svg, rules = re.subn(r"<style[^>]*>[^<]*</style>", "", svg[svg.index("<svg") :])
+    assert rules <= 1
+    return svg.replace(
+        "<svg", '<svg style="stroke-linejoin:round;stroke-linecap:butt;width:100%;height:auto"', 1
+    )
 
 
 def save(figure: Figure, path: str | Path) -> None:

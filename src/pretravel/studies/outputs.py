@@ -14,13 +14,13 @@ from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.files.touches_csv import read_targets
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.predict import Trigger, predict
 from pretravel.prediction.response import probe_response, response_map
 from pretravel.probing.simulation import Latch, PartSetup, simulate, travel_since_contact
+from pretravel.qualification.qualify import qualify
 from pretravel.studies.conditions import Calibration, Case, case_of
 from pretravel.studies.definition import Directions, Level, Study
 from pretravel.surface.specification import parse_surface

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.whole_file import whole_file
 from pretravel.files.netcdf import read_dataset
 from pretravel.files.source_file import opened
@@ -156,6 +157,7 @@ def read_results(path: str | Path) -> StudyResults:
         No NetCDF file, or no results of a study.
     """
     file = opened(path)
+    needed("h5netcdf", "scale")
     stored = read_dataset(file)
     if stored.attrs.get("format") != RESULTS_FORMAT:
         raise file.error("these are no results of a study; pretravel study STUDY -o study.nc "

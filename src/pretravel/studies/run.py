@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.version import installed_version
 from pretravel.prediction.fem.mesh import MeshSettings
 from pretravel.prediction.fem.reduction_cache import reduction_key
@@ -118,6 +119,7 @@ def run_study(
         Another process runs a study with this output; another study's journal; a full disk; lost
         workers.
     """
+    needed("h5netcdf", "scale")  # before hours of computation
     workers = workers or Workers()
     path, plan = journal_path(output), Plan(study)
     with Journal(path, digest_of(study), anew=restart) as journal:

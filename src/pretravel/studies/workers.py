@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from threadpoolctl import threadpool_limits
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.version import installed_version
 from pretravel.studies.outputs import outcome_of
 from pretravel.studies.packed_outcome import packed
@@ -85,15 +86,10 @@ def dask_workers(
         Dask is not installed; no scheduler at that address; workers with another version of
         pretravel.
     """
-    try:
-        import dask
-        import distributed
-    except ModuleNotFoundError:
-        raise PretravelError(
-            "several workers need the package distributed: pip install 'pretravel[scale]'; "
-            "without it, one worker computes in this process",
-            inputs=("workers", "scheduler"),
-        ) from None
+    needed("distributed", "scale", inputs=("workers", "scheduler"))
+    import dask
+    import distributed
+
     library: Any = distributed  # without types
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.ERROR)

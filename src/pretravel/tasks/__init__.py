@@ -31,8 +31,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "export": "export:Export",
         "machine": "machine:MachineFile",
         "program sphere": "program:ProgramSphere",
-        "program ring": "program:ProgramRing",
-        "program targets": "program:ProgramTargets",
+        "program part": "program:ProgramPart",
         "program mdi": "program:ProgramMdi",
     },
     "Predict": {
@@ -52,7 +51,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "rig": "rig:Rig",
         "laboratory": "laboratory:Laboratory",
         "separate": "separate:Separate",
-        "separation-plan": "separate:SeparationPlan",
+        "separation-plan": "separate:PlanSeparation",
         "check": "check:Check",
         "pattern": "check:Pattern",
     },

@@ -1,273 +1,490 @@
-"""Check a probe by a standard: touches on a calibrated sphere to figures, and their report."""
+"""Check a probe by a standard: touches on a calibrated sphere to figures, and their report.
+
+Also the touches of a standard, as targets.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
-
-import numpy.typing as npt
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pretravel.base.errors import PretravelError
-from pretravel.files.file_format import FileReadings
-from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.files.standard_figures import standard_json
-from pretravel.laboratory.certificate import LaboratoryStatements
-from pretravel.laboratory.standard_check import (
+from pretravel.base.quantities import TIP_BALL, UNCERTAINTY
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks.fields import (
     ALONG_Z,
-    DIAMETER_OF_REFERENCE,
-    FORM_OF_REFERENCE,
-    CalibratedSphere,
-    StandardCheck,
+    REFERENCE_SPHERE,
+    SPHERE_FORM,
+    U_DIAMETER,
+    Diameter,
+    LaboratoryReport,
+    ProbeAxis,
+    TouchFiles,
+    Turn,
+    output,
+    with_reading,
 )
-from pretravel.laboratory.standards import CHECKS, LIMITS_OF, USES
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import MeasuredSphere, measured_sphere
-from pretravel.qualification.own_touches import own_touches_warnings
-from pretravel.show.document import Document
-from pretravel.tasks.reports.laboratory_report import with_laboratory
-from pretravel.tasks.reports.standards_report import standards_document
+from pretravel.tasks.task import (
+    ANSWER,
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Result,
+    Task,
+    by_name,
+)
+from pretravel.tasks.values import Angles, Vector, angles, vector
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from pretravel.files.file_format import FileReadings
+    from pretravel.laboratory.certificate import LaboratoryStatements
+    from pretravel.laboratory.standard_check import CalibratedSphere, StandardCheck
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.measurement.measured_sphere import MeasuredSphere
+    from pretravel.show.document import Document
 
 _ON_ITS_OWN_TOUCHES = (
     "on its own touches a map looks better than it is, because it follows a part of their "
     "scatter. Check it on new touches"
 )
+_LIMITED: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "form_limit_um": ("a limit of the form", ("form", "form2d", "form3d")),
+    "size_limit_um": ("a limit of the size", ("size",)),
+    "repeat_limit_um": ("a limit of the repeatability", ("repeatability",)),
+    "offset_limit_um": ("a limit of the tip's offset", ("offset",)),
+}
+"""Settings of limits in words, and the names of the figures that they limit."""
+_USED: Mapping[str, tuple[str, str]] = {
+    "u_diameter_um": ("the uncertainty of the diameter", "u_diameter"),
+    "sphere_form_um": ("the form error of the sphere", "sphere_form"),
+    "map_file": ("a map", "map"),
+    "spindle": ("an orientation of the spindle", "spindle"),
+    "ring": ("a ring", "ring"),
+}
+"""Other settings that not every standard uses, in words, and their names in `USES`."""
 
 
-@dataclass(frozen=True)
-class CheckSetup:
-    """What a check knows beside the touches.
+def _checks() -> list[str]:
+    from pretravel.laboratory.standards import CHECKS
 
-    Attributes
-    ----------
-    standard : str
-        A name of `CHECKS`.
-    sphere : CalibratedSphere
-    tip_diameter : float or None
-        Effective diameter of the tip, for the size error. [mm]
-    axis : (3,) float
-        Of the probe.
-    limits : mapping of str to float
-        Maximum permissible errors by figure, from `stated_limits`. [mm]
+    return list(CHECKS)
 
-    Raises
-    ------
-    PretravelError
-        A limit of a figure, or an uncertainty, that the standard does not use.
 
-    >>> CheckSetup("iso230-10", CalibratedSphere(25.0), limits={"size": 0.002})
-    Traceback (most recent call last):
-    ...
-    pretravel.base.errors.PretravelError: a limit of the size is only for iso10360-5; iso230-10 \
-does not use it
+def _patterns() -> list[str]:
+    from pretravel.laboratory.standards import PATTERNS
+
+    return list(PATTERNS)
+
+
+def applies(standard: str, setting: str) -> bool:
+    """Whether a setting of `Check` goes with a standard.
+
+    >>> applies("iso230-10", "size_limit_um"), applies("iso230-10", "diameter")
+    (False, True)
+    """
+    from pretravel.laboratory.standards import LIMITS_OF, USES
+
+    if setting in _LIMITED:
+        return not LIMITS_OF[standard].isdisjoint(_LIMITED[setting][1])
+    return setting not in _USED or _USED[setting][1] in USES[standard]
+
+
+def _limit(text: str) -> Field:
+    return Field(help=text, range=UNCERTAINTY)
+
+
+class Check(TouchFiles, LaboratoryReport):
+    """Determine the probing errors of a standard, from touches on a reference sphere.
+
+    The definitions are recalled, not checked against the texts of the standards: this is no
+    statement of conformity. Exit code 3: a figure exceeds its limit.
     """
 
-    standard: str
-    sphere: CalibratedSphere
-    tip_diameter: float | None = None
-    axis: npt.ArrayLike = ALONG_Z
-    limits: Mapping[str, float] = field(default_factory=dict)
+    name = "check"
+    group = "Laboratory"
+    example = "pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html"
 
-    def __post_init__(self) -> None:
-        for names, what, option in _LIMITS:
-            if any(name in self.limits for name in names):
-                having = [name for name, limits in LIMITS_OF.items() if limits.intersection(names)]
-                self._refuse_unless_in(having, f"a limit of the {what}", option)
-        sphere = self.sphere
-        self._refuse_unused(
-            name
-            for name, value in (("u_diameter", sphere.u_diameter), ("sphere_form", sphere.form))
-            if value is not None
+    standard: Annotated[
+        str,
+        Field(
+            help="iso10360-5 (25 touches on a sphere), iso230-10 (36 on the equator) or "
+            "iso230-10-tip-offset (a circle at two or more orientations of the spindle).",
+            names=_checks,
+            positional=True,
+            metavar="STANDARD",
+        ),
+    ]
+    diameter: Diameter
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
+            "error.",
+            range=TIP_BALL,
+        ),
+    ] = None
+    map_file: Annotated[
+        Path | None, Field(help="Compensate with this map.", option="--map", reads=True)
+    ] = None
+    form_limit_um: Annotated[float | None, _limit("Maximum permissible form error, in µm.")] = None
+    size_limit_um: Annotated[
+        float | None, _limit("Maximum permissible size error, in µm (iso10360-5).")
+    ] = None
+    repeat_limit_um: Annotated[
+        float | None, _limit("Maximum permissible range of repeats, in µm (iso230-10…).")
+    ] = None
+    offset_limit_um: Annotated[
+        float | None,
+        _limit("Maximum permissible offset of the tip, in µm (iso230-10-tip-offset)."),
+    ] = None
+    spindle: Annotated[
+        Angles | None,
+        Field(
+            help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
+            "files have no column spindle_deg (iso230-10-tip-offset).",
+            parse=angles,
+            metavar="ANGLES",
+        ),
+    ] = None
+    ring: Annotated[bool, Field(help="The reference is a ring (iso230-10-tip-offset).")] = False
+    u_diameter_um: Annotated[
+        float | None,
+        replace(
+            U_DIAMETER,
+            help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
+            "its k.",
+        ),
+    ] = None
+    sphere_form_um: Annotated[
+        float | None, replace(SPHERE_FORM, help="Form error of the sphere, in µm.")
+    ] = None
+    axis: ProbeAxis = ALONG_Z
+    output: Annotated[
+        Path | None,
+        output("Figures: .csv or .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
+    ] = None
+
+    @property
+    def sphere(self) -> CalibratedSphere:
+        """The reference."""
+        from pretravel.laboratory.standard_check import CalibratedSphere
+
+        return CalibratedSphere(
+            self.diameter, _millimetres(self.u_diameter_um), _millimetres(self.sphere_form_um)
         )
 
-    def check_inputs(self, given: Collection[str]) -> None:
-        """Refuse what does not go with the standard or its limits.
+    @property
+    def limits(self) -> dict[str, float]:
+        """The maximum permissible errors that are stated, by figure. [mm]
 
-        It needs no touches: commands call it before they read them.
+        >>> task = Check(
+        ...     standard="iso230-10", touches="t.csv", diameter=25,
+        ...     form_limit_um=2, repeat_limit_um=1,
+        ... )
+        >>> task.limits
+        {'form': 0.002, 'form2d': 0.002, 'form3d': 0.002, 'repeatability': 0.001}
+        """
+        stated = {
+            figure: _millimetres(getattr(self, name))
+            for name, (_, figures) in _LIMITED.items()
+            for figure in figures
+        }
+        return {figure: limit for figure, limit in stated.items() if limit is not None}
 
-        Parameters
-        ----------
-        given : collection of str
-            What there will be beside the setup: map (the touches are compensated with it), spindle
-            (orientations of the spindle), ring (the reference is one).
+    def refuse_unused(self) -> None:
+        """Refuse settings that do not go with the standard or its limits.
+
+        It needs no touches: a task calls it before it reads them.
 
         Raises
         ------
         PretravelError
+
+        >>> task = Check(standard="iso230-10", touches="t.csv", diameter=25, size_limit_um=2)
+        >>> task.refuse_unused()
+        Traceback (most recent call last):
+        ...
+        pretravel.base.errors.PretravelError: a limit of the size is only for iso10360-5; \
+iso230-10 does not use it
         """
-        self._refuse_unused(given)
-        if "size" in self.limits and self.tip_diameter is None and "map" not in given:
+        for name, (what, _) in {**_LIMITED, **_USED}.items():
+            if self.stated(name) and not applies(self.standard, name):
+                using = " and ".join(each for each in _checks() if applies(each, name))
+                raise PretravelError(
+                    f"{what} is only for {using}; {self.standard} does not use it", inputs=(name,)
+                )
+        known = self.tip_diameter is not None or self.map_file is not None
+        if self.size_limit_um is not None and not known:
             raise PretravelError(
                 "a limit of the size needs a size error: give the diameter of the tip, or a map",
                 inputs=("tip_diameter", "map"),
             )
 
-    def _refuse_unused(self, given: Iterable[str]) -> None:
-        for name in given:
-            using = [standard for standard, used in USES.items() if name in used]
-            self._refuse_unless_in(using, _INPUTS[name], name)
+    def run(self, progress: Progress = SILENT) -> CheckedProbe:
+        """Read the touches and determine the figures.
 
-    def _refuse_unless_in(self, standards: Sequence[str], what: str, name: str) -> None:
-        if self.standard not in standards:
-            raise PretravelError(
-                f"{what} is only for {' and '.join(standards)}; {self.standard} does not use it",
-                inputs=(name,),
-            )
+        Raises
+        ------
+        PretravelError
+            Settings that the standard does not use; touches that are not those of its pattern; a
+            limit of the size without a size error.
+        """
+        from pretravel.files.map_file import read_map
+
+        statements = self.statements()
+        self.refuse_unused()
+        spindle = None if self.spindle is None else [a * DEGREE for a in self.spindle.degrees]
+        readings = self.read_touches(
+            progress,
+            tip_diameter=self.tip_diameter,
+            reference_diameter=self.diameter,
+            ring=self.ring,
+            spindle=spindle,
+        ).in_machine_axes()
+        pretravel_map = None
+        if self.map_file is not None:
+            pretravel_map = read_map(self.map_file, tip_diameter=self.tip_diameter)
+        return self._checked(readings, pretravel_map, statements)
+
+    def _checked(
+        self,
+        readings: FileReadings,
+        pretravel_map: PretravelMap | None,
+        statements: LaboratoryStatements | None,
+    ) -> CheckedProbe:
+        from pretravel.laboratory.standard_check import LimitOutcome
+        from pretravel.laboratory.standards import CHECKS
+        from pretravel.measurement.compensation import apply
+        from pretravel.measurement.measured_sphere import measured_sphere
+        from pretravel.qualification.own_touches import own_touches_warnings
+
+        measured = readings.touches
+        result = CHECKS[self.standard](
+            measured,
+            self.sphere,
+            tip_diameter=self.tip_diameter,
+            pretravel_map=pretravel_map,
+            axis=self.axis,
+            limits=self.limits,
+        )
+        warnings, sphere = list(readings.notes()), None
+        if pretravel_map is not None:
+            sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
+            warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)
+        exceeds = any(figure.outcome is LimitOutcome.EXCEEDS for figure in result.figures)
+        return CheckedProbe(
+            self,
+            readings,
+            result,
+            sphere,
+            tuple(warnings),
+            statements,
+            exit_code=ANSWER if exceeds else 0,
+        )
 
 
-_INPUTS = {
-    "u_diameter": "the uncertainty of the diameter",
-    "sphere_form": "the form error of the sphere",
-    "map": "a map",
-    "spindle": "an orientation of the spindle",
-    "ring": "a ring",
-}
+def _millimetres(micrometres: float | None) -> float | None:
+    return None if micrometres is None else micrometres * MICROMETRE
 
 
-def stated_limits(
-    *,
-    form: float | None = None,
-    size: float | None = None,
-    repeatability: float | None = None,
-    offset: float | None = None,
-) -> dict[str, float]:
-    """The maximum permissible errors that are stated, by the figures that they are of.
-
-    Parameters
-    ----------
-    form, size, repeatability, offset : float, optional
-        None where it is not stated. [mm]
-
-    Returns
-    -------
-    dict
-
-    >>> stated_limits(form=0.002, repeatability=0.001)
-    {'form': 0.002, 'form2d': 0.002, 'form3d': 0.002, 'repeatability': 0.001}
-    """
-    given = {"form": form, "form2d": form, "form3d": form}
-    given |= {"size": size, "repeatability": repeatability, "offset": offset}
-    return {name: limit for name, limit in given.items() if limit is not None}
-
-
-_LIMITS = (
-    (("form", "form2d", "form3d"), "form", "form_limit"),
-    (("size",), "size", "size_limit"),
-    (("repeatability",), "repeatability", "repeat_limit"),
-    (("offset",), "tip's offset", "offset_limit"),
-)
-"""Names of figures, in words, and the input that states their limit."""
-
-REFERENCE_INPUTS: Mapping[str, str] = {
-    DIAMETER_OF_REFERENCE: "the standard uncertainty of the reference's diameter",
-    FORM_OF_REFERENCE: "the form error of the reference",
-}
-"""What states each source of uncertainty of the reference, in words."""
-
-
-def not_stated(
-    result: StandardCheck, words: Mapping[str, str] = REFERENCE_INPUTS
-) -> tuple[str, ...]:
+def not_stated(result: StandardCheck, words: Mapping[str, str] | None = None) -> tuple[str, ...]:
     """A warning where figures have a limit and the reference has no uncertainty for them.
 
     Parameters
     ----------
     result : StandardCheck
-    words : mapping of str to str
-        How the caller names what states each source, by the sources of `REFERENCE_INPUTS`.
+    words : mapping of str to str, optional
+        How the caller names ``u_diameter_um`` and ``sphere_form_um``, which state it.
 
     Returns
     -------
     tuple of str
         One sentence, or none.
     """
+    from pretravel.laboratory.standard_check import DIAMETER_OF_REFERENCE, FORM_OF_REFERENCE
+
+    names = words or {
+        "u_diameter_um": "the standard uncertainty of the reference's diameter",
+        "sphere_form_um": "the form error of the reference",
+    }
+    sources = {DIAMETER_OF_REFERENCE: "u_diameter_um", FORM_OF_REFERENCE: "sphere_form_um"}
     lacking = {f.u_source for f in result.figures if f.limit is not None and f.u_test is None}
-    needed = " and ".join(word for source, word in words.items() if source in lacking)
+    needed = " and ".join(names[each] for source, each in sources.items() if source in lacking)
     if not needed:
         return ()
     what = "the values are compared with their limits without an uncertainty zone"
     return (f"{what}, which needs {needed}",)
 
 
-@dataclass(frozen=True)
-class CheckedProbe:
+@dataclass(frozen=True, eq=False)
+class CheckedProbe(Result):
     """The figures of a standard with the touches that they come from.
 
     Attributes
     ----------
+    task : Check
     readings : FileReadings
     result : StandardCheck
     sphere : MeasuredSphere or None
         Through all touches, compensated; None without a map.
     warnings : tuple of str
         Of readings and map.
+    statements : LaboratoryStatements or None
+    exit_code : int
     """
 
+    task: Check
     readings: FileReadings
     result: StandardCheck
     sphere: MeasuredSphere | None
     warnings: tuple[str, ...] = ()
+    statements: LaboratoryStatements | None = None
+    exit_code: int = 0
 
-    def document(
-        self,
-        touches_name: str = "",
-        *,
-        warnings: Sequence[str] = (),
-        statements: LaboratoryStatements | None = None,
-    ) -> Document:
-        """The report, with what the laboratory states."""
+    def document(self) -> Document:
+        """The report, with what the laboratory states, and what it does not."""
+        left_out = self.task.statements_left_out(self.task.output, kept_in=(".json",))
+        return self.report(self.task.touches_name, [*self._lacking(), *left_out])
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def report(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
+        """The report with warnings of the caller."""
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
+        from pretravel.tasks.reports.standards_report import standards_document
+
         report = standards_document(
             self.result,
             touches_name=touches_name,
             sphere=self.sphere,
             warnings=[*self.warnings, *warnings],
         )
-        return with_laboratory(report, statements)
+        return with_laboratory(report, self.statements)
 
-    def values(
-        self, *, warnings: Sequence[str] = (), statements: LaboratoryStatements | None = None
-    ) -> dict[str, Any]:
+    def values(self, warnings: Sequence[str] = ()) -> dict[str, Any]:
         """The figures for JSON, with what the laboratory states."""
+        from pretravel.files.laboratory_file import with_laboratory_values
+        from pretravel.files.standard_figures import standard_json
+
         found = standard_json(self.result, self.sphere, [*self.warnings, *warnings])
-        return with_laboratory_values(found, statements)
+        return with_laboratory_values(found, self.statements)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the figures."""
+        del output
+        from pretravel.base.whole_file import write_json
+        from pretravel.files.csv_table import write_csv_table
+        from pretravel.files.standard_figures import standard_table
+
+        if path.suffix.lower() == ".csv":
+            write_csv_table(path, standard_table(self.result))
+        else:
+            write_json(path, self.values(self._lacking()))
+
+    def _lacking(self) -> tuple[str, ...]:
+        options = {name: setting.option for name, setting in by_name(Check).items()}
+        return not_stated(self.result, options)
 
 
-def check_probe(
-    readings: FileReadings, setup: CheckSetup, pretravel_map: PretravelMap | None = None
-) -> CheckedProbe:
-    """Determine the figures of a standard.
+class Pattern(Task):
+    """Write the touches of a standard as targets, for simulate or for a machine's program.
 
-    Parameters
-    ----------
-    readings : FileReadings
-        From `read_series`, in the axes of the machine.
-    setup : CheckSetup
-    pretravel_map : PretravelMap, optional
-        The touches are compensated with it.
-
-    Returns
-    -------
-    CheckedProbe
-
-    Raises
-    ------
-    PretravelError
-        Touches that are not those of the standard's pattern; a limit of the size without a size
-        error.
+    Each touch starts with the tip centre at start_x_mm,… and moves along -n.
     """
-    setup.check_inputs(() if pretravel_map is None else ("map",))
-    measured = readings.touches
-    result = CHECKS[setup.standard](
-        measured,
-        setup.sphere,
-        tip_diameter=setup.tip_diameter,
-        pretravel_map=pretravel_map,
-        axis=setup.axis,
-        limits=setup.limits,
-    )
-    warnings, sphere = list(readings.notes()), None
-    if pretravel_map is not None:
-        sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
-        warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)
-    return CheckedProbe(readings, result, sphere, tuple(warnings))
+
+    name = "pattern"
+    group = "Laboratory"
+    example = "pretravel pattern iso10360-5 --diameter 25 -o targets.csv"
+
+    standard: Annotated[
+        str,
+        Field(
+            help="iso10360-5 (25 touches on a sphere; iso10360-5-cumulative: with each ring turned "
+            "further, see docs/laboratory.md) or iso230-10 (36 on the equator).",
+            names=_patterns,
+            positional=True,
+            metavar="STANDARD",
+        ),
+    ]
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    output: Annotated[Path, output("Targets: .csv.", ".csv")]
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere in the machine's frame, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = Vector(0, 0, 0)
+    tip_diameter: Annotated[
+        float,
+        Field(
+            help="Diameter of the tip, in mm, for the positions where touches start.",
+            range=TIP_BALL,
+        ),
+    ] = 6.0
+    clearance: Annotated[
+        float,
+        Field(
+            help="Distance of tip and sphere where a touch starts, in mm.",
+            range=(0.0, 10000.0),
+            unit="mm",
+        ),
+    ] = 5.0
+    repeats: Annotated[
+        int,
+        Field(help="Touches of each direction, one after the other.", range=(1, 1000)),
+    ] = 1
+    turn_deg: Turn = 0.0
+    axis: ProbeAxis = ALONG_Z
+
+    def run(self, progress: Progress = SILENT) -> PatternTargets:
+        """The targets."""
+        del progress
+        from pretravel.files.plan_csv import pattern_table
+        from pretravel.laboratory.standards import PATTERNS
+
+        columns = pattern_table(
+            PATTERNS[self.standard](),
+            self.center,
+            0.5 * self.diameter,
+            0.5 * self.tip_diameter + self.clearance,
+            axis=self.axis,
+            turn=self.turn_deg * DEGREE,
+            repeats=self.repeats,
+        )
+        count = len(columns["label"])  # type: ignore[arg-type]
+        return PatternTargets(
+            columns,
+            f"{count} targets on a sphere of {self.diameter:g} mm (pattern recalled, not "
+            "verified)\n",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PatternTargets(Result):
+    """The touches of a standard as targets.
+
+    Attributes
+    ----------
+    columns : dict of str to array_like
+        Of the table of targets.
+    text : str
+    """
+
+    columns: dict[str, npt.ArrayLike]
+    text: str
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the table."""
+        del output
+        from pretravel.files.csv_table import write_csv_table
+
+        write_csv_table(path, self.columns)

@@ -161,25 +161,22 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
         return CompensatedTouches(
-            self, readings, measured, pretravel_map, nominal, points, errors, warnings, summary
+            self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
 
     def _long_table_compensated(
         self, pretravel_map: PretravelMap, nominal: Surface | Part | None, progress: Progress
     ) -> LongCompensation | None:
-        """Compensate one long table by all cores; the points are then in the output."""
-        import os
-
-        from pretravel.tasks.long_tables import compensate_long_table, table_in_blocks
+        """Compensate one long table part by part; the points are then in the output."""
+        from pretravel.tasks.long_tables import compensate_long_table, long_table_of
 
         tip_diameter = 2.0 * pretravel_map.tip_radius
         options = self.reading_options(tip_diameter=tip_diameter, exclude=self.exclude)
-        table = table_in_blocks(self.files, options, self.output)
+        table = long_table_of(self.files, options, self.output)
         if table is None:
             return None
         with progress.working(f"compensating about {table.count:,} touches"):
-            workers = os.cpu_count() or 1
-            found = compensate_long_table(table, pretravel_map, self, nominal, workers=workers)
+            found = compensate_long_table(table, pretravel_map, self, nominal)
         if found.reading:
             progress.say(f"read: {found.reading}")
         return found
@@ -201,9 +198,9 @@ class CompensatedTouches(Result):
         In the frame of the touches as they were given.
     errors : PointErrors
         Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
-    warnings : tuple of str
     summary : TouchSummary
         Of the touches, which the warnings come from.
+    warnings : tuple of str
     """
 
     task: Compensate
@@ -213,8 +210,8 @@ class CompensatedTouches(Result):
     nominal: Surface | Part | None
     points: Points
     errors: PointErrors
-    warnings: tuple[str, ...]
     summary: TouchSummary
+    warnings: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report."""

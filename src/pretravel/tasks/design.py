@@ -1,20 +1,50 @@
-"""Search the best design for a wish: a file to a description and its report."""
+"""Search the best design for a wish; list the wishes of the package."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base.whole_file import whole_file
-from pretravel.show.document import Document
-from pretravel.studies.described import found_description
-from pretravel.studies.design_search import FoundDesign, find_design
-from pretravel.studies.wish import load_wish
-from pretravel.tasks.reports.design_report import design_document
+from pretravel.tasks.fields import Reported, existing, output
+from pretravel.tasks.study import PAGE
+from pretravel.tasks.task import SILENT, Field, Progress, Result, Task, TextResult
+
+if TYPE_CHECKING:
+    from pretravel.show.document import Document
+    from pretravel.studies.design_search import FoundDesign
+
+
+class Design(Reported):
+    """Search the probe that fits a wish best, within ranges and limits."""
+
+    name = "design"
+    group = "Predict"
+    example = "pretravel design stylus-50mm -o best.toml --plot best.png"
+
+    wish: Annotated[
+        str,
+        Field(
+            help="Wish, .toml; or a name of pretravel wishes.",
+            positional=True,
+            metavar="WISH",
+            reads=existing,
+        ),
+    ]
+    output: Annotated[Path, output("Description of the best probe: .toml.", ".toml")]
+    page: Annotated[Path | None, PAGE] = None
+
+    def run(self, progress: Progress = SILENT) -> DesignedProbe:
+        """Search the design."""
+        from pretravel.studies.design_search import find_design
+        from pretravel.studies.wish import load_wish
+
+        with progress.working("searching designs"):
+            return DesignedProbe(find_design(load_wish(self.wish)))
 
 
 @dataclass(frozen=True, eq=False)
-class DesignedProbe:
+class DesignedProbe(Result):
     """The best design for a wish.
 
     Attributes
@@ -26,26 +56,39 @@ class DesignedProbe:
 
     def document(self) -> Document:
         """The report."""
+        from pretravel.tasks.reports.design_report import design_document
+
         return design_document(self.found)
 
-    def write(self, path: Path) -> None:
+    def write(self, output: str, path: Path) -> None:
         """Write the description of the best design, which ``pretravel predict`` takes."""
+        del output
+        from pretravel.base.whole_file import whole_file
+        from pretravel.studies.described import found_description
+
         text = found_description(self.found)
         with whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
 
-def design_probe(wish: str) -> DesignedProbe:
-    """Search the best design.
+class Wishes(Task):
+    """List the wishes of the package, or print one as TOML."""
 
-    Parameters
-    ----------
-    wish : str
-        Name of a wish of the package, or path of one (.toml).
+    name = "wishes"
+    group = "Predict"
+    example = "pretravel wishes stylus-100mm > wish.toml"
 
-    Raises
-    ------
-    PretravelError
-        See `pretravel.studies.design_search.find_design`.
-    """
-    return DesignedProbe(find_design(load_wish(wish)))
+    wish: Annotated[
+        str | None, Field(help="A wish of the package, to print.", positional=True, metavar="NAME")
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> TextResult:
+        """The list, or the text of one."""
+        del progress
+        from pretravel.studies.wish import WISHES, load_wish
+
+        if self.wish is not None:
+            return TextResult(WISHES.text(self.wish))
+        lines = [f"{entry:14} {load_wish(entry).study.name}" for entry in WISHES.names()]
+        advice = "\npretravel wishes NAME > wish.toml prints a wish to edit."
+        return TextResult("\n".join([*lines, advice, ""]))

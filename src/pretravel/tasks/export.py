@@ -2,172 +2,307 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
-from pretravel.base.whole_file import write_text, write_texts
-from pretravel.controls.exports import CONTROLS, ExportedFiles, ExportSettings, table_travel
-from pretravel.files.csv_table import csv_table_text
-from pretravel.maps.grid import effective_radius_table
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
+from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks.fields import Units, refuse_no_folder
+from pretravel.tasks.task import FOLDER, SILENT, Field, Progress, Result, Task, TextResult, by_name
 
-RADII_TABLE = "csv"
+if TYPE_CHECKING:
+    from pretravel.controls.exports import ExportedFiles, ExportSettings
+    from pretravel.maps.pretravel_map import PretravelMap
+
+_RADII_TABLE = "csv"
 """A table of effective radii, which no control reads directly."""
-TABLE_TOLERANCE = 0.02 * MICROMETRE
-"""Of interpolated tables. [mm]"""
-Form: TypeAlias = Literal["auto", "formula", "table"]
-
-
-@dataclass(frozen=True)
-class ExportWish:
-    """What is asked of an export; None is the control's default.
-
-    Attributes
-    ----------
-    base, program : int or None
-        First variable, and number of the first program.
-    units : str or None
-        Unit of a table: mm or inch.
-    angles, criterion, form : str or None
-        See `ExportSettings`.
-    template : str or None
-        For Heidenhain: the text of a template.
-    azimuth : float or None
-        For Heidenhain: azimuth of all touches. [rad]
-    tolerance : float or None
-        Largest deviation of an interpolated table from the map. [mm]
-    feed : float or None
-        Measuring feed, for tables of a map that contains the signal delay. [mm/min]
-    """
-
-    base: int | None = None
-    program: int | None = None
-    units: str | None = None
-    angles: str | None = None
-    template: str | None = None
-    azimuth: float | None = None
-    form: Form | None = None
-    criterion: str | None = None
-    tolerance: float | None = None
-    feed: float | None = None
-
-    def stated(self) -> tuple[str, ...]:
-        """Names of the settings that are stated, without the feed, which depends on the map.
-
-        >>> ExportWish(units="inch", feed=100.0).stated()
-        ('units',)
-        """
-        names = [field.name for field in fields(self) if field.name != "feed"]
-        return tuple(name for name in names if getattr(self, name) is not None)
+_OF_CONTROLS = {
+    "base": "base",
+    "program": "program",
+    "units": "units",
+    "angles": "angles",
+    "template": "template",
+    "azimuth_deg": "azimuth",
+    "form": "form",
+    "criterion": "criterion",
+    "tolerance_um": "tolerance",
+}
+"""Settings that not every control uses, by their names in `Control.options`. Whether there is a
+feed to state depends on the map."""
 
 
 def control_names() -> list[str]:
     """What a map can be exported to."""
-    return [*CONTROLS, RADII_TABLE]
+    from pretravel.controls.exports import CONTROLS
+
+    return [*CONTROLS, _RADII_TABLE]
 
 
 def makes_folder(to: str) -> bool:
     """Whether an export makes several files, in a folder."""
+    from pretravel.controls.exports import CONTROLS
+
     return to in CONTROLS and CONTROLS[to].folder
 
 
-def settings_of(to: str) -> frozenset[str]:
+def settings_used(to: str) -> frozenset[str]:
     """Names of the settings that an export uses, as in `Control.options`.
 
-    >>> sorted(settings_of("siemens")), settings_of("csv")
+    >>> sorted(settings_used("siemens")), settings_used("csv")
     (['tolerance', 'units'], frozenset())
     """
+    from pretravel.controls.exports import CONTROLS
+
     return CONTROLS[to].options if to in CONTROLS else frozenset()
 
 
 def takes_feed(to: str) -> bool:
     """Whether the files hold for one measuring feed, where the map contains the signal delay."""
+    from pretravel.controls.exports import CONTROLS
+
     return to not in CONTROLS or not CONTROLS[to].uses_feed
 
 
-def users_of(setting: str) -> str:
-    """The controls that use a setting, for messages."""
-    return ", ".join(name for name, control in CONTROLS.items() if setting in control.options)
+class Export(Task):
+    """Export a map as tables and macros for a control."""
+
+    name = "export"
+    group = "Control"
+    example = "pretravel export map.json --to linuxcnc -o subroutines"
+
+    map_file: Annotated[
+        Path,
+        Field(help="Map: .json, or a .csv table.", positional=True, metavar="MAP", reads=True),
+    ]
+    to: Annotated[
+        str,
+        Field(
+            help="linuxcnc (subroutines), renishaw (vector radii), fanuc and haas (macro "
+            "programs), siemens (840D cycle), heidenhain (from a template, not verified), radii "
+            "(JSON: one for each direction of travel, for probing screens), csv (a table of "
+            "effective radii). linuxcnc, fanuc, haas and siemens take a folder.",
+            names=control_names,
+            metavar="CONTROL",
+            label="Control",
+        ),
+    ]
+    output: Annotated[
+        Path | None,
+        Field(help="File; for several files the folder.", short="-o", writes=FOLDER),
+    ] = None
+    form: Annotated[
+        Literal["auto", "formula", "table"] | None,
+        Field(
+            help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
+            "(interpolated) or auto (default)."
+        ),
+    ] = None
+    tolerance_um: Annotated[
+        float | None,
+        Field(
+            help="linuxcnc, fanuc, haas, siemens: largest deviation of the interpolated table from "
+            "the map, in µm; 0.02 by default.",
+            range=(1e-6, 1000.0),
+            label="Largest deviation from the map",
+        ),
+    ] = None
+    base: Annotated[
+        int | None,
+        Field(
+            help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
+            "controls before NGC).",
+            range=(0, 100_000),
+            label="First variable",
+        ),
+    ] = None
+    program: Annotated[
+        int | None,
+        Field(
+            help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="First program number",
+        ),
+    ] = None
+    units: Annotated[
+        Units | None,
+        Field(
+            help="renishaw, fanuc, haas, siemens: the unit of the table and of the programs that "
+            "use it; mm by default.",
+            label="Unit of the table",
+        ),
+    ] = None
+    angles: Annotated[
+        Literal["normals", "travel"] | None,
+        Field(
+            help="renishaw: what the control takes the angles for, azimuths of outward normals "
+            "(default) or of directions of travel."
+        ),
+    ] = None
+    criterion: Annotated[
+        Literal["max", "rms"] | None,
+        Field(
+            help="renishaw: the residual to minimise, the largest (max, the default) or the rms."
+        ),
+    ] = None
+    template: Annotated[
+        Path | None, Field(help="heidenhain: the template to fill in.", reads=True)
+    ] = None
+    show_template: Annotated[bool, Field(help="heidenhain: print the template to edit.")] = False
+    azimuth_deg: Annotated[
+        float | None,
+        Field(
+            help="heidenhain: azimuth of all touches, in degrees.",
+            range=ANGLE,
+            label="Azimuth of all touches",
+        ),
+    ] = None
+    feed: Annotated[
+        float | None,
+        Field(
+            help="Measuring feed, in mm/min, for tables of a map that contains the signal delay; "
+            "the subroutines for linuxcnc use the feed of each touch.",
+            range=FEED_OR_NONE,
+            label="Measuring feed",
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """One file has the ending that its control wants, which we do not know."""
+        if makes_folder(self.to):
+            return super().endings(output)
+        own = "" if self.output is None else self.output.suffix.lower()
+        return (".csv" if self.to == _RADII_TABLE else own,)
+
+    def run(self, progress: Progress = SILENT) -> ExportedMap | TextResult:
+        """Make the files of the map.
+
+        Returns
+        -------
+        ExportedMap
+            Or a text: the template.
+
+        Raises
+        ------
+        PretravelError
+            No output; a setting that the control does not use; a map that it cannot hold.
+        """
+        del progress
+        from pretravel.controls.heidenhain import heidenhain_template
+        from pretravel.files.map_file import read_map
+
+        if self.show_template:
+            return TextResult(heidenhain_template())
+        if self.output is None:
+            raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
+        self._refuse_unused()
+        if makes_folder(self.to):
+            refuse_no_folder(self.output)
+        return self.exported(read_map(self.map_file, tip_diameter=self.tip_diameter))
+
+    def exported(self, pretravel_map: PretravelMap) -> ExportedMap:
+        """Make the files of a map that has been read.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+        """
+        from pretravel.controls.exports import CONTROLS, ExportedFiles, table_travel
+        from pretravel.files.csv_table import csv_table_text
+        from pretravel.maps.grid import effective_radius_table
+
+        self._refuse_unused()
+        control = CONTROLS.get(self.to)
+        if control is not None:
+            files = control.files(pretravel_map, self._settings(pretravel_map))
+        else:
+            table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
+            remark = "effective radii over the supported directions"
+            files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
+        return ExportedMap(self, files, _statement(self, files), tuple(files.warnings))
+
+    def _refuse_unused(self) -> None:
+        """Refuse settings that the control does not use."""
+        from pretravel.controls.exports import CONTROLS
+
+        for name, setting in by_name(Export).items():
+            used = _OF_CONTROLS.get(name)
+            if used is None or not self.stated(name) or used in settings_used(self.to):
+                continue
+            users = ", ".join(to for to, control in CONTROLS.items() if used in control.options)
+            raise PretravelError(f"{setting.option} does not apply to {self.to}; it is for {users}")
+        if self.feed is not None and not takes_feed(self.to):
+            raise PretravelError(
+                f"the files for {self.to} use the feed of each touch: leave the feed out",
+                inputs=("feed",),
+            )
+
+    def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
+        from pretravel.controls.exports import ExportSettings, table_travel
+
+        tolerance, azimuth = self.tolerance_um, self.azimuth_deg
+        given = {
+            name: getattr(self, name) for name in _OF_CONTROLS if hasattr(ExportSettings, name)
+        }
+        given |= {
+            "tolerance": None if tolerance is None else tolerance * MICROMETRE,
+            "azimuth": None if azimuth is None else azimuth * DEGREE,
+            "template": None if self.template is None else _read_template(self.template),
+        }
+        return ExportSettings(
+            written=date.today().isoformat(),
+            travel=table_travel(pretravel_map, self.feed) if takes_feed(self.to) else 0.0,
+            **{name: value for name, value in given.items() if value is not None},
+        )
 
 
-def misapplied(to: str, wish: ExportWish) -> str:
-    """The first stated setting that an export does not use, as a sentence; empty where none is.
-
-    >>> misapplied("siemens", ExportWish(base=500))
-    'base does not apply to siemens; it is for linuxcnc, renishaw, fanuc, haas'
-    """
-    used = settings_of(to)
-    wrong = next((name for name in wish.stated() if name not in used), None)
-    return "" if wrong is None else f"{wrong} does not apply to {to}; it is for {users_of(wrong)}"
+def _read_template(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PretravelError(f"{path}: cannot be read as text: {error}") from None
 
 
-def export_map(
-    pretravel_map: PretravelMap, to: str, wish: ExportWish = ExportWish(), *, written: str = ""
-) -> ExportedFiles:
+def _statement(task: Export, files: ExportedFiles) -> str:
+    """Names of the files, and what they state."""
+    made = f"{task.output or ''}: {', '.join(sorted(files.texts))}".rstrip()
+    separator = " " if len(files.remarks) == 1 and not makes_folder(task.to) else "\n"
+    return separator.join([made, "\n".join(files.remarks)]) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class ExportedMap(Result):
     """The files of a map for a control.
 
-    Parameters
+    Attributes
     ----------
-    pretravel_map : PretravelMap
-    to : str
-        One of `control_names`.
-    wish : ExportWish
-    written : str
-        The day, for the heads of files.
-
-    Returns
-    -------
-    ExportedFiles
-
-    Raises
-    ------
-    PretravelError
-        A setting that the control does not use; a map that it cannot hold.
-    """
-    if wrong := misapplied(to, wish):
-        raise PretravelError(wrong)
-    control = CONTROLS.get(to)
-    if control is None:
-        table = effective_radius_table(pretravel_map, table_travel(pretravel_map, wish.feed))
-        return ExportedFiles(
-            {"": csv_table_text(table)}, remarks=("effective radii over the supported directions",)
-        )
-    if control.uses_feed and wish.feed is not None:
-        raise PretravelError(
-            f"the files for {to} use the feed of each touch: leave the feed out", inputs=("feed",)
-        )
-    settings = ExportSettings(
-        base=wish.base,
-        tolerance=TABLE_TOLERANCE if wish.tolerance is None else wish.tolerance,
-        form=wish.form or "auto",
-        criterion=wish.criterion or "max",
-        template=wish.template,
-        azimuth=wish.azimuth,
-        written=written,
-        travel=0.0 if control.uses_feed else table_travel(pretravel_map, wish.feed),
-        feed=wish.feed,
-        units=wish.units or "mm",
-        angles=wish.angles or "normals",
-        program=wish.program,
-    )
-    return control.files(pretravel_map, settings)
-
-
-def write_export(output: Path, files: ExportedFiles) -> None:
-    """Write the one text to a file, or each text to a folder; files that they replace are removed.
-
-    Parameters
-    ----------
-    output : Path
-        The file, or the folder.
+    task : Export
     files : ExportedFiles
+    text : str
+        Names of the files, and what they state.
+    warnings : tuple of str
     """
-    if "" in files.texts:
-        write_text(output, files.texts[""])
-        return
-    write_texts(output, files.texts, "ascii")
-    for name in files.obsolete:
-        (output / name).unlink(missing_ok=True)
+
+    task: Export
+    files: ExportedFiles
+    text: str
+    warnings: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the one text to a file, or each text to a folder; what they replace is removed."""
+        del output
+        from pretravel.base.whole_file import write_text, write_texts
+
+        if "" in self.files.texts:
+            write_text(path, self.files.texts[""])
+            return
+        write_texts(path, self.files.texts, "ascii")
+        for name in self.files.obsolete:
+            (path / name).unlink(missing_ok=True)

@@ -2,60 +2,138 @@
 
 from __future__ import annotations
 
-import math
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+from pretravel.tasks.fields import ProbeName, Reported, output
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import PretravelError
-from pretravel.prediction.description import Probe
-from pretravel.prediction.elastic_field import (
-    StressByDirection,
-    TriggerField,
-    field_at_trigger,
-    stress_by_direction,
-)
-from pretravel.prediction.fem.condensation import ElasticField, ReducedModel
-from pretravel.prediction.fem.linear_solvers import check_solver
-from pretravel.prediction.fem.mesh import MeshSettings
-from pretravel.prediction.fem.reduction_cache import reduced_model
-from pretravel.prediction.predict import predict
-from pretravel.show.document import Document
-from pretravel.tasks.reports.finite_elements_report import finite_elements_document
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pretravel.base.arrays import FloatArray
+    from pretravel.prediction.description import Probe
+    from pretravel.prediction.elastic_field import StressByDirection, TriggerField
+    from pretravel.prediction.fem.condensation import ReducedModel
+    from pretravel.show.document import Document
 
 _AZIMUTHS = range(0, 360, 30)
 """At which the stress of the parts is compared. [deg]"""
 
 
-@dataclass(frozen=True)
-class TouchDirection:
-    """The surface normal of a touch, in the probe's frame.
+def _solvers() -> list[str]:
+    from pretravel.prediction.fem.linear_solvers import SOLVERS
 
-    Attributes
-    ----------
-    polar_deg : float
-        90 is a vertical wall.
-    azimuth_deg : float
+    return ["auto", *SOLVERS]
 
-    >>> TouchDirection(90.0, 0.0).normal.round(9).tolist()
-    [1.0, 0.0, 0.0]
-    """
 
-    polar_deg: float = 90.0
-    azimuth_deg: float = 0.0
+class Fem(Reported):
+    """Build the finite-element model of a probe and show its state at the trigger."""
 
-    @property
-    def normal(self) -> FloatArray:
-        """Outward unit normal, (3,)."""
-        angles = math.radians(self.polar_deg), math.radians(self.azimuth_deg)
-        return np.asarray(from_angles(*angles)[0])
+    name = "fem"
+    group = "Predict"
+    example = "pretravel fem omp40-2 --vtu omp40.vtu --plot omp40.png"
+
+    probe: ProbeName
+    azimuth_deg: Annotated[
+        float, Field(help="Azimuth of the surface normal, in degrees.", range=(-360.0, 360.0))
+    ] = 0.0
+    polar_deg: Annotated[
+        float,
+        Field(
+            help="Polar angle of the surface normal, in degrees; 90 is a vertical wall.",
+            range=(0.0, 180.0),
+        ),
+    ] = 90.0
+    refinement: Annotated[
+        float,
+        Field(
+            help="Divides all element sizes; 2 needs about four times the time.", range=(0.1, 5.0)
+        ),
+    ] = 1.0
+    solver: Annotated[
+        str,
+        Field(
+            help="auto, cholmod (scikit-sparse), pardiso (pypardiso) or superlu.",
+            names=_solvers,
+            metavar="SOLVER",
+        ),
+    ] = "auto"
+    vtu: Annotated[
+        Path | None,
+        Field(
+            help="Mesh, displacements, stresses and forces for ParaView: .vtu.", writes=(".vtu",)
+        ),
+    ] = None
+    step: Annotated[
+        Path | None,
+        Field(help="The solids of the mesh, for CAD: .step.", writes=(".step", ".stp")),
+    ] = None
+    output: Annotated[Path | None, output("A page, .html or .pdf.", *PAGES)] = None
+
+    def run(self, progress: Progress = SILENT) -> FiniteElementState:
+        """Build the model and determine its state."""
+        from pretravel.prediction.catalogue import load_probe
+        from pretravel.prediction.elastic_field import field_at_trigger, stress_by_direction
+        from pretravel.prediction.fem.geometry import write_step
+        from pretravel.prediction.fem.linear_solvers import check_solver
+        from pretravel.prediction.fem.mesh import MeshSettings
+        from pretravel.prediction.fem.reduction_cache import model_in_memory
+        from pretravel.prediction.predict import predict
+
+        probe = load_probe(self.probe)
+        check_solver(self.solver)
+        normal = _normal(self.polar_deg, self.azimuth_deg)
+        predict(probe, normal.reshape(1, 3), "shen")  # a direction without a trigger is refused now
+        if self.step is not None:  # without the model, which needs much longer
+            write_step(self.step, probe)
+        with progress.working("finite elements"):
+            settings = MeshSettings(refinement=self.refinement)
+            reduced = model_in_memory(probe, settings, self.solver)
+            field = field_at_trigger(probe, normal, reduced)
+            around = self._directions_around(probe)
+            stresses = stress_by_direction(probe, around, reduced, field)
+            return FiniteElementState(probe, reduced, field, stresses)
+
+    def _directions_around(self, probe: Probe) -> FloatArray:
+        """The direction of the touch, then those at its polar angle in which the probe triggers."""
+        import numpy as np
+
+        return np.array(list(self._triggering(probe)))
+
+    def _triggering(self, probe: Probe) -> Iterator[FloatArray]:
+        import math
+
+        from pretravel.base.errors import PretravelError
+        from pretravel.prediction.predict import predict
+
+        own = _normal(self.polar_deg, self.azimuth_deg)
+        yield own
+        if math.hypot(*own[:2]) <= 1e-9:  # along the axis there is one direction only
+            return
+        for azimuth in _AZIMUTHS:
+            normal = _normal(self.polar_deg, float(azimuth))
+            try:
+                predict(probe, normal.reshape(1, 3), "shen")
+            except PretravelError:
+                continue
+            yield normal
+
+
+def _normal(polar_deg: float, azimuth_deg: float) -> FloatArray:
+    """Outward unit normal, (3,)."""
+    import math
+
+    import numpy as np
+
+    from pretravel.base.directions import from_angles
+
+    return np.asarray(from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0])
 
 
 @dataclass(frozen=True, eq=False)
-class FiniteElementState:
+class FiniteElementState(Result):
     """A probe's finite-element model with its state at the trigger.
 
     Attributes
@@ -75,92 +153,15 @@ class FiniteElementState:
 
     def document(self) -> Document:
         """The report."""
+        from pretravel.tasks.reports.finite_elements_report import finite_elements_document
+
         return finite_elements_document(
             self.reduced, self.field, self.stresses, probe_name=self.probe.name
         )
 
+    def write(self, output: str, path: Path) -> None:
+        """Write the mesh with its fields; the solids have been written before."""
+        from pretravel.files.vtu import write_vtu
 
-@dataclass(frozen=True, eq=False)
-class _InMemory:
-    """A field that needs no file; unlike a closure, it can go to another process."""
-
-    field: ElasticField
-
-    def __call__(self) -> ElasticField:
-        return self.field
-
-
-def check_touch(probe: Probe, touch: TouchDirection) -> None:
-    """Refuse a direction without a trigger; it takes no time, and the model does.
-
-    Raises
-    ------
-    PretravelError
-        The probe never triggers in that direction.
-    """
-    predict(probe, touch.normal.reshape(1, 3), "shen")
-
-
-def build_model(
-    probe: Probe, settings: MeshSettings | None = None, solver: str = "auto"
-) -> ReducedModel:
-    """The reduced model of a probe, with its mesh in memory: it can be sent to another process.
-
-    Parameters
-    ----------
-    probe : Probe
-    settings : MeshSettings, optional
-    solver : str
-        auto, cholmod, pardiso or superlu.
-
-    Returns
-    -------
-    ReducedModel
-        From the cache, or new.
-
-    Raises
-    ------
-    PretravelError
-        An unknown solver; solids that cannot be meshed; not enough memory.
-    """
-    check_solver(solver)
-    reduced = reduced_model(probe, settings, solver)
-    return replace(reduced, load_field=_InMemory(reduced.load_field()))
-
-
-def state_at_trigger(
-    probe: Probe, reduced: ReducedModel, touch: TouchDirection
-) -> FiniteElementState:
-    """Displacement and stress of the whole mesh at the trigger.
-
-    Parameters
-    ----------
-    probe : Probe
-    reduced : ReducedModel
-        Of this probe.
-    touch : TouchDirection
-
-    Returns
-    -------
-    FiniteElementState
-
-    Raises
-    ------
-    PretravelError
-        The probe never triggers in that direction.
-    """
-    field = field_at_trigger(probe, touch.normal, reduced)
-    stresses = stress_by_direction(probe, _directions_around(probe, touch), reduced, field)
-    return FiniteElementState(probe, reduced, field, stresses)
-
-
-def _directions_around(probe: Probe, touch: TouchDirection) -> FloatArray:
-    """The direction of a touch, then those at its polar angle in which the probe triggers."""
-    found = [touch.normal]
-    if math.hypot(*touch.normal[:2]) > 1e-9:  # along the axis there is one direction only
-        around = (replace(touch, azimuth_deg=float(a)) for a in _AZIMUTHS)
-        for other in around:
-            with suppress(PretravelError):
-                check_touch(probe, other)
-                found.append(other.normal)
-    return np.array(found)
+        if output == "vtu":
+            write_vtu(path, self.field)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import (
+    ANGLE,
     FEED,
     REFERENCE_DIAMETER,
     TIP_BALL,
@@ -98,6 +99,14 @@ UTemperature: TypeAlias = Annotated[
         unit="K",
         label="u of the temperature",
     ),
+]
+SPHERE_FORM = Field(
+    help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
+    range=(0.0, 100.0),
+)
+REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
+Turn: TypeAlias = Annotated[
+    float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
 ]
 QualifiedMap: TypeAlias = Annotated[
     Path,
@@ -415,3 +424,17 @@ def with_reading(document: Document, readings: FileReadings) -> Document:
     from pretravel.tasks.reports.preview_report import with_reading_note
 
     return with_reading_note(document, readings)
+
+
+def refuse_no_folder(path: Path) -> None:
+    """Refuse an output that cannot be a folder, where there are several files.
+
+    Raises
+    ------
+    PretravelError
+        It has an ending, is a file, or its own folder does not exist.
+    """
+    if path.suffix or path.is_file():
+        raise PretravelError(f"{path}: a folder is needed, for several files", inputs=("output",))
+    if not path.parent.is_dir():
+        raise PretravelError(f"cannot make {path}: the folder {path.parent} does not exist")

@@ -301,8 +301,8 @@ def _first_day(
     file: DatedFile, options: ReadingOptions, reference: QualificationSetup, kind: str
 ) -> tuple[PretravelMap, DayTerms]:
     from pretravel.files.several_files import read_series
-    from pretravel.identification.kind_registry import choose
     from pretravel.qualification.day_terms import day_terms
+    from pretravel.qualification.qualify import choose
     from pretravel.qualification.verification import refuse_unverifiable
 
     readings = read_series([file.path], options).in_machine_axes()

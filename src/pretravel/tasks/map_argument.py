@@ -19,7 +19,7 @@ def map_or_prediction(
     Parameters
     ----------
     name : str
-        Path of a map (.nc, .csv), or of a description (.toml), or a catalogue name.
+        Path of a map (.json, .csv), or of a description (.toml), or a catalogue name.
     model : str
         Of the prediction.
     tip_diameter : float, optional
@@ -30,14 +30,15 @@ def map_or_prediction(
     PretravelError
         Neither a map nor a probe.
     """
-    from pretravel.files.map_file import read_map
+    from pretravel.files.map_file import FORMER_MAP_ENDINGS, MAP_ENDINGS, read_map
     from pretravel.prediction.described_map import described_map
 
     ending = Path(name).suffix.lower()
-    if ending in (".nc", ".csv", ".json"):
+    if ending in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
         return read_map(name, tip_diameter=tip_diameter)
     if ending not in (".toml", ""):
         raise PretravelError(
-            f"{name}: neither a map (.nc, .csv) nor a probe (.toml, or a name of pretravel probes)"
+            f"{name}: neither a map (.json, .csv) nor a probe (.toml, or a name of pretravel "
+            "probes)"
         )
     return described_map(name, model, tip_diameter=tip_diameter)

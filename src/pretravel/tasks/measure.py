@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +15,9 @@ from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
 if TYPE_CHECKING:
-    from pretravel.files.point_blocks import LongPoints
     from pretravel.measurement.points import Points
     from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature
     from pretravel.show.document import Document
-
-log = logging.getLogger(__name__)
 
 
 def _features() -> list[str]:
@@ -158,8 +154,9 @@ class Measure(LaboratoryReport):
         from pretravel.files.points_reading import read_points
 
         self.tolerances()
-        long = self._measured_in_blocks(progress)
-        return self.measured(read_points(self.points)) if long is None else long
+        points = read_points(self.points)
+        with progress.working(f"measuring the features of {len(points)} points"):
+            return self.measured(points)
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -222,16 +219,6 @@ class Measure(LaboratoryReport):
         found = tuple(_measured(label, mine, self) for label, mine in chosen.items())
         return _result(self, found)
 
-    def _measured_in_blocks(self, progress: Progress) -> MeasuredFeatures | None:
-        """Measure the features of a table that is too long for the memory."""
-        from pretravel.files.point_blocks import long_points
-
-        table = long_points(self.points)
-        if table is None:
-            return None
-        with progress.working(f"measuring the features of about {table.rows.count:,} points"):
-            return measure_long_points(table, self)
-
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFeatures(Result):
@@ -291,50 +278,6 @@ def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFe
     failed = ConformityVerdict.DOES_NOT_CONFORM
     some_fail = any(feature.verdict is failed for feature in features)
     return MeasuredFeatures(task, features, ANSWER if some_fail else 0)
-
-
-def measure_long_points(table: LongPoints, task: Measure) -> MeasuredFeatures:
-    """Measure the features of a long table of points, which is read twice in blocks.
-
-    A feature is measured when its last point has been read; its points are not kept. The memory
-    grows with the points of the features that are open at a time, not with the table.
-
-    Parameters
-    ----------
-    table : LongPoints
-        From `long_points`.
-    task : Measure
-
-    Returns
-    -------
-    MeasuredFeatures
-        Those of `Measure.measured`.
-
-    Raises
-    ------
-    PretravelError
-        As `Measure.measured`.
-    """
-    from pretravel.measurement.points import joined_points
-    from pretravel.measurement.selection import FeaturesOfLabels, points_at
-
-    features = FeaturesOfLabels(task.select, task.by_prefix)
-    for points in table.blocks():
-        features.add(points.labels)
-    names = features.names()
-    _refuse_one_place_for_many(task, names)
-    again = FeaturesOfLabels(task.select, task.by_prefix)
-    waiting: dict[str, list[Points]] = {}
-    found: dict[str, InspectedFeature] = {}
-    for points in table.blocks():
-        for name, rows in again.add(points.labels).items():
-            waiting.setdefault(name, []).append(points_at(points, rows))
-            if again.counts[name] == features.counts[name]:
-                found[name] = _measured(name, joined_points(waiting.pop(name)), task)
-        log.info(
-            "%d of %d features", len(found), len(names), extra={"done": len(found) / len(names)}
-        )
-    return _result(task, tuple(found[name] for name in names))
 
 
 def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:

@@ -3,83 +3,155 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-import numpy.typing as npt
+from pretravel.base.quantities import FRICTION, STEP
+from pretravel.prediction.compliance import MODELS
+from pretravel.tasks.fields import (
+    Azimuths,
+    Gravity,
+    Polars,
+    ProbeName,
+    Reported,
+    Workpiece,
+    models,
+    output,
+)
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.values import Angles
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import grid
-from pretravel.files.map_file import write_map
-from pretravel.files.prediction_table import trigger_table
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.prediction.compliance.base import compliance_model
-from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import Material, default_workpiece
-from pretravel.prediction.predict import Trigger, predict, predicted_map
-from pretravel.prediction.response import probe_response, response_map
-from pretravel.show.document import Document
-from pretravel.tasks.reports.prediction_report import prediction_document
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from pretravel.base.arrays import FloatArray
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.prediction.description import Probe
+    from pretravel.prediction.predict import Trigger
+    from pretravel.show.document import Document
 
 
-@dataclass(frozen=True, eq=False)
-class PredictionWish:
-    """What is predicted: model, directions, part.
+class Predict(Reported):
+    """Predict trigger force, sensing distance and pretravel over directions."""
 
-    Attributes
-    ----------
-    model : str
-        Of the compliance: a name of `MODELS`.
-    polar_deg, azimuth_deg : (p,), (a,) float
-        Every polar angle is predicted at every azimuth, in the probe's frame.
-    workpiece : Material
-    gravity : (3,) float or None
-        Unit direction of gravity in the machine's frame; None neglects weight.
+    name = "predict"
+    group = "Predict"
+    example = "pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png"
 
-    >>> len(PredictionWish().polar_deg), len(PredictionWish().azimuth_deg)
-    (19, 72)
-    """
-
-    model: str = "analytic"
-    polar_deg: npt.ArrayLike = field(default_factory=lambda: np.arange(0.0, 90.5, 5.0))
-    azimuth_deg: npt.ArrayLike = field(default_factory=lambda: np.arange(0.0, 355.5, 5.0))
-    workpiece: Material = field(default_factory=default_workpiece)
-    gravity: npt.ArrayLike | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("polar_deg", "azimuth_deg"):
-            object.__setattr__(self, name, frozen(np.atleast_1d(getattr(self, name))))
+    probe: ProbeName
+    model: Annotated[
+        str,
+        Field(
+            help="; ".join(f"{name}: {meaning}" for name, meaning in MODELS.items()) + ".",
+            names=models,
+            metavar="MODEL",
+        ),
+    ] = "analytic"
+    azimuth: Azimuths = Angles("0:355:5")
+    polar: Polars = Angles("0:90:5")
+    lever: Annotated[
+        float | None,
+        Field(
+            help="Distance from the tip centre to the plane of the rods, in mm; the hub offset is "
+            "changed to it.",
+            range=STEP,
+        ),
+    ] = None
+    friction: Annotated[
+        float | None,
+        Field(
+            help="Coulomb's coefficient of friction at the seats (likely 0.1 to 0.3): the third "
+            "of three equal touches is predicted, by the models analytic and fem; the default is "
+            "that of the description, 0 in the catalogue.",
+            range=FRICTION,
+        ),
+    ] = None
+    workpiece: Workpiece = "steel"
+    gravity: Gravity = None
+    output: Annotated[
+        Path | None,
+        output("Map: .json; table: .csv, .nc; or a page, .html or .pdf.", *MAPS, ".nc", *PAGES),
+    ] = None
 
     @property
     def directions(self) -> FloatArray:
         """Outward surface normals, azimuth after azimuth for each polar angle, (p a, 3)."""
-        return grid(np.radians(self.polar_deg), np.radians(self.azimuth_deg))
+        import numpy as np
+
+        from pretravel.base.directions import grid
+
+        return grid(np.radians(self.polar.degrees), np.radians(self.azimuth.degrees))
+
+    def run(self, progress: Progress = SILENT) -> PredictedProbe:
+        """Read the description and predict.
+
+        >>> round(float(Predict(probe="omp40-2", polar="90").run().trigger.force[0]), 3)
+        0.75
+        """
+        from pretravel.prediction.catalogue import load_probe
+        from pretravel.prediction.compliance.base import compliance_model
+
+        probe = load_probe(self.probe)
+        if self.lever is not None:
+            shorten = compliance_model(self.model).uses_lever_only
+            probe = probe.with_lever(self.lever, shorten=shorten)
+        if self.friction is not None:
+            probe = probe.with_friction(self.friction)
+        with progress.working(f"predicting {len(self.directions)} directions"):
+            return self.predicted(probe)
+
+    def predicted(self, probe: Probe) -> PredictedProbe:
+        """Predict a probe that has been read, in the directions of the task.
+
+        Raises
+        ------
+        PretravelError
+            An unknown model; a direction in which the probe never triggers; a probe that cannot be
+            predicted.
+        """
+        from pretravel.prediction.materials import material
+        from pretravel.prediction.predict import predict
+
+        trigger = predict(
+            probe,
+            self.directions,
+            self.model,
+            workpiece=material(self.workpiece),
+            gravity=self.gravity,
+        )
+        return PredictedProbe(self, probe, trigger)
 
 
 @dataclass(frozen=True, eq=False)
-class PredictedProbe:
+class PredictedProbe(Result):
     """A probe with its prediction.
 
     Attributes
     ----------
+    task : Predict
     probe : Probe
-    wish : PredictionWish
     trigger : Trigger
-        In the directions of the wish.
+        In the directions of the task.
     """
 
+    task: Predict
     probe: Probe
-    wish: PredictionWish
     trigger: Trigger
 
     def document(self) -> Document:
         """The report."""
+        from pretravel.tasks.reports.prediction_report import prediction_document
+
         return prediction_document(self.trigger, self.probe)
 
     def table(self) -> Mapping[str, npt.ArrayLike]:
-        """The columns of a file, one row for each direction; angles as they were wished."""
-        polar, azimuth = np.asarray(self.wish.polar_deg), np.asarray(self.wish.azimuth_deg)
+        """The columns of a file, one row for each direction; angles as they were typed."""
+        import numpy as np
+
+        from pretravel.files.prediction_table import trigger_table
+
+        polar, azimuth = self.task.polar.degrees, self.task.azimuth.degrees
         # A direction at the pole no longer contains its azimuth.
         return dict(trigger_table(self.trigger)) | {
             "polar_deg": np.repeat(polar, len(azimuth)),
@@ -96,103 +168,31 @@ class PredictedProbe:
             interpolation. Models without elastic contacts, and probes with friction at their
             seats, have a table in either case.
         """
+        from pretravel.prediction.compliance.base import compliance_model
+        from pretravel.prediction.materials import material
+        from pretravel.prediction.predict import predicted_map
+        from pretravel.prediction.response import probe_response, response_map
+
+        task = self.task
         of_statics = self.probe.seats.friction == 0.0
-        if exact and of_statics and compliance_model(self.wish.model).has_response:
+        if exact and of_statics and compliance_model(task.model).has_response:
+            workpiece = material(task.workpiece)
             response = probe_response(
-                self.probe,
-                self.wish.model,
-                workpiece=self.wish.workpiece,
-                gravity=self.wish.gravity,
+                self.probe, task.model, workpiece=workpiece, gravity=task.gravity
             )
             return response_map(self.probe, response, self.trigger)
         return predicted_map(self.probe, self.trigger)
 
+    def write(self, output: str, path: Path) -> None:
+        """Write the map (.json), exact where the model is; or a table (.csv, .nc)."""
+        del output
+        from pretravel.files.map_dataset import map_dataset
+        from pretravel.files.map_file import write_map
+        from pretravel.files.netcdf import write_dataset
 
-def predict_probe(probe: Probe, wish: PredictionWish | None = None) -> PredictedProbe:
-    """Predict force, sensing distance and pretravel of a probe over directions.
-
-    Parameters
-    ----------
-    probe : Probe
-    wish : PredictionWish, optional
-
-    Returns
-    -------
-    PredictedProbe
-
-    Raises
-    ------
-    PretravelError
-        An unknown model; a direction in which the probe never triggers; a probe that cannot be
-        predicted.
-
-    >>> from pretravel.prediction.catalogue import load_probe
-    >>> predicted = predict_probe(load_probe("omp40-2"), PredictionWish(polar_deg=90.0))
-    >>> float(predicted.trigger.force[0].round(3))
-    0.75
-    """
-    wish = PredictionWish() if wish is None else wish
-    trigger = predict(
-        probe, wish.directions, wish.model, workpiece=wish.workpiece, gravity=wish.gravity
-    )
-    return PredictedProbe(probe, wish, trigger)
-
-
-def with_lever(probe: Probe, lever: float | None, model: str = "analytic") -> Probe:
-    """The probe with another lever, as the model understands it; None leaves it as it is.
-
-    Parameters
-    ----------
-    probe : Probe
-    lever : float or None
-        Tip centre to the plane of the rod axes. [mm]
-    model : str
-
-    Raises
-    ------
-    DescriptionError
-        See `Probe.with_lever`.
-    """
-    if lever is None:
-        return probe
-    return probe.with_lever(lever, shorten=compliance_model(model).uses_lever_only)
-
-
-def with_friction(probe: Probe, friction: float | None) -> Probe:
-    """The probe with another friction at its seats; None leaves it as described.
-
-    Parameters
-    ----------
-    probe : Probe
-    friction : float or None
-        Coulomb's coefficient.
-
-    Raises
-    ------
-    DescriptionError
-        A coefficient that is out of range.
-
-    >>> from pretravel.prediction.catalogue import load_probe
-    >>> with_friction(load_probe("omp40-2"), 0.2).seats.friction
-    0.2
-    """
-    if friction is None:
-        return probe
-    return replace(probe, seats=replace(probe.seats, friction=friction))
-
-
-def write_prediction(path: Path, predicted: PredictedProbe) -> None:
-    """Write the map of a prediction: .nc, exact where the model is; .csv or .json, a table.
-
-    Parameters
-    ----------
-    path : Path
-    predicted : PredictedProbe
-
-    Raises
-    ------
-    PretravelError
-        Another ending.
-    """
-    exact = path.suffix.lower() == ".nc"
-    write_map(path, predicted.pretravel_map(exact=exact), table=predicted.table())
+        ending = path.suffix.lower()
+        made = self.pretravel_map(exact=ending != ".csv")
+        if ending == ".nc":
+            write_dataset(path, map_dataset(made, self.table()))
+        else:
+            write_map(path, made, table=self.table())

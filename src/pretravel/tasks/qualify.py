@@ -12,6 +12,7 @@ from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
     ALONG_Z,
+    SPHERE_FORM,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -22,26 +23,24 @@ from pretravel.tasks.fields import (
     output,
     with_reading,
 )
-from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Length, length_or_none
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
-    from pretravel.identification.kind_choice import KindScore
     from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.qualification.prior_update import MapUpdate
-    from pretravel.qualification.qualification import Qualification
+    from pretravel.qualification.qualification import KindScore, Qualification
     from pretravel.show.document import Document
 
 
 def kind_names() -> list[str]:
     """The kinds of map, and the choice among them."""
-    from pretravel.identification.average import AUTO
-    from pretravel.identification.kind_registry import KINDS
+    from pretravel.maps.kinds import AUTO, kinds
 
-    return [*KINDS, AUTO]
+    return [*kinds(), AUTO]
 
 
 class Qualify(TouchFilesWithFeed, LaboratoryReport):
@@ -80,13 +79,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     ring: Ring = False
     u_diameter_um: UDiameter = None
     u_temperature: UTemperature = 0.2
-    sphere_form_um: Annotated[
-        float,
-        Field(
-            help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
-            range=(0.0, 100.0),
-        ),
-    ] = 0.13
+    sphere_form_um: Annotated[float, SPHERE_FORM] = 0.13
     axial_pretravel_um: Annotated[
         Length,
         Field(
@@ -120,9 +113,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     ] = None
     output: Annotated[
         Path | None,
-        output(
-            "Map: .json (to use) or .csv; or a page, .html or .pdf.", ".json", ".nc", ".csv", *PAGES
-        ),
+        output("Map: .json, or a .csv table; or a page, .html or .pdf.", *MAPS, *PAGES),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> QualifiedProbe | UpdatedProbe:
@@ -157,7 +148,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.identification.kind_registry import choose
+        from pretravel.qualification.qualify import choose
 
         wozniak = self.wozniak()
         wished = wozniak if self.kind == wozniak.name else self.kind

@@ -2,190 +2,283 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pretravel.base.errors import PretravelError
-from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.files.rig_csv import read_rig_trace, rig_json, rig_table
-from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
-from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
-from pretravel.laboratory.rig_budget import (
-    REN_BUDGET,
-    LengthComponent,
-    budget_doubts,
-    calibration_budget,
-    length_budget,
-)
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
-from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.rig_marks import with_marks
-from pretravel.show.document import Document
-from pretravel.tasks.reports.certificate_report import certificate_document
-from pretravel.tasks.reports.laboratory_report import with_laboratory
-from pretravel.tasks.reports.rig_report import rig_document
-from pretravel.uncertainty.gum import Budget
+from pretravel.base.quantities import TIP_BALL
+from pretravel.tasks.fields import LaboratoryReport, output
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.values import MovedMark, trace_mark
 
-REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
+if TYPE_CHECKING:
+    from pretravel.laboratory.certificate import LaboratoryStatements
+    from pretravel.laboratory.rig import RigTouch, RigTrace
+    from pretravel.laboratory.rig_budget import LengthComponent
+    from pretravel.laboratory.rig_calibration import RigCalibration
+    from pretravel.show.document import Document
+    from pretravel.uncertainty.gum import Budget
+
+_REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
 
 
-@dataclass(frozen=True)
-class RigSetup:
-    """What a calibration knows beside the traces.
+def _traces_meant(places: Sequence[Path]) -> list[Path]:
+    from pretravel.files.rig_csv import rig_traces
 
-    Attributes
-    ----------
-    components : sequence of LengthComponent
-        Uncertainty budget of the rig.
-    budget_source : str
-    temperature : float
-        Of the ruler. [°C]
-    expansion : float
-        Thermal expansion coefficient of the ruler. [1e-6/K]
-    exclude : tuple of str
-        Traces that are left out.
-    marks : mapping of str to mapping of str to float
-        By trace, events where a person sees them; see `with_marks`. [mm]
-    """
+    return rig_traces(places)
 
-    components: Sequence[LengthComponent] = REN_BUDGET
-    budget_source: str = REN_SOURCE
-    temperature: float = 20.0
-    expansion: float = 8.0
-    exclude: tuple[str, ...] = ()
-    marks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+class Rig(LaboratoryReport):
+    """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty."""
+
+    name = "rig"
+    group = "Laboratory"
+    example = "pretravel rig rig_*.csv --lab lab.toml -o certificate.html"
+
+    traces: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="Traces rig_AZIMUTH_REPEAT.csv: time_s,ruler_mm,laser_mm,contact,trigger; files, "
+            "a folder or a name with *.",
+            positional=True,
+            reads=_traces_meant,
+        ),
+    ]
+    output: Annotated[
+        Path | None,
+        output(
+            "Touches, .csv; the whole result, .json; or a certificate, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+        ),
+    ] = None
+    budget: Annotated[
+        Path | None,
+        Field(
+            help="Uncertainty budget of the rig, .csv: source,type,uncertainty_um,per_metre_um; "
+            "the default is that of Ren 2020, Table 2.",
+            reads=True,
+        ),
+    ] = None
+    map_file: Annotated[
+        Path | None,
+        Field(
+            help="Map of the mean pretravel, for compensation: .json or .csv.",
+            option="--map",
+            writes=MAPS,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None, Field(help="Diameter of the tip, in mm, for --map.", range=TIP_BALL)
+    ] = None
+    temperature: Annotated[
+        float, Field(help="Temperature of the ruler, in °C.", range=(-50.0, 100.0), unit="°C")
+    ] = 20.0
+    expansion: Annotated[
+        float,
+        Field(
+            help="Thermal expansion coefficient of the ruler, in 1e-6/K.",
+            range=(0.0, 100.0),
+            unit="1e-6/K",
+        ),
+    ] = 8.0
+    exclude: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Leave this trace out (the file's name); may be repeated.",
+            metavar="LABEL",
+        ),
+    ] = ()
+    mark: Annotated[
+        tuple[MovedMark, ...],
+        Field(
+            help="The ruler's position at an event (r0 to r3), in mm, where you see the event in "
+            "the trace. The uncertainty of a moved r0, r1 or r3 covers the old position too. May "
+            "be repeated.",
+            parse=trace_mark,
+            metavar="TRACE:r0=MM",
+        ),
+    ] = ()
+
+    def run(self, progress: Progress = SILENT) -> CalibratedRig:
+        """Read the traces and calibrate the probe.
+
+        Raises
+        ------
+        PretravelError
+            A trace that is given twice or cannot be evaluated; marks of a trace that is not there;
+            a map without the diameter of the tip; as `calibrate_rig`.
+        """
+        from pretravel.files.rig_csv import read_budget
+        from pretravel.laboratory.rig_budget import REN_BUDGET
+        from pretravel.laboratory.rig_calibration import calibrate_rig
+
+        if self.map_file is not None and self.tip_diameter is None:
+            raise PretravelError(
+                "a map needs the diameter of the tip, in mm", inputs=("tip_diameter",)
+            )
+        statements = self.statements()
+        components = REN_BUDGET if self.budget is None else read_budget(self.budget)
+        paths = _traces_meant(self.traces)
+        with progress.working(f"reading {len(paths)} traces"):
+            traces, touches = self._read(paths)
+        if self.output is not None and self.output.suffix.lower() == ".csv":
+            _write_touches(self.output, touches)  # single touches need no calibration
+        calibration = calibrate_rig(touches, exclude=self.exclude)
+        return CalibratedRig(self, traces, touches, calibration, tuple(components), statements)
+
+    def _read(self, paths: Sequence[Path]) -> tuple[tuple[RigTrace, ...], tuple[RigTouch, ...]]:
+        """Traces, with the ruler at its reference temperature, and their events."""
+        from pretravel.files.rig_csv import read_rig_trace
+        from pretravel.laboratory.rig import at_reference_temperature
+        from pretravel.laboratory.rig_events import rig_touch
+        from pretravel.laboratory.rig_marks import with_marks
+
+        names = [path.stem for path in paths]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
+        marks: dict[str, dict[str, float]] = {}
+        for mark in self.mark:
+            marks.setdefault(mark.trace, {})[mark.event] = mark.position
+        unknown = sorted(set(marks) - set(names))
+        if unknown:
+            raise PretravelError(
+                f"there is no trace {unknown[0]} to mark; there are {', '.join(names[:8])}",
+                inputs=("mark",),
+            )
+        traces = tuple(
+            at_reference_temperature(read_rig_trace(path), self.temperature, self.expansion * 1e-6)
+            for path in paths
+        )
+        return traces, tuple(
+            with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces
+        )
+
+
+def _write_touches(
+    path: Path, touches: Sequence[RigTouch], calibration: RigCalibration | None = None
+) -> None:
+    from pretravel.files.csv_table import write_csv_table
+    from pretravel.files.rig_csv import rig_table
+
+    not_used = None if calibration is None else calibration.not_used or None
+    write_csv_table(path, rig_table(touches, not_used))
 
 
 @dataclass(frozen=True, eq=False)
-class CalibratedRig:
+class CalibratedRig(Result):
     """A calibration with the traces that it comes from.
 
     Attributes
     ----------
+    task : Rig
     traces : tuple of RigTrace
     touches : tuple of RigTouch
     calibration : RigCalibration
-    setup : RigSetup
+    components : tuple of LengthComponent
+        Uncertainty budget of the rig.
+    statements : LaboratoryStatements or None
     """
 
+    task: Rig
     traces: tuple[RigTrace, ...]
     touches: tuple[RigTouch, ...]
     calibration: RigCalibration
-    setup: RigSetup
+    components: tuple[LengthComponent, ...]
+    statements: LaboratoryStatements | None = None
+    template = "certificate.html"
+    """It prints on A4 (to PDF from any browser)."""
 
     @property
     def budget(self) -> Budget:
         """Of the mean pretravel. [mm]"""
+        from pretravel.laboratory.rig_budget import calibration_budget, length_budget
+
         found = self.calibration
-        return length_budget(calibration_budget(found, self.setup.components), abs(found.pretravel))
+        return length_budget(calibration_budget(found, self.components), abs(found.pretravel))
 
     @property
     def notes(self) -> list[str]:
         """Irregularities of the traces, and doubts about the budget."""
+        from pretravel.laboratory.rig_budget import budget_doubts
+
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
-            *budget_doubts(self.setup.components),
+            *budget_doubts(self.components),
         ]
 
-    def document(
-        self, *, warnings: Sequence[str] = (), statements: LaboratoryStatements | None = None
-    ) -> Document:
-        """The report, with what the laboratory states."""
-        report = rig_document(
-            self.calibration, self.budget, self.traces, warnings=[*self.notes, *warnings]
-        )
-        return with_laboratory(report, statements)
+    def document(self) -> Document:
+        """The report, with what the laboratory states, and what it does not."""
+        left_out = self.task.statements_left_out(self.task.output, kept_in=(".json",))
+        return self.report([*self._lacking(), *left_out])
 
-    def certificate(
-        self, statements: LaboratoryStatements | None = None, *, warnings: Sequence[str] = ()
-    ) -> Document:
-        """The calibration certificate; see `TEMPLATE` of `certificate_report`."""
+    def page(self) -> Document:
+        """The calibration certificate, with what keeps it from being one to hand out."""
+        return self.certificate([*self._lacking()])
+
+    def report(self, warnings: Sequence[str] = ()) -> Document:
+        """The report with warnings of the caller."""
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
+        from pretravel.tasks.reports.rig_report import rig_document
+
+        stated = [*self.notes, *warnings]
+        report = rig_document(self.calibration, self.budget, self.traces, warnings=stated)
+        return with_laboratory(report, self.statements)
+
+    def certificate(self, warnings: Sequence[str] = ()) -> Document:
+        """The calibration certificate with warnings of the caller."""
+        from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
+        from pretravel.tasks.reports.certificate_report import certificate_document
+
+        budget = self.task.budget
         made = calibration_certificate(
             self.calibration,
-            self.setup.components,
-            statements or LaboratoryStatements(),
-            budget_source=self.setup.budget_source,
-            temperature=self.setup.temperature,
+            self.components,
+            self.statements or LaboratoryStatements(),
+            budget_source=_REN_SOURCE if budget is None else budget.name,
+            temperature=self.task.temperature,
         )
         return certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
 
-    def values(self, statements: LaboratoryStatements | None = None) -> dict[str, Any]:
+    def values(self) -> dict[str, Any]:
         """The calibration for JSON, with what the laboratory states."""
-        return with_laboratory_values(rig_json(self.calibration, self.budget), statements)
+        from pretravel.files.laboratory_file import with_laboratory_values
+        from pretravel.files.rig_csv import rig_json
 
-    def table(self) -> dict[str, npt.ArrayLike]:
-        """The single touches."""
-        return rig_table(self.touches, self.calibration.not_used)
+        return with_laboratory_values(rig_json(self.calibration, self.budget), self.statements)
 
+    def write(self, output: str, path: Path) -> None:
+        """Write the map, or the touches or the whole result."""
+        from pretravel.base.whole_file import write_json
+        from pretravel.files.map_file import write_map
+        from pretravel.laboratory.rig_map import rig_map
 
-def read_touches_of_rig(
-    paths: Sequence[Path], setup: RigSetup
-) -> tuple[tuple[RigTrace, ...], tuple[RigTouch, ...]]:
-    """Traces, with the ruler at its reference temperature, and their events.
+        if output == "map_file":
+            tip_radius = 0.5 * (self.task.tip_diameter or 0.0)
+            write_map(path, rig_map(self.calibration, self.components, tip_radius))
+        elif path.suffix.lower() == ".csv":
+            _write_touches(path, self.touches, self.calibration)
+        else:
+            write_json(path, self.values())
 
-    Parameters
-    ----------
-    paths : sequence of Path
-    setup : RigSetup
+    def _lacking(self) -> Iterator[str]:
+        """Statements that the laboratory did not make, as warnings."""
+        from pretravel.laboratory.certificate import LaboratoryStatements
 
-    Raises
-    ------
-    PretravelError
-        A trace that is given twice or cannot be evaluated; marks of a trace that is not there.
-    """
-    names = [path.stem for path in paths]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
-    unknown = sorted(set(setup.marks) - set(names))
-    if unknown:
-        raise PretravelError(
-            f"there is no trace {unknown[0]} to mark; there are {', '.join(names[:8])}",
-            inputs=("mark",),
-        )
-    traces = tuple(
-        at_reference_temperature(read_rig_trace(path), setup.temperature, setup.expansion * 1e-6)
-        for path in paths
-    )
-    touches = tuple(
-        with_marks(rig_touch(trace), setup.marks.get(trace.name, {})) for trace in traces
-    )
-    return traces, touches
-
-
-def calibrate_traces(paths: Sequence[Path], setup: RigSetup = RigSetup()) -> CalibratedRig:
-    """Calibrate a probe from the traces of a rig.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Traces ``rig_AZIMUTH_REPEAT.csv``.
-    setup : RigSetup
-
-    Returns
-    -------
-    CalibratedRig
-
-    Raises
-    ------
-    PretravelError
-        As `read_touches_of_rig` and `calibrate_rig`.
-    """
-    return calibrate_touches(*read_touches_of_rig(paths, setup), setup)
-
-
-def calibrate_touches(
-    traces: tuple[RigTrace, ...], touches: tuple[RigTouch, ...], setup: RigSetup
-) -> CalibratedRig:
-    """Calibrate a probe from what `read_touches_of_rig` has read.
-
-    Raises
-    ------
-    PretravelError
-        As `calibrate_rig`.
-    """
-    return CalibratedRig(traces, touches, calibrate_rig(touches, exclude=setup.exclude), setup)
+        task = self.task
+        if task.budget is None:
+            yield (
+                "the budget is that of Ren 2020, Table 2, of another laboratory; give your own "
+                "with --budget"
+            )
+        if task.output is None or task.output.suffix.lower() not in PAGES:
+            return
+        if fields := (self.statements or LaboratoryStatements()).missing:
+            yield (
+                f"{fields} fields of the certificate are not stated; fill them in with --lab "
+                "(pretravel laboratory > lab.toml)"
+            )

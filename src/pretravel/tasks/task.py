@@ -39,8 +39,10 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
-MAPS = (".json", ".nc", ".csv")
+MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
+PROGRAMS = (".ngc", ".nc", ".gcode", ".tap")
+"""Of programs for machines: text, also with the ending .nc."""
 FOLDER = ("",)
 """Of an output that takes several files; the task checks it."""
 ANSWER = 3
@@ -238,6 +240,15 @@ class Result:
     exit_code: int = 0
     text: str = ""
     """Printed as it is, before the report: a description to edit."""
+    warnings: tuple[str, ...] = ()
+    """Of a result without a report; a report has its own."""
+    template: str = "page.html"
+    """Of its page."""
+
+    @property
+    def advice(self) -> str:
+        """Printed after the report: what to do next."""
+        return ""
 
     def document(self) -> Document | None:
         """The report; None where there is none."""
@@ -246,6 +257,13 @@ class Result:
     def page(self) -> Document | None:
         """The report of a page, which can contain more."""
         return self.document()
+
+    def picture(self, document: Document | None, path: Path) -> None:
+        """Write the main picture of the report."""
+        from pretravel.show.style import save_picture_file
+
+        if document is not None:
+            save_picture_file(document.pictures[0], path)
 
     def write(self, output: str, path: Path) -> None:
         """Write the values of one output.
@@ -258,6 +276,29 @@ class Result:
             Its ending tells the format.
         """
         raise NotImplementedError(f"{type(self).__name__} writes no {output}: {path}")
+
+
+@dataclass(frozen=True)
+class TextResult(Result):
+    """A text that is printed, which the output contains too where one is asked for.
+
+    Attributes
+    ----------
+    text : str
+        What is printed.
+    content : str
+        What the output contains.
+    """
+
+    text: str
+    content: str = ""
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the content."""
+        del output
+        from pretravel.base.whole_file import write_text
+
+        write_text(path, self.content)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -308,6 +349,16 @@ class Task:
     def further_files(self) -> Sequence[Path]:
         """Files that are read beside those that the settings name one by one."""
         return ()
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Endings that a file of an output can have, where other settings decide that.
+
+        Parameters
+        ----------
+        output : str
+            Name of the field.
+        """
+        return by_name(type(self))[output].field.writes
 
     def stated(self, name: str) -> bool:
         """Whether a setting differs from its default."""
@@ -408,11 +459,8 @@ def python_lines(task: Task) -> str:
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
     """
     kind = type(task)
-    stated = [
-        s
-        for s in settings_of(kind)
-        if task.stated(s.name) and (not s.field.writes or s.default is MISSING)
-    ]
+    stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
+    stated.sort(key=lambda s: not s.field.positional)
     words = [f"{s.name}={_python_value(getattr(task, s.name), s)}" for s in stated]
     lines = [
         f"from {kind.__module__} import {kind.__name__}",
@@ -423,6 +471,11 @@ def python_lines(task: Task) -> str:
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)
+
+
+def _of_the_work(setting: Setting) -> bool:
+    """Not an output that is written afterwards."""
+    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from pretravel.base.errors import PretravelError
@@ -106,17 +107,19 @@ class Length:
 
 @dataclass(frozen=True)
 class Angles:
-    """Angles, and the text that they come from.
+    """Angles as they are typed; `angles` makes them from text and checks it.
 
     Attributes
     ----------
     text : str
-    degrees : tuple of float
-        [deg]
     """
 
     text: str
-    degrees: tuple[float, ...]
+
+    @cached_property
+    def degrees(self) -> tuple[float, ...]:
+        """The angles. [deg]"""
+        return degrees_in(self.text)
 
     def __str__(self) -> str:
         return self.text
@@ -128,7 +131,9 @@ def angles(text: str) -> Angles:
     >>> angles("0:30:10").degrees, angles("90").degrees
     ((0.0, 10.0, 20.0, 30.0), (90.0,))
     """
-    return Angles(text, degrees_in(text))
+    found = Angles(text)
+    _ = found.degrees  # refused here, not where they are used
+    return found
 
 
 def polar_angles(text: str) -> Angles:

@@ -81,7 +81,7 @@ class Verify(TouchFilesWithFeed, Reported):
         """
         from pretravel.files.map_file import read_map
         from pretravel.files.probe_history import add_verification, check_history, read_history
-        from pretravel.identification.kind_registry import qualify_like
+        from pretravel.qualification.qualify import qualify_like
         from pretravel.qualification.verification import verify
 
         if self.history is not None and self.history.suffix.lower() not in DATABASES:

@@ -6,7 +6,7 @@ import pytest
 
 from pretravel.app.screens.control_steps import control_steps
 from pretravel.app.screens.engineer_control import CONTROL_WORDS
-from pretravel.tasks.export import ExportWish, export_map
+from pretravel.tasks.export import Export
 from tests.support.example_maps import example_map
 
 
@@ -17,8 +17,8 @@ def test_every_control_has_steps(control: str) -> None:
 
 @pytest.mark.parametrize("control", ["fanuc", "haas"])
 def test_the_programs_that_are_called_are_those_of_the_files(control: str) -> None:
-    wish = ExportWish(program=8100)
-    files = export_map(example_map(), control, wish, written="2026-01-01")
+    task = Export(map_file="map.json", to=control, program=8100)
+    files = task.exported(example_map()).files
     steps = " ".join(control_steps(control, files.texts))
     assert "G65 P8100" in steps
     assert "G65 P8101" in steps

@@ -84,7 +84,7 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     }
     for line in command_lines(path.name, settings).splitlines():
         run(*shlex.split(line)[1:])
-    first = read_map("map.nc")
+    first = read_map("map.json")
     assert np.array_equal(first.coefficients, made.qualified.pretravel_map.coefficients)
     assert np.array_equal(first.covariance.matrix, made.qualified.pretravel_map.covariance.matrix)
     assert exported(tmp_path, files.to) == texts
@@ -94,7 +94,7 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     (again / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(again)
     exec(python_lines(path.name, settings), {})
-    second = read_map("map.nc")
+    second = read_map("map.json")
     assert np.array_equal(second.coefficients, first.coefficients)
     assert np.array_equal(second.covariance.matrix, first.covariance.matrix)
     assert exported(again, files.to) == texts

@@ -43,8 +43,8 @@ class TestStandards:
 
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
-            "-o", tmp_path / "map.nc")  # fmt: skip
-        run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--map", tmp_path / "map.nc",
+            "-o", tmp_path / "map.json")  # fmt: skip
+        run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--map", tmp_path / "map.json",
             "-o", tmp_path / "after.csv")  # fmt: skip
         run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6,
             "-o", tmp_path / "before.csv")  # fmt: skip
@@ -88,7 +88,7 @@ class TestStandards:
 
     def test_budget_on_page_and_in_json(self, tmp_path: Path) -> None:
         """The same budget as `check --verbose` prints."""
-        made, page, values = (tmp_path / name for name in ("map.nc", "c.html", "c.json"))
+        made, page, values = (tmp_path / name for name in ("map.json", "c.html", "c.json"))
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean",
             "-o", made)  # fmt: skip
         command = ["check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--map", made,
@@ -116,7 +116,7 @@ class TestStandards:
         assert form["combined_um"] == pytest.approx(0.05)
 
     def test_a_map_checked_on_its_own_touches_is_warned_of(self, tmp_path: Path) -> None:
-        made, copy, new = (tmp_path / name for name in ("map.nc", "copy.csv", "new.csv"))
+        made, copy, new = (tmp_path / name for name in ("map.json", "copy.csv", "new.csv"))
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean",
             "-o", made)  # fmt: skip
         copy.write_bytes(SPHERE.read_bytes())

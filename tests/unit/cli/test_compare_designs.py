@@ -113,7 +113,7 @@ def test_command_with_a_file_and_a_name(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
-    assert "one map, or two probes" in run("compare", "omp40-2", "map.nc", code=2)
+    assert "one map, or two probes" in run("compare", "omp40-2", "map.json", code=2)
     (tmp_path / "t.csv").write_text("nx,ny,nz\n0,0,1\n")
     told = run("compare", *NAMES, "--part", tmp_path / "t.csv", code=2)
     assert "leave it out" in told

@@ -22,7 +22,7 @@ from tests.support.examples import EXAMPLES, PART, SPHERE
 
 @pytest.fixture(scope="module")
 def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("map") / "map.nc"
+    path = tmp_path_factory.mktemp("map") / "map.json"
     run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
         "-o", path)  # fmt: skip
     return path
@@ -61,7 +61,7 @@ class TestNormalsOutsideTheMap:
     """What a newcomer typed: directions of travel in place of normals, and then --extrapolate."""
 
     def test_turned_normals_are_named_and_lost_triggers_refused(self, tmp_path: Path) -> None:
-        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
         touches = read_touches(PART)
         turned = tmp_path / "turned.csv"

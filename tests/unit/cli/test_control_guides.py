@@ -112,7 +112,7 @@ def test_macro_guide(
     guide: str, tmp_path: Path, qualified: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     printed = followed(guide, tmp_path, qualified, monkeypatch)
-    pretravel_map = read_map(tmp_path / "map.nc")
+    pretravel_map = read_map(tmp_path / "map.json")
     control = MacroControl(two_value_atan=guide == "fanuc", move=Ring(pretravel_map))
     for path in sorted((tmp_path / guide).iterdir()):
         control.load(path.read_text())
@@ -145,7 +145,7 @@ def test_siemens_guide(tmp_path: Path, qualified: Path, monkeypatch: pytest.Monk
     control.load(texts["PRETRAVEL_TABLE.SPF"])
     control.load(texts["PRETRAVEL.SPF"])
     control.run("PRETRAVEL_TABLE")
-    at = triggers(read_map(tmp_path / "map.nc"))
+    at = triggers(read_map(tmp_path / "map.json"))
     given = {1: TIP, 11: at["+X"], 12: -at["-X"], 13: at["+Y"], 14: -at["-Y"]}
     found = control.main(program_of("siemens"), given)
     error = float(re.search(r"against the map ([\d.]+) um", printed)[1]) * 1e-3  # type: ignore[index]

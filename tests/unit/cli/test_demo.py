@@ -29,7 +29,7 @@ def test_demo(tmp_path: Path) -> None:
     assert "harmonic map" in text
     made = {path.name for path in (tmp_path / "out").iterdir()}
     pictures = {"qualification.png", "points.png", "compare.png", "kp3_ring.png"}
-    assert made == {"index.html", "map.nc", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
+    assert made == {"index.html", "map.json", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)
     shown = re.findall(r'<img [^>]*src="data:image/\w+;base64,([^"]*)"', page)
@@ -38,10 +38,10 @@ def test_demo(tmp_path: Path) -> None:
         assert np.abs(_pixels(BytesIO(b64decode(coded))) - _pixels(path)).mean() < MEAN_LOSS
 
 
-def test_demo_keeps_files_that_are_there(tmp_path: Path) -> None:
-    (tmp_path / "points.csv").write_text("mine")
+def test_demo_keeps_files_of_another_kind(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_bytes(b"\x7fELF\x00")
     assert "points.csv" in run("demo", "--data", EXAMPLES, "-o", tmp_path, code=2)
-    assert (tmp_path / "points.csv").read_text() == "mine"
+    assert (tmp_path / "points.csv").read_bytes() == b"\x7fELF\x00"
 
 
 def test_demo_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,20 +22,21 @@ from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 COMMAND = [sys.executable, "-c", "from pretravel.cli.main import run; run()"]
+YESTERDAY = b"\x89HDF\r\n\x1a\nthe map of yesterday"
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A map, touches of the same probe, and of one with a bent stylus."""
     place = tmp_path_factory.mktemp("verify")
-    write_map(place / "map.nc", old_map())
+    write_map(place / "map.json", old_map())
     write_touches(place / "same.csv", touches(11))
     write_touches(place / "bent.csv", touches(12, size=0.002))
     return place
 
 
 def _arguments(folder: Path, name: str = "same.csv") -> list[object]:
-    return ["verify", folder / name, "--map", folder / "map.nc", "--diameter", 25]
+    return ["verify", folder / name, "--map", folder / "map.json", "--diameter", 25]
 
 
 class TestVerify:
@@ -45,9 +46,9 @@ class TestVerify:
 
     @pytest.mark.parametrize("cut", [0.1, 0.5, 0.9])
     def test_a_damaged_map_is_a_fault(self, folder: Path, tmp_path: Path, cut: float) -> None:
-        content = (folder / "map.nc").read_bytes()
-        (tmp_path / "map.nc").write_bytes(content[: int(cut * len(content))])
-        run("verify", folder / "same.csv", "--map", tmp_path / "map.nc", "--diameter", 25, code=2)
+        content = (folder / "map.json").read_bytes()
+        (tmp_path / "map.json").write_bytes(content[: int(cut * len(content))])
+        run("verify", folder / "same.csv", "--map", tmp_path / "map.json", "--diameter", 25, code=2)
 
     def test_a_flaw_of_pretravel_is_a_fault_that_is_shown(
         self, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -113,8 +114,8 @@ class TestAcceptedMaps:
     def test_a_bad_history_leaves_the_old_map(
         self, folder: Path, tmp_path: Path, damage: str
     ) -> None:
-        history, accepted = tmp_path / "probe.sqlite", tmp_path / "new.nc"
-        accepted.write_bytes(b"the map of yesterday")
+        history, accepted = tmp_path / "probe.sqlite", tmp_path / "new.json"
+        accepted.write_bytes(YESTERDAY)
         if damage == "no history":
             history.write_text("this is not a database at all, whatever its ending says\n" * 30)
         else:
@@ -128,11 +129,11 @@ class TestAcceptedMaps:
                 connection.execute("ALTER TABLE verification DROP COLUMN p_form")
             connection.close()
         before = history.read_bytes()
-        given = ("--history", history, "--accept", accepted, "--force")
+        given = ("--history", history, "--accept", accepted)
         assert "probe.sqlite" in run(*_arguments(folder), *given, code=2)
-        assert accepted.read_bytes() == b"the map of yesterday"
+        assert accepted.read_bytes() == YESTERDAY
         assert history.read_bytes() == before
-        assert sorted(file.name for file in tmp_path.iterdir()) == ["new.nc", "probe.sqlite"]
+        assert sorted(file.name for file in tmp_path.iterdir()) == ["new.json", "probe.sqlite"]
 
     def test_a_map_that_cannot_be_written_leaves_the_history(
         self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -142,11 +143,11 @@ class TestAcceptedMaps:
 
         monkeypatch.setattr("pretravel.files.map_file.write_map", full)
         monkeypatch.setattr(
-            "pretravel.identification.kind_registry.qualify_like",
+            "pretravel.qualification.qualify.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),
         )
         history = tmp_path / "probe.sqlite"
-        told = run(*_arguments(folder), "--history", history, "--accept", tmp_path / "new.nc",
+        told = run(*_arguments(folder), "--history", history, "--accept", tmp_path / "new.json",
                    code=2)  # fmt: skip
         assert "No space left on device" in told
         assert list(tmp_path.iterdir()) == []

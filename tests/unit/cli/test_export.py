@@ -27,7 +27,7 @@ def texts(path: Path) -> list[str]:
 
 @pytest.fixture(scope="module")
 def map_content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    path = tmp_path_factory.mktemp("map") / "map.nc"
+    path = tmp_path_factory.mktemp("map") / "map.json"
     write_map(path, example_map())
     return path.read_bytes()
 
@@ -35,7 +35,7 @@ def map_content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 class TestExportCommand:
     @pytest.fixture
     def map_file(self, tmp_path: Path, map_content: bytes) -> Path:
-        path = tmp_path / "map.nc"
+        path = tmp_path / "map.json"
         path.write_bytes(map_content)
         return path
 
@@ -69,21 +69,21 @@ class TestExportCommand:
 
     def test_a_text_of_the_map_is_no_line_of_a_program(self, tmp_path: Path) -> None:
         """No line of any file moves or switches anything, whatever the map says of its source."""
-        path = tmp_path / "smuggled.nc"
+        path = tmp_path / "smuggled.json"
         # A narrow range of directions, because errors of tables are found by trying them all.
         support = DirectionSupport(ring_pattern(np.array([85.0, 90.0]) * DEGREE, 24))
         usual = replace(example_map(), support=support)
         source = 'x\nM3 S20000\nG0 Z-80\n)(G0 Z-90)\r\n#3000=1\n%\n"SETAL(1)'
         smuggled = replace(usual, provenance=replace(usual.provenance, source=source))
         write_map(path, smuggled)
-        write_map(tmp_path / "plain.nc", usual)
+        write_map(tmp_path / "plain.json", usual)
         # The JSON of radii is no program; it escapes its texts.
         for to, control in [item for item in CONTROLS.items() if item[0] != "radii"]:
             out = tmp_path / (to if control.folder else f"{to}.txt")
             coarse = ["--tolerance", 50] if "tolerance" in control.options else []
             run("export", path, "--to", to, "-o", out, *coarse)
             plain = tmp_path / f"plain-{out.name}"
-            run("export", tmp_path / "plain.nc", "--to", to, "-o", plain, *coarse)
+            run("export", tmp_path / "plain.json", "--to", to, "-o", plain, *coarse)
             for one, other in zip(texts(out), texts(plain), strict=True):
                 changed = [
                     line
@@ -121,7 +121,7 @@ class TestExportCommand:
         assert "UNVERIFIED" in printed.splitlines()[1]
 
     def test_a_delay_wants_the_feed(self, tmp_path: Path) -> None:
-        path = tmp_path / "rest.nc"
+        path = tmp_path / "rest.json"
         write_map(path, replace(example_map(), delay=0.01, u_delay=1e-4, feed=None))
         out = tmp_path / "r.txt"
         assert "--feed" in run("export", path, "--to", "renishaw", "-o", out, code=2)
@@ -174,4 +174,4 @@ class TestExportCommand:
     ) -> None:  # fmt: skip
         monkeypatch.chdir(tmp_path)
         assert words in run("export", map_file, *options, code=2)
-        assert sorted(p.name for p in tmp_path.iterdir()) == ["map.nc"]
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["map.json"]

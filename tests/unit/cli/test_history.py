@@ -62,7 +62,7 @@ def test_the_commands_of_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (shown,) = re.findall(r"^drift: level .*$", guide, re.M)
     assert told[0].splitlines()[0] == shown
     assert len(commands) == 5
-    for name in ("drift.png", "drift.csv", "drift.html", "map.nc"):
+    for name in ("drift.png", "drift.csv", "drift.html", "map.json"):
         assert (tmp_path / name).stat().st_size > 500
 
 
@@ -70,13 +70,13 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     logs = month(tmp_path / "logs", 5)
     (logs / "sphere_2026-03-02.csv").write_text("x_mm,y_mm\n1,2\n")
     (logs / "sphere_late.csv").write_bytes((logs / "sphere_2026-03-03.csv").read_bytes())
-    write_map(tmp_path / "map.nc", old_map())
+    write_map(tmp_path / "map.json", old_map())
     told, warned = both_outputs(
-        "history", logs, "--diameter", 25, "--map", tmp_path / "map.nc", "--limit", 5
+        "history", logs, "--diameter", 25, "--map", tmp_path / "map.json", "--limit", 5
     )
     assert "no drift is detected" in told
     assert "5, from 2026-03-01 to" in told
-    assert "compared with the map of map.nc" in " ".join(told.split())
+    assert "compared with the map of map.json" in " ".join(told.split())
     assert "sphere_2026-03-02.csv is not used:" in warned
     assert "1 file has no date in the name (sphere_late.csv)" in warned
 
@@ -94,7 +94,7 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     for day in range(8):
         add_verification(
             probe, check(touches(300 + day, size=3e-4 * day)), pretravel_map=old_map(),
-            map_name="m.nc", touches_name="t", decision="kept", time=start + timedelta(days=day),
+            map_name="m.json", touches_name="t", decision="kept", time=start + timedelta(days=day),
         )  # fmt: skip
     told = run(
         "history", probe, "--limit", 4, "--plot", tmp_path / "h.png", "-o", tmp_path / "h.csv"
@@ -111,7 +111,7 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     [
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
         (("{0}/probe.sqlite", "--diameter", 25), "leave out what describes touches.*--diameter"),
-        (("{0}/logs", "--diameter", 25, "--map", "{0}/m.nc", "--kind", "harmonic"),
+        (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
          "the map states its tip and its kind"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),

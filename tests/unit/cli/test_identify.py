@@ -42,6 +42,6 @@ class TestIdentify:
     )
     def test_errors_teach(self, tmp_path: Path, free: str, words: str) -> None:
         run("predict", "omp40-2", "--azimuth", "0:350:30", "--polar", "0:90:30",
-            "-o", tmp_path / "map.nc")  # fmt: skip
-        text = run("identify", tmp_path / "map.nc", "--probe", "omp40-2", "--free", free, code=2)
+            "-o", tmp_path / "map.json")  # fmt: skip
+        text = run("identify", tmp_path / "map.json", "--probe", "omp40-2", "--free", free, code=2)
         assert words in text

@@ -25,7 +25,7 @@ def _share_of_sector(normals: np.ndarray, twelfth: int) -> np.ndarray:
 
 class TestMainJob:
     def test_qualify_then_compensate(self, tmp_path: Path) -> None:
-        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved,
                    "--plot", tmp_path / "q.png")  # fmt: skip
         assert "The probe is good: a touch repeats to 0.32 µm" in text
@@ -52,7 +52,7 @@ class TestMainJob:
 
     @pytest.mark.parametrize("kind", ["mean", "sectors"])
     def test_other_kinds(self, kind: str, tmp_path: Path) -> None:
-        saved = tmp_path / "map.nc"
+        saved = tmp_path / "map.json"
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", kind, "-o",
             saved)  # fmt: skip
         run("compensate", PART, "--map", saved, "-o", tmp_path / "points.nc")
@@ -94,8 +94,8 @@ class TestMainJob:
         found = []
         for extra in (["--tip-diameter", 6, "--axial-pretravel", "none"], []):
             run("qualify", SPHERE, "--diameter", 24.9987, *extra, "--kind", "harmonic", "-o",
-                tmp_path / "map.nc")  # fmt: skip
-            run("compensate", PART, "--map", tmp_path / "map.nc", "-o", tmp_path / "points.csv")
+                tmp_path / "map.json")  # fmt: skip
+            run("compensate", PART, "--map", tmp_path / "map.json", "-o", tmp_path / "points.csv")
             found.append(
                 [
                     [float(r[k]) for k in ("x_mm", "y_mm", "z_mm")]
@@ -108,7 +108,7 @@ class TestMainJob:
         lines = SPHERE.read_text().splitlines()
         upper = [lines[0], *(line for line in lines[1:] if float(line.split(",")[5]) > 0.5)]
         (tmp_path / "upper.csv").write_text("\n".join(upper))
-        saved = tmp_path / "map.nc"
+        saved = tmp_path / "map.json"
         run("qualify", tmp_path / "upper.csv", "--diameter", 24.9987, "-o", saved)
         message = run("compensate", SPHERE, "--map", saved, "-o", tmp_path / "p.csv", code=2)
         assert "lie outside the map" in message
@@ -120,7 +120,7 @@ class TestMainJob:
             lines = SPHERE.read_text().splitlines()
             text = "\n".join([f"{lines[0]},feed_mm_min", *(f"{v},{feed}" for v in lines[1:])])
             (tmp_path / name).write_text(text)
-        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         run("qualify", tmp_path / "slow.csv", "--diameter", 24.9987, "-o", saved)
         result = CliRunner().invoke(
             main.app,
@@ -132,7 +132,7 @@ class TestMainJob:
 
 def test_pages(tmp_path: Path) -> None:
     """The page is one file that contains the numbers and a picture."""
-    saved = tmp_path / "map.nc"
+    saved = tmp_path / "map.json"
     options = ["--diameter", 24.9987, "--tip-diameter", 6]
     run("qualify", SPHERE, *options, "-o", saved)
     pages = {
@@ -151,7 +151,7 @@ class TestFilesAreSafe:
     def test_inputs_are_not_overwritten(self, tmp_path: Path) -> None:
         own = tmp_path / "own.csv"
         own.write_bytes(SPHERE.read_bytes())
-        saved = tmp_path / "map.nc"
+        saved = tmp_path / "map.json"
         run("qualify", own, "--diameter", 24.9987, "-o", saved)
         for arguments in (
             ["qualify", own, "--diameter", 24.9987, "-o", own],
@@ -162,7 +162,7 @@ class TestFilesAreSafe:
         assert own.read_bytes() == SPHERE.read_bytes()
 
     def test_a_bad_picture_stops_before_the_map_is_written(self, tmp_path: Path) -> None:
-        saved = tmp_path / "map.nc"
+        saved = tmp_path / "map.json"
         arguments = ["--diameter", 24.9987, "-o", saved, "--plot", tmp_path / "picture.bmp"]
         assert "picture.bmp" in run("qualify", SPHERE, *arguments, code=2)
         assert not saved.exists()
@@ -192,7 +192,7 @@ class TestFilesAreSafe:
                 ",".join(str(v if 3 <= i < 6 else v / 25.4) for i, v in enumerate(values))
             )
         (tmp_path / "inches.csv").write_text("\n".join(inches))
-        saved, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
         arguments = ["compensate", tmp_path / "inches.csv", "--map", saved, "-o", points]
         result = CliRunner().invoke(main.app, [str(a) for a in arguments])

@@ -2,62 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from importlib import import_module
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import pytest
+import typer
 
 from pretravel.cli import main
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks.task import Setting, settings_of
 from tests.support.commands import run
 
 
-def _described_numbers() -> Iterator[tuple[str, Setting]]:
-    """Command and setting of each number that the descriptions of the tasks have."""
-    for name in PLACES:
-        if name.split()[0] in main.UNDESCRIBED:
-            continue
-        for setting in settings_of(task_named(name)):
-            read = setting.field.parse is not None or setting.field.names is not None
-            if setting.kind in (float, int) and not read:
-                yield name, setting
-
-
-def _undescribed_numbers() -> Iterator[tuple[str, str, Any]]:
-    """Command, parameter and option of each number, from the signatures of other commands."""
-    for name, place in main.UNDESCRIBED.items():
-        module, _, function = place.partition(":")
-        made = getattr(import_module(f"pretravel.cli.{module}"), function)
-        inner = [each.callback for each in getattr(made, "registered_commands", ())]
-        for callback in inner or [made]:
-            for parameter, hint in get_type_hints(callback, include_extras=True).items():
-                for option in _options(hint):
-                    kinds = {hint, *_parts(hint)}
-                    if kinds & {float, int} and bool not in kinds:
-                        yield name, parameter, option
-
-
-def _parts(hint: Any) -> Iterator[Any]:
-    for part in get_args(hint):
-        yield part
-        yield from _parts(part) if get_origin(part) is not None or get_args(part) else ()
-
-
-def _options(hint: Any) -> Iterator[Any]:
-    if get_origin(hint) is Annotated:
-        yield from (data for data in hint.__metadata__ if hasattr(data, "min"))
-    for part in get_args(hint):
-        yield from _options(part)
+def _numbers() -> Iterator[tuple[str, str, Any]]:
+    """Command, name and parameter of each number."""
+    group: Any = typer.main.get_command(main.app)
+    for name, command in group.commands.items():
+        for inner in getattr(command, "commands", {name: command}).values():
+            for parameter in inner.params:
+                if parameter.type_descriptor.annotation in (float, int):
+                    yield inner.name, parameter.name, parameter
 
 
 def test_every_number_has_a_range() -> None:
-    described, others = list(_described_numbers()), list(_undescribed_numbers())
-    assert len(described) + len(others) > 50
-    without = [(c, n) for c, n, option in others if option.min is None or option.max is None]
-    without += [(c, s.name) for c, s in described if not all(map(math.isfinite, s.limits))]
+    found = list(_numbers())
+    assert len(found) > 50
+    without = [(c, n) for c, n, option in found if option.min is None or option.max is None]
     assert without == []
 
 
@@ -83,14 +51,14 @@ def test_every_number_has_a_range() -> None:
         ("simulate omp40-2 --surface convex --targets t.csv --noise 1e308 -o u.csv", "--noise"),
         ("simulate omp40-2 --surface convex --targets t.csv --friction inf -o u.csv", "--friction"),
         ("simulate omp40-2 --surface convex --targets t.csv --seed -1 -o u.csv", "--seed"),
-        ("export map.nc --to linuxcnc --tolerance inf -o f", "--tolerance inf"),
+        ("export map.json --to linuxcnc --tolerance inf -o f", "--tolerance inf"),
         ("measure p.csv --feature bore --form-tolerance inf", "--form-tolerance inf"),
         ("qualify t.csv --diameter 25 --lobe-azimuth nan", "--lobe-azimuth nan"),
         ("predict omp40-2 --azimuth 1e308", "--azimuth 1e308"),
         ("predict omp40-2 --azimuth 0:1e308:1", "--azimuth"),
         ("predict omp40-2 --lever -5", "--lever -5"),
         ("plan ellipsoid:a=1e308,b=1,c=1 --grid 3x3 -o p.csv", "a= is 1e+308"),
-        ("compensate t.csv --map m.nc --place 0,0,0,1e308,0,0 -o p.csv", "1e+308"),
+        ("compensate t.csv --map m.json --place 0,0,0,1e308,0,0 -o p.csv", "1e+308"),
         ("separate r.csv --repeat-variance 1 --repeat-pair 1e300,1", "1e300,1: one of the numbers"),
         ("plan convex --grid ²x3 -o p.csv", "--grid"),
         ("program sphere m.toml --diameter 25 --feeds nan -o s.ngc", "--feeds nan"),
@@ -115,7 +83,7 @@ def test_numbers_that_nothing_has_are_refused(arguments: str, words: str) -> Non
         ("predict omp40-2 --polar 0:90:2,5", "the decimal sign is a point, as in 2.5"),
         ("qualify t.csv --diameter 25 --axial-pretravel 1,5", "the decimal sign is a point"),
         ("measure p.csv --feature bore --tolerance 20,00..20,02", "the decimal sign is a point"),
-        ("compensate t.csv --map m.nc --place 1,5,2,0,0,0,0 -o p.csv", "sign is a point"),
+        ("compensate t.csv --map m.json --place 1,5,2,0,0,0,0 -o p.csv", "sign is a point"),
     ],
 )  # fmt: skip
 def test_a_decimal_comma_is_answered_with_the_number_to_write(arguments: str, words: str) -> None:

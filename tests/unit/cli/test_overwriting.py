@@ -1,14 +1,15 @@
-"""A command replaces its own files; those of other commands and of people it does not."""
+"""An output replaces the earlier file, except inputs and files of another kind."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
 
+from pretravel.base.errors import PretravelError
+from pretravel.cli.files import check_files
 from pretravel.files.map_file import write_map
 from tests.support.commands import run
 from tests.support.examples import SPHERE
@@ -16,61 +17,107 @@ from tests.unit.qualification.test_verification import old_map
 
 PATTERN = ("pattern", "iso10360-5", "--diameter", 25)
 PLAN = ("plan", "sphere:radius=12", "--grid", "3x3")
+BINARY = b"\x7fELF\x02\x01\x01\x00\x00\x00"
+NETCDF = b"\x89HDF\r\n\x1a\n\x00"
+PROGRAM = b"G21 (of the mill)\n"
 
 
 @pytest.fixture(autouse=True)
-def _own_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path / "kept"))
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_command_runs_again_over_its_own_output() -> None:
+@pytest.mark.parametrize("again", [PATTERN, (*PATTERN, "--turn", 10), PLAN])
+def test_an_output_is_replaced(again: tuple[object, ...]) -> None:
+    run(*again, "-o", "new.csv")
     run(*PATTERN, "-o", "targets.csv")
-    before = Path("targets.csv").read_bytes()
-    run(*PATTERN, "--turn", 10, "-o", "targets.csv")
-    assert Path("targets.csv").read_bytes() != before
-    shutil.move("targets.csv", "moved.csv")  # the content is known, wherever it is
-    run(*PATTERN, "-o", "moved.csv")
+    run(*again, "-o", "targets.csv")
+    assert Path("targets.csv").read_bytes() == Path("new.csv").read_bytes()
 
 
-def test_a_file_of_another_command_stays() -> None:
-    run(*PATTERN, "-o", "targets.csv")
-    before = Path("targets.csv").read_bytes()
-    told = run(*PLAN, "-o", "targets.csv", code=2)
-    assert "cannot write targets.csv: the file exists, and pretravel pattern made it" in told
-    assert "--force (-f)" in told
-    assert Path("targets.csv").read_bytes() == before
-
-
-@pytest.mark.parametrize("option", ["--force", "-f"])
-def test_force_replaces_it(option: str) -> None:
-    run(*PATTERN, "-o", "targets.csv")
-    before = Path("targets.csv").read_bytes()
-    run(*PLAN, "-o", "targets.csv", option)
-    assert Path("targets.csv").read_bytes() != before
-    run(*PLAN, "-o", "targets.csv")  # now it is its own
-
-
-def test_touches_of_a_machine_stay_though_a_command_could_have_made_them() -> None:
-    """The table of a machine has the columns of the tables that `convert` writes."""
+def test_an_input_stays() -> None:
     shutil.copy(SPHERE, "touches.csv")
-    told = run("convert", SPHERE, "-o", "touches.csv", code=2)
-    assert "A person, another program or another computer wrote or changed it" in told
+    told = run("convert", "touches.csv", "-o", "./touches.csv", code=2)
+    assert "this file is also read and would be overwritten" in told
     assert Path("touches.csv").read_bytes() == SPHERE.read_bytes()
 
 
-def test_a_file_that_was_edited_stays() -> None:
-    run(*PATTERN, "-o", "targets.csv")
-    edited = Path("targets.csv").read_text() + "\n"
-    Path("targets.csv").write_text(edited)
-    run(*PATTERN, "-o", "targets.csv", code=2)
-    assert Path("targets.csv").read_text() == edited
+@pytest.mark.parametrize(
+    ("name", "content", "kind"),
+    [
+        ("a.csv", BINARY, "text"),
+        ("a.toml", BINARY, "text"),
+        ("a.json", b"x_mm,y_mm\n1,2\n", "JSON"),
+        ("a.json", BINARY, "text"),
+        ("a.html", b"x_mm,y_mm\n1,2\n", "HTML"),
+        ("a.svg", b"<html></html>", "SVG"),
+        ("a.png", b"x_mm,y_mm\n1,2\n", "a .png file"),
+        ("a.pdf", BINARY, "a .pdf file"),
+        ("a.parquet", b"x_mm,y_mm\n1,2\n", "a .parquet file"),
+        ("a.nc", PROGRAM, "a .nc file"),
+    ],
+)
+def test_a_file_of_another_kind_stays(name: str, content: bytes, kind: str) -> None:
+    path = Path(name)
+    path.write_bytes(content)
+    with pytest.raises(PretravelError, match=rf"cannot write {name}: .* is not {kind}, as its end"):
+        check_files([(path, (path.suffix,))])
+    path.write_bytes(b"")
+    check_files([(path, (path.suffix,))])
 
 
-def test_a_description_that_was_printed_stays() -> None:
-    """The file comes from a redirection of the shell, so that it counts as written by hand."""
-    Path("mine.toml").write_text(run("probes", "omp40-2"))
-    run("machine", "-o", "mine.toml", code=2)
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.csv", b"x_mm;y_mm\n1,0;2,0\n"),
+        ("a.json", b'\xef\xbb\xbf{"a": 1}'),
+        ("a.html", b"<!doctype html>\n<HTML lang='en'>"),
+        ("a.svg", b"<?xml version='1.0'?>\n<svg>"),
+        ("a.png", b"\x89PNG\r\n\x1a\n\x00"),
+        ("a.pdf", b"%PDF-1.4"),
+        ("a.nc", NETCDF),
+        ("a.nc", b"CDF\x01\x00"),
+        ("a.parquet", b"PAR1\x00"),
+        ("a.toml", b"lever = 60\n"),
+    ],
+)
+def test_a_file_of_the_kind_is_replaced(name: str, content: bytes) -> None:
+    path = Path(name)
+    path.write_bytes(content)
+    check_files([(path, (path.suffix,))])
+
+
+def test_programs_and_maps_have_one_ending() -> None:
+    """G-code and netCDF are both named .nc; neither replaces the other."""
+    endings = (".ngc", ".nc")
+    Path("a.nc").write_bytes(PROGRAM)
+    check_files([(Path("a.nc"), endings)], programs=True)
+    Path("a.nc").write_bytes(NETCDF)
+    with pytest.raises(PretravelError, match="is not text"):
+        check_files([(Path("a.nc"), endings)], programs=True)
+
+
+def test_nothing_is_done_before_the_refusal() -> None:
+    Path("a.png").write_bytes(PROGRAM)
+    told = run(*PLAN, "-o", "targets.csv", "--plot", "a.png", code=2)
+    assert "cannot write a.png: the file exists and is not a .png file" in told
+    assert not Path("targets.csv").exists()
+    assert Path("a.png").read_bytes() == PROGRAM
+
+
+@pytest.mark.parametrize("plot", ["a.png", "a.svg"])
+def test_pictures_and_pages_are_replaced(plot: str) -> None:
+    predict = ("predict", "omp40-2", "--azimuth", "0:330:30", "--polar", 90)
+    run(*predict, "-o", "a.html", "--plot", plot)
+    for name in ("a.html", plot):
+        os.utime(name, (0, 0))
+    run(*predict, "-o", "a.html", "--plot", plot)
+    assert all(Path(name).stat().st_mtime > 0 for name in ("a.html", plot))
+
+
+def test_a_folder_of_an_output_name_stays() -> None:
+    Path("targets.csv").mkdir()
+    assert "it is a folder" in run(*PATTERN, "-o", "targets.csv", code=2)
 
 
 def test_an_empty_file_and_a_device_have_nothing_to_lose() -> None:
@@ -79,48 +126,12 @@ def test_an_empty_file_and_a_device_have_nothing_to_lose() -> None:
     run(*PATTERN, "-o", "/dev/null")
 
 
-def test_pictures_and_pages_too() -> None:
-    run("predict", "omp40-2", "--azimuth", "0:330:30", "--polar", 90, "--plot", "a.png")
-    run("predict", "omp40-2", "--azimuth", "0:330:30", "--polar", 90, "--plot", "a.png")
-    assert "pretravel predict" in run(*PLAN, "-o", "targets.csv", "--plot", "a.png", code=2)
-    assert not Path("targets.csv").exists()
-
-
-def test_subroutines_of_a_folder() -> None:
-    """`export` writes pretravel_sphere as `program mdi` does: the same text is nobody's loss."""
-    write_map("map.nc", old_map())
+def test_subroutines_of_a_folder_are_replaced() -> None:
+    write_map("map.json", old_map())
     run("program", "mdi", "-o", "subroutines")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
-    run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines")
-    edited = Path("subroutines/pretravel_compensate.ngc")
-    edited.write_text("(mine)")
-    told = run("export", "map.nc", "--to", "linuxcnc", "-o", "subroutines", code=2)
-    assert "subroutines/pretravel_compensate.ngc" in told
-    assert edited.read_text() == "(mine)"
-
-
-def test_nothing_is_read_from_a_list_that_others_can_write() -> None:
-    run(*PATTERN, "-o", "targets.csv")
-    Path("kept/made-files.txt").chmod(0o666)
-    run(*PATTERN, "-o", "targets.csv", code=2)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="permissions of Unix")
-def test_a_group_that_may_write_to_the_folders_of_a_user_is_usual(tmp_path: Path) -> None:
-    """With the umask 002 of several distributions, a cache folder is open to the user's group."""
-    before = os.umask(0o002)
-    try:
-        tmp_path.chmod(0o775)
-        run(*PATTERN, "-o", "targets.csv")
-        run(*PATTERN, "-o", "targets.csv")
-    finally:
-        os.umask(before)
-
-
-def test_a_long_list_forgets_its_older_half(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pretravel.base.made_files._LARGEST", 1000)
-    for turn in range(20):
-        run(*PATTERN, "--turn", turn, "-o", f"{turn}.csv")
-    assert Path("kept/made-files.txt").stat().st_size < 1200
-    run(*PATTERN, "--turn", 19, "-o", "19.csv")
-    run(*PATTERN, "-o", "0.csv", code=2)
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
+    compensate = Path("subroutines/pretravel_compensate.ngc")
+    text = compensate.read_text()
+    compensate.write_text("(mine)")
+    run("export", "map.json", "--to", "linuxcnc", "-o", "subroutines")
+    assert compensate.read_text() == text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -34,8 +33,8 @@ class TestThereAndBack:
         touches = self._touches(tmp_path)
         for step in (10, 45):
             run("predict", "omp40-2", "--polar", f"0:90:{step}", "--azimuth", "0:350:10",
-                "-o", tmp_path / "map.nc")  # fmt: skip
-            off = self._deviation(tmp_path, touches, "--map", tmp_path / "map.nc")
+                "-o", tmp_path / "map.json")  # fmt: skip
+            off = self._deviation(tmp_path, touches, "--map", tmp_path / "map.json")
             assert np.abs(off).max() < 1e-3  # µm
 
     def test_with_the_probe_itself(self, tmp_path: Path) -> None:
@@ -62,13 +61,13 @@ class TestThereAndBack:
         sphere = EXAMPLES / "sphere_touches.csv"
         # Physical maps contain the compression of a curved part; a simulation from a map does not.
         run("qualify", sphere, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic",
-            "-o", tmp_path / "q.nc")  # fmt: skip
+            "-o", tmp_path / "q.json")  # fmt: skip
         run("plan", PART, "--spacing", 8, "-o", tmp_path / "plan.csv")
-        run("simulate", tmp_path / "q.nc", "--surface", PART, "--targets", tmp_path / "plan.csv",
+        run("simulate", tmp_path / "q.json", "--surface", PART, "--targets", tmp_path / "plan.csv",
             "-o", tmp_path / "t.csv")  # fmt: skip
-        off = self._deviation(tmp_path, tmp_path / "t.csv", "--map", tmp_path / "q.nc")
+        off = self._deviation(tmp_path, tmp_path / "t.csv", "--map", tmp_path / "q.json")
         assert np.abs(off).max() < 1e-3
-        message = run("simulate", tmp_path / "q.nc", "--surface", PART, "--targets",
+        message = run("simulate", tmp_path / "q.json", "--surface", PART, "--targets",
                       tmp_path / "plan.csv", "-o", tmp_path / "t.csv", "--friction", 0.1,
                       code=2)  # fmt: skip
         assert "is a map" in message
@@ -117,13 +116,18 @@ def test_faces_that_cannot_be_read_are_not_in_the_way_and_that_is_said(
     assert "neglected as an obstacle" in said
 
 
-def test_predicted_tables_say_that_they_are_tables(tmp_path: Path) -> None:
-    for ending, kind in ((".json", "tabulated"), (".nc", "physical")):
-        run("predict", "omp40-2", "--polar", "0:90:30", "-o", tmp_path / f"m{ending}")
-        if ending == ".json":
-            assert json.loads((tmp_path / "m.json").read_text())["kind"] == kind
-        else:
-            assert read_map(tmp_path / "m.nc").kind == kind
+def test_a_predicted_map_is_exact_and_a_table_is_none(tmp_path: Path) -> None:
+    import xarray as xr
+
+    for ending, kind in ((".json", "physical"), (".csv", "tabulated")):
+        path = tmp_path / f"m{ending}"
+        run("predict", "omp40-2", "--polar", "0:90:30", "-o", path)
+        assert read_map(path).kind == kind
+    run("predict", "omp40-2", "--polar", "0:90:30", "-o", tmp_path / "m.nc")
+    with xr.open_dataset(tmp_path / "m.nc", engine="h5netcdf") as grid:
+        assert grid["predicted_trigger_force_N"].shape == (4 * 72,)
+    told = run("compensate", PART, "--map", tmp_path / "m.nc", "-o", tmp_path / "p.csv", code=2)
+    assert "qualify or predict again with -o map.json" in " ".join(told.split())
 
 
 def test_the_example_part_measured(tmp_path: Path) -> None:
@@ -131,10 +135,10 @@ def test_the_example_part_measured(tmp_path: Path) -> None:
     those along the normals of the nominal points, except for the slide: hundredths of a
     micrometre."""
     run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
-        "-o", tmp_path / "q.nc")  # fmt: skip
+        "-o", tmp_path / "q.json")  # fmt: skip
     touches = EXAMPLES / "part_touches.csv"
-    run("compensate", touches, "--map", tmp_path / "q.nc", "-o", tmp_path / "a.csv")
-    run("compensate", touches, "--map", tmp_path / "q.nc", "--nominal", PART,
+    run("compensate", touches, "--map", tmp_path / "q.json", "-o", tmp_path / "a.csv")
+    run("compensate", touches, "--map", tmp_path / "q.json", "--nominal", PART,
         "-o", tmp_path / "b.csv")  # fmt: skip
     plain, on_part = (
         np.array([float(row["deviation_um"]) for row in rows(tmp_path / name)])

@@ -19,9 +19,9 @@ from tests.support.reference_touches import sphere_touches
 
 def test_plan_touch_and_update(tmp_path: Path) -> None:
     old = example_map("harmonic")
-    write_map(tmp_path / "old.nc", old)
+    write_map(tmp_path / "old.json", old)
     targets = tmp_path / "targets.csv"
-    text = run("plan-touches", "--map", tmp_path / "old.nc", "--count", 7, "--normals", PART,
+    text = run("plan-touches", "--map", tmp_path / "old.json", "--count", 7, "--normals", PART,
                "-o", targets, "--plot", tmp_path / "plan.png")  # fmt: skip
     assert "7 touches bring u of the map from" in text
     assert coloured_share(tmp_path / "plan.png") > 0.001
@@ -31,10 +31,10 @@ def test_plan_touch_and_update(tmp_path: Path) -> None:
     noisy = old.pretravel(normals) + rng.normal(0.0, 0.3e-3, 7)
     write_touches(tmp_path / "few.csv", sphere_touches(noisy, normals, radius=0.5 * 24.9987))
     text = run("qualify", tmp_path / "few.csv", "--diameter", 24.9987, "--prior",
-               tmp_path / "old.nc", "-o", tmp_path / "new.nc", "--verbose",
+               tmp_path / "old.json", "-o", tmp_path / "new.json", "--verbose",
                "--plot", tmp_path / "new.png")  # fmt: skip
-    assert "old.nc, brought up to date by 7 touches in 7 directions" in text
-    new = read_map(tmp_path / "new.nc")
+    assert "old.json, brought up to date by 7 touches in 7 directions" in text
+    new = read_map(tmp_path / "new.json")
     assert new.kind == "harmonic"
     assert "few.csv" in new.provenance.touches
     assert np.abs(new.pretravel(normals) - old.pretravel(normals)).max() < 1e-3
@@ -47,18 +47,18 @@ def test_an_updated_physical_map_goes_to_a_control_as_a_table(tmp_path: Path) ->
     noisy = 1.01 * old.pretravel(normals) + np.random.default_rng(2).normal(0.0, 0.3e-3, 9)
     new = update_map(sphere_touches(noisy, normals), old, 25.0).pretravel_map
     assert new.basis.form_on_control(new.coefficients) is None
-    write_map(tmp_path / "new.nc", new)
+    write_map(tmp_path / "new.json", new)
     (tmp_path / "macros").mkdir()
-    run("export", tmp_path / "new.nc", "--to", "linuxcnc", "-o", tmp_path / "macros")
+    run("export", tmp_path / "new.json", "--to", "linuxcnc", "-o", tmp_path / "macros")
     assert list((tmp_path / "macros").glob("*.ngc"))
 
 
 def test_another_tip_and_too_few_touches_are_refused(tmp_path: Path) -> None:
     old = example_map("harmonic")
-    write_map(tmp_path / "old.nc", old)
-    assert "--count" in run("plan-touches", "--map", tmp_path / "old.nc", "--count", 3, code=2)
+    write_map(tmp_path / "old.json", old)
+    assert "--count" in run("plan-touches", "--map", tmp_path / "old.json", "--count", 3, code=2)
     normals = old.support.nodes[:9]
     write_touches(tmp_path / "few.csv", sphere_touches(old.pretravel(normals), normals))
     text = run("qualify", tmp_path / "few.csv", "--diameter", 25, "--tip-diameter", 5, "--prior",
-               tmp_path / "old.nc", code=2)  # fmt: skip
+               tmp_path / "old.json", code=2)  # fmt: skip
     assert "a tip of 6 mm" in text

@@ -44,9 +44,9 @@ class TestCommands:
         mill, plan, out = (tmp_path / name for name in ("mill.toml", "plan.csv", "p.ngc"))
         mill.write_text(run("machine"))
         plan.write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\ntop,0,0,0,0,0,1\n")
-        given = ["program", "part", mill, plan, "-o", out, "--compensated", tmp_path / "map.nc"]
-        write_map(tmp_path / "map.nc", mean_map(0.010))
-        assert "map.nc states no feed" in both_outputs(*given)[1]
+        given = ["program", "part", mill, plan, "-o", out, "--compensated", tmp_path / "map.json"]
+        write_map(tmp_path / "map.json", mean_map(0.010))
+        assert "map.json states no feed" in both_outputs(*given)[1]
         feed = read_machine(mill).measuring_feed
-        write_map(tmp_path / "map.nc", replace(mean_map(0.010), feed=feed))
+        write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
         assert "states no feed" not in both_outputs(*given)[1]

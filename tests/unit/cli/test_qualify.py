@@ -31,10 +31,10 @@ def _with_a_false_trip(path: Path, *, labelled: bool) -> Path:
 class TestQualify:
     def test_physical_then_compensate(self, tmp_path: Path) -> None:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind",
-                   "physical", "--verbose", "-o", tmp_path / "map.nc")  # fmt: skip
+                   "physical", "--verbose", "-o", tmp_path / "map.json")  # fmt: skip
         assert "Six-seat probe" in text
         assert "first harmonic" in text
-        run("compensate", PART, "--map", tmp_path / "map.nc", "-o", tmp_path / "points.csv")
+        run("compensate", PART, "--map", tmp_path / "map.json", "-o", tmp_path / "points.csv")
         u = np.array([float(row["u_um"]) for row in rows(tmp_path / "points.csv")])
         assert len(u) == 140
         assert np.all((u > 0.3) & (u < 0.5))
@@ -76,13 +76,13 @@ class TestQualify:
         assert f"left out as requested: {noted}\n" in told
 
     def test_the_feed_of_a_table_without_that_column(self, tmp_path: Path) -> None:
-        first, accepted = tmp_path / "map.nc", tmp_path / "new.nc"
+        first, accepted = tmp_path / "map.json", tmp_path / "new.json"
         run("qualify", SPHERE, *SETUP, "--feed", 120, "-o", first)
         assert read_map(first).feed == 120.0
         run("verify", SPHERE, "--map", first, "--diameter", 24.9987, "--feed", 120, "--accept",
             accepted)  # fmt: skip
         assert read_map(accepted).feed == 120.0
-        updated = tmp_path / "updated.nc"
+        updated = tmp_path / "updated.json"
         run("qualify", SPHERE, *SETUP[:2], "--prior", first, "--feed", 120, "-o", updated)
         assert read_map(updated).feed == 120.0
         given = ("compensate", PART, "--map", first, "-o", tmp_path / "points.csv")

@@ -108,15 +108,15 @@ class TestRig:
         from pretravel.base.directions import from_angles
         from pretravel.files.map_file import read_map
 
-        run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.nc",
+        run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.json",
             "--tip-diameter", 6)  # fmt: skip
         directions = json.loads((tmp_path / "rig.json").read_text())["directions"]
-        made = read_map(tmp_path / "map.nc")
+        made = read_map(tmp_path / "map.json")
         n = from_angles(np.full(3, np.pi / 2), np.radians([d["azimuth_deg"] for d in directions]))
         assert made.pretravel(n) * 1e3 == pytest.approx([d["pretravel_um"] for d in directions])
         u = made.standard_uncertainty(n) * 1e3
         assert np.all(u > [d["u_pretravel_um"] for d in directions])
-        assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.nc", code=2)
+        assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.json", code=2)
 
     def test_a_bad_trace_is_left_out(self, tmp_path: Path) -> None:
         """Its trigger comes 80 samples of 1 ms late, at 0.05 mm/s."""

@@ -41,10 +41,10 @@ class TestSimulate:
             "--polar",
             "0:90:1",
             "-o",
-            tmp_path / "m.nc",
+            tmp_path / "m.json",
         )
         points = tmp_path / "points.csv"
-        run("compensate", touches, "--map", tmp_path / "m.nc", "--nominal", ball, "-o", points)
+        run("compensate", touches, "--map", tmp_path / "m.json", "--nominal", ball, "-o", points)
         table = rows(points)
         assert [r["label"] for r in table] == ["top", "side", "slope"]
         assert all(abs(float(r["deviation_um"])) < 0.02 for r in table)

@@ -77,7 +77,7 @@ class TestRadii:
 
 class TestCommand:
     def test_json_with_the_feed(self, tmp_path: Path) -> None:
-        path, out = tmp_path / "rest.nc", tmp_path / "radii.json"
+        path, out = tmp_path / "rest.json", tmp_path / "radii.json"
         write_map(path, replace(example_map(), delay=0.01, u_delay=1e-4, feed=None))
         assert "--feed" in run("export", path, "--to", "radii", "-o", out, code=2)
         said = run("export", path, "--to", "radii", "-o", out, "--feed", 60)
@@ -94,7 +94,7 @@ class TestCommand:
 class TestSubroutine:
     def test_parameters_do_not_overlap_those_of_probe_basic(self, tmp_path: Path) -> None:
         """Probe Basic keeps settings in #1001-1012, #3000-3058 and #3973-4024."""
-        path, out = tmp_path / "map.nc", tmp_path / "subs"
+        path, out = tmp_path / "map.json", tmp_path / "subs"
         write_map(path, example_map())
         run("export", path, "--to", "linuxcnc", "--form", "table", "--tolerance", 1e-5, "-o", out)
         text = (out / "pretravel_table.ngc").read_text()

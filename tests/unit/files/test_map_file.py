@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,31 +11,30 @@ import pytest
 
 from pretravel.base.directions import grid
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.files.map_file import read_map
+from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 
 
 def test_not_a_map(tmp_path: Path) -> None:
-    text, other, half = tmp_path / "a.nc", tmp_path / "b.nc", tmp_path / "c.nc"
-    text.write_text("hello")
-    import h5py
-
-    with h5py.File(other, "w") as file:
-        file["x"] = 1.0
     import pretravel
 
+    half = tmp_path / "c.json"
     good = qualify(read_touches(EXAMPLES / "sphere_touches.csv"), 24.9987, kind="mean")
     pretravel.write_map(half, good.pretravel_map)
     half.write_bytes(half.read_bytes()[:2000])
-    for path in (text, other, half):
-        with pytest.raises(InputError, match="not a"):
-            read_map(path)
+    with pytest.raises(InputError, match="not a map"):
+        read_map(half)
     with pytest.raises(InputError, match="no such file"):
-        read_map(tmp_path / "none.nc")
+        read_map(tmp_path / "none.json")
+    with pytest.raises(InputError, match="this is a folder"):
+        read_map(tmp_path)
+    with pytest.raises(PretravelError, match=r"the ending must be \.json or \.csv"):
+        pretravel.write_map(tmp_path / "map.nc", good.pretravel_map)
     table = tmp_path / "t.csv"
     table.write_text("polar_deg,azimuth_deg,pretravel_um\n90,0,5\n")
     with pytest.raises(InputError, match="give the tip's diameter"):
@@ -41,6 +42,34 @@ def test_not_a_map(tmp_path: Path) -> None:
     table.write_text("polar_deg,azimuth_deg,pretravel_um\n90,0,5\n90,360,6\n")
     with pytest.raises(InputError, match="line 3: this direction is in the table twice"):
         read_map(table, tip_diameter=6.0)
+
+
+@pytest.mark.parametrize("content", [b"\x89HDF\r\n\x1a\n", b"{}", b""])
+def test_a_netcdf_map_is_refused_with_what_to_do(tmp_path: Path, content: bytes) -> None:
+    """Whatever it contains; so is a file without an ending, which is no map."""
+    for name, said in (
+        ("map.nc", "qualify or predict again with -o map.json"),
+        ("map.NC", "qualify or predict again with -o map.json"),
+        ("map", "a map is read from .json, or from a .csv table, not from ''"),
+        ("map.txt", "not from '.txt'"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=said):
+            read_map(tmp_path / name)
+
+
+def test_reading_a_map_imports_no_large_library(tmp_path: Path) -> None:
+    path = tmp_path / "map.json"
+    write_map(path, example_map("physical"))
+    program = (
+        "import sys; from pretravel.files.map_file import read_map; "
+        f"read_map({str(path)!r}); "
+        "print(*sorted({'xarray', 'h5netcdf', 'h5py', 'pandas'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == ""
 
 
 def _example() -> Touches:
@@ -52,17 +81,16 @@ class TestMapFiles:
         import pretravel
 
         made = qualify(_example(), 24.9987, tip_diameter=6.0, kind="mean", **options)  # type: ignore[arg-type]
-        path = tmp_path / "map.nc"
+        path = tmp_path / "map.json"
         pretravel.write_map(path, made.pretravel_map)
         return path
 
     def test_damage_is_noticed(self, tmp_path: Path) -> None:
-        """The eight bytes of a coefficient, found by value, change in the last place but two."""
         path = self._written(tmp_path)
-        value = read_map(path).coefficients[0]
-        raw = path.read_bytes()
-        assert raw.count(value.tobytes()) == 1
-        path.write_bytes(raw.replace(value.tobytes(), (value * 1.001).tobytes()))
+        value = str(float(read_map(path).coefficients[0]))
+        text = path.read_text("utf-8")
+        assert text.count(value) == 1
+        path.write_text(text.replace(value, value[:-3] + "999"), "utf-8")
         with pytest.raises(InputError, match="damaged"):
             read_map(path)
 

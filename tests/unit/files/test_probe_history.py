@@ -6,11 +6,17 @@ import shutil
 import sqlite3
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import InputError
-from pretravel.files.probe_history import read_history
+from pretravel.files.probe_history import check_history, read_history
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
 from pretravel.tasks.reports.history_report import history_document, history_view
+from pretravel.uncertainty.covariance import Covariance
 from tests.unit.files.test_files_of_version_1 import FOLDER
 
 
@@ -65,3 +71,35 @@ def test_a_history_in_which_no_size_is_known(tmp_path: Path) -> None:
     entries = read_history(path)
     assert history_document(entries).verdict.startswith("History of a probe: 2 verifications")
     assert history_view(entries).charts[0].title.startswith("no verification has determined")
+
+
+def _with_crafted_journal(folder: Path) -> tuple[Path, Path]:
+    """A history with a rollback journal beside it that names a file as its super-journal."""
+    path, victim = _changed(folder), folder / "victim.txt"
+    victim.write_text("a file of the user\n")
+    content = path.read_bytes()
+    page = int.from_bytes(content[16:18], "big")
+    magic, name = bytes.fromhex("d9d505f920a163d7"), str(victim).encode()
+    numbers = (0, 1, len(content) // page, 512, page)
+    header = magic + b"".join(number.to_bytes(4, "big") for number in numbers)
+    record = (2**30 // page + 1).to_bytes(4, "big") + name
+    record += len(name).to_bytes(4, "big") + sum(name).to_bytes(4, "big") + magic
+    path.with_name(path.name + "-journal").write_bytes(header.ljust(512, b"\0") + record)
+    return path, victim
+
+
+def test_a_journal_beside_the_history_deletes_no_file(tmp_path: Path) -> None:
+    """SQLite rolls such a journal back, and deletes the file that it names."""
+    path, victim = _with_crafted_journal(tmp_path)
+    try:
+        with pytest.raises(InputError, match="sqlite-journal is beside the history"):
+            read_history(path)
+    finally:
+        assert victim.exists()
+    old = PretravelMap(
+        HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.independent([1e-8]),
+        DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=3e-4,
+    )  # fmt: skip
+    with pytest.raises(InputError, match="sqlite-journal is beside the history"):
+        check_history(path, old)
+    assert victim.exists()

@@ -22,8 +22,8 @@ from pretravel.files.several_files import files_of, read_series
 from pretravel.files.source_file import SourceFile
 from pretravel.files.table_formats import CSV
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.commands import rows, run
 from tests.support.control_logs import written
@@ -312,7 +312,7 @@ class TestSeveralFiles:
 
     def test_folder_wildcard_and_list(self, tmp_path: Path) -> None:
         paths = self._write(tmp_path)
-        (tmp_path / "map.nc").write_bytes(b"")
+        (tmp_path / "map.json").write_bytes(b"")
         (tmp_path / ".run_1.csv").write_bytes(b"")
         assert files_of([tmp_path]) == paths
         assert files_of([tmp_path / "*.csv"]) == paths
@@ -374,7 +374,7 @@ class TestNewcomer:
         sphere = self._sphere(tmp_path)
         part = self._write(tmp_path / "part.csv", read_touches(EXAMPLES / "part_touches.csv"))
         reference = ("--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic")
-        probe, points = tmp_path / "map.nc", tmp_path / "points.csv"
+        probe, points = tmp_path / "map.json", tmp_path / "points.csv"
         told = run("qualify", sphere, "--units", "inch", *reference, "-o", probe)
         assert "read: 75 touches; separator ';', decimal comma, inch (stated), x=X y=Y z=Z" in told
         assert "touch 41 (line 42)" in told

@@ -13,16 +13,17 @@ from threadpoolctl import threadpool_info
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.identification import kind_registry
-from pretravel.identification.average import _averaged, _disagreement, qualify_on_average
-from pretravel.identification.kind_choice import KindScore
-from pretravel.identification.kind_registry import choose, qualify, qualify_like
+from pretravel.maps.kind import KindOfMap
+from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
 from pretravel.maps.kinds.wozniak import WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.qualification import Qualification
+from pretravel.qualification import qualify as qualifying
+from pretravel.qualification.kind_weights import _disagreement, averaged
+from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
+from pretravel.qualification.qualify import choose, qualified, qualify, qualify_like
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -65,7 +66,7 @@ def test_the_average_has_the_weighted_fields_of_its_parts() -> None:
     the effects of the delay as the coefficients; the weights are made to add up to one."""
     mean, harmonic = _results()
     first, second = _changed(mean, 0.1 * UM, 2e-4, 0.5), _changed(harmonic, 0.3 * UM, 3e-4, 0.7)
-    found = _averaged([first, second], _parts(0.3, 0.1))
+    found = averaged([first, second], _parts(0.3, 0.1))
     made = found.pretravel_map
     values = [each.pretravel_map.pretravel(N) for each in (first, second)]
     values[1] = values[1] + N @ (first.center - second.center)
@@ -88,12 +89,12 @@ def test_the_average_has_the_weighted_fields_of_its_parts() -> None:
 def test_parts_without_a_delay_add_nothing_to_its_effect() -> None:
     mean, harmonic = _results()
     second = _changed(harmonic, 0.0, None, 0.0)
-    found = _averaged([_changed(mean, 0.0, 2e-4, 0.0), second], _parts(0.6, 0.3)).pretravel_map
+    found = averaged([_changed(mean, 0.0, 2e-4, 0.0), second], _parts(0.6, 0.3)).pretravel_map
     expected = np.zeros(found.basis.size)
     expected[4] = 2e-4 * 2.0 / 3.0
     assert found.delay_effect == pytest.approx(expected)
     assert found.provenance.kind_settings == {"mean": 0.667, "harmonic": 0.333}
-    assert _averaged([mean, harmonic], _parts(0.6, 0.3)).pretravel_map.delay_effect is None
+    assert averaged([mean, harmonic], _parts(0.6, 0.3)).pretravel_map.delay_effect is None
 
 
 def test_two_kinds_of_three_are_compared() -> None:
@@ -101,9 +102,9 @@ def test_two_kinds_of_three_are_compared() -> None:
     mean, harmonic = _results()
     far = replace(mean.pretravel_map, coefficients=mean.pretravel_map.coefficients + 0.01)
     other = replace(mean, pretravel_map=far)
-    same = _averaged([mean, mean, other], _parts(0.4, 0.3, 0.3))
+    same = averaged([mean, mean, other], _parts(0.4, 0.3, 0.3))
     assert same.warnings == mean.warnings
-    apart = _averaged([mean, other, harmonic], _parts(0.4, 0.3, 0.3))
+    apart = averaged([mean, other, harmonic], _parts(0.4, 0.3, 0.3))
     (added,) = apart.warnings[len(mean.warnings) :]
     assert "the kinds mean and harmonic disagree by 10.0 µm" in added
 
@@ -155,34 +156,32 @@ def test_kinds_are_compared_about_one_centre_and_with_one_tip() -> None:
 def test_one_kind_is_no_average() -> None:
     touches = Touches(N * 15.49, N)
     setup = QualificationSetup(25.0, tip_diameter=6.0)
-    found = qualify_on_average(touches, setup, {"mean": MeanKind()})
-    assert (found.kind, found.qualification.pretravel_map.kind) == ("mean", "mean")
+    found = qualified(touches, setup, [MeanKind()])
+    assert (found.kind, found.pretravel_map.kind) == (MeanKind(), "mean")
     assert [(score.kind, score.weight) for score in found.scores] == [("mean", 1.0)]
     few = Touches(N[:7] * 15.49, N[:7])
-    kinds = {"physical": kind_registry.kind_named("physical")}
     with pytest.raises(PretravelError, match="no kind of map fits these touches: 7 directions"):
-        qualify_on_average(few, setup, kinds)
+        qualified(few, setup, [kind_named("physical")])
 
 
 def test_candidates_replace_kinds_of_their_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """All other kinds are compared beside them, in one thread for matrices."""
-    given: list[dict[str, object]] = []
+    given: list[list[KindOfMap]] = []
+    result = _results()[0]
     threads: set[int] = set()
 
-    def average(_: Touches, setup: QualificationSetup, kinds: dict[str, object]) -> str:
-        given.append(kinds)
+    def average(_: PreparedTouches, compared: list[KindOfMap]) -> Qualification:
+        given.append(compared)
         blas = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
         threads.update(pool["num_threads"] for pool in blas)
-        return "the choice"
+        return result
 
-    monkeypatch.setattr(kind_registry, "qualify_on_average", average)
-    touches, setup, own = Touches(N * 15.49, N), QualificationSetup(25.0), WozniakKind(0.3)
-    assert choose(touches, setup, candidates=[own]) == "the choice"
-    assert choose(touches, setup) == "the choice"
-    for kinds, wozniak in zip(given, (own, WozniakKind()), strict=True):
-        assert list(kinds) == list(kind_registry.KINDS)
-        assert kinds["wozniak"] == wozniak
-        assert all(isinstance(kinds[name], kind_registry.KINDS[name]) for name in kinds)
+    monkeypatch.setattr(qualifying, "_on_average", average)
+    touches, setup, own = Touches(N * 15.49, N), QualificationSetup(25.0, 6.0), WozniakKind(0.3)
+    assert choose(touches, setup, candidates=[own]).qualification is result
+    assert choose(touches, setup).qualification is result
+    for compared, wozniak in zip(given, (own, WozniakKind()), strict=True):
+        assert compared == [*(dict(kinds()) | {"wozniak": wozniak}).values()]
     assert threads == {1}
     chosen = choose(touches, setup, MeanKind())
     assert (chosen.kind, chosen.scores) == ("mean", ())
@@ -191,14 +190,14 @@ def test_candidates_replace_kinds_of_their_name(monkeypatch: pytest.MonkeyPatch)
 def test_an_averaged_map_is_made_again_as_an_average(monkeypatch: pytest.MonkeyPatch) -> None:
     """With its setup, but for the reference, which is the new one."""
     mean, harmonic = _results()
-    earlier = _averaged([mean, harmonic], _parts(0.6, 0.4)).pretravel_map
+    earlier = averaged([mean, harmonic], _parts(0.6, 0.4)).pretravel_map
     seen: list[tuple[object, ...]] = []
 
     def chosen(*given: object) -> object:
         seen.append(given)
-        return SimpleNamespace(qualification="again")
+        return "again"
 
-    monkeypatch.setattr(kind_registry, "choose", chosen)
+    monkeypatch.setattr(qualifying, "qualified", chosen)
     touches = Touches(N * 15.49, N)
     assert qualify_like(touches, earlier, 30.0, ring=True) == "again"
     assert qualify_like(touches, earlier, 25.0) == "again"
@@ -211,9 +210,7 @@ def test_an_averaged_map_is_made_again_as_an_average(monkeypatch: pytest.MonkeyP
 def test_a_map_without_its_setup_states_what_it_contains(monkeypatch: pytest.MonkeyPatch) -> None:
     made = _level(0.01).pretravel_map  # type: ignore[attr-defined]
     seen: list[QualificationSetup] = []
-    monkeypatch.setattr(
-        kind_registry.qualification, "qualify", lambda _, setup, kind: seen.append(setup)
-    )
+    monkeypatch.setattr(qualifying, "qualified", lambda _, setup, kind: seen.append(setup))
     qualify_like(Touches(N * 15.49, N), replace(made, u_tip_radius=2e-4), 25.0)
     expected = QualificationSetup(
         25.0, tip_diameter=6.0, u_diameter=4e-4, u_temperature=0.0, sphere_form=0.0,
@@ -230,7 +227,7 @@ def test_what_is_not_averaged_is_that_of_the_first() -> None:
         repeatability=7e-4, repeatability_dof=3.0, u_delay=5e-4, delay=2e-3, feed=80.0,
         u_tip_radius=9e-4, provenance=replace(second.pretravel_map.provenance, source="other"),
     )  # fmt: skip
-    found = _averaged([first, replace(second, pretravel_map=other)], _parts(0.3, 0.1))
+    found = averaged([first, replace(second, pretravel_map=other)], _parts(0.3, 0.1))
     names = ("tip_radius", "u_tip_radius", "repeatability", "repeatability_dof", "delay", "feed")
     for name in (*names, "u_delay"):
         assert getattr(found.pretravel_map, name) == getattr(first.pretravel_map, name), name

@@ -11,13 +11,14 @@ import pytest
 from pretravel.base.directions import grid, sphere_pattern_25
 from pretravel.base.frames import probe_rotation
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.average import _disagreement
-from pretravel.identification.kind_choice import distances_from_reference
-from pretravel.identification.kind_registry import KINDS, choose, qualify
+from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
+from pretravel.measurement.compensation import distances_from_reference
+from pretravel.qualification.kind_weights import _disagreement
+from pretravel.qualification.qualify import choose, qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
@@ -31,7 +32,7 @@ def test_choice_among_kinds() -> None:
     assert chosen.kind == "physical"
     assert chosen.scores[0].kind == "physical"
     assert sum(score.weight for score in chosen.scores) == 1.0
-    assert {score.kind for score in chosen.scores} == set(KINDS)
+    assert {score.kind for score in chosen.scores} == set(kinds())
     sectors = next(score for score in chosen.scores if score.kind == "sectors")
     assert "sector" in sectors.problem
 

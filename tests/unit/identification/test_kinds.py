@@ -11,9 +11,10 @@ import pytest
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import KINDS, kind_named, qualify, qualify_like
+from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
+from pretravel.qualification.qualify import qualify, qualify_like
 from pretravel.touches import Touches
 
 
@@ -28,8 +29,8 @@ def test_a_map_made_again_keeps_its_setup(tmp_path: Path) -> None:
         _touches(0.010, axis=0), 25.0, tip_diameter=6.0, u_diameter=5e-4, axial_pretravel=3e-3,
         axis=(1.0, 0.0, 0.0), kind="harmonic", u_temperature=0.0,
     ).pretravel_map  # fmt: skip
-    write_map(tmp_path / "map.nc", first)
-    earlier = read_map(tmp_path / "map.nc")
+    write_map(tmp_path / "map.json", first)
+    earlier = read_map(tmp_path / "map.json")
     assert earlier.provenance == first.provenance
     again = qualify_like(_touches(0.012, axis=0), earlier, 25.0)
     assert again.setup == first.provenance.setup
@@ -54,8 +55,8 @@ def test_settings_of_a_kind_are_kept(tmp_path: Path) -> None:
     n = sphere_pattern_25()
     lobes = 0.004 * WozniakBasis(0.3).design(n)[:, 0]
     first = qualify(_touches(lobes), 25.0, tip_diameter=6.0, kind=WozniakKind(0.3)).pretravel_map
-    write_map(tmp_path / "map.nc", first)
-    again = qualify_like(_touches(lobes), read_map(tmp_path / "map.nc"), 25.0)
+    write_map(tmp_path / "map.json", first)
+    again = qualify_like(_touches(lobes), read_map(tmp_path / "map.json"), 25.0)
     assert again.kind == WozniakKind(0.3)
 
 
@@ -66,7 +67,7 @@ def test_touches_at_one_feed_do_not_replace_a_map_with_delay() -> None:
         qualify_like(_touches(0.010), moving, 25.0)
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize("name", list(kinds()))
 def test_every_kind_has_its_name(name: str) -> None:
     assert kind_named(name).name == name
     assert kind_named(name).title
@@ -77,28 +78,6 @@ def test_unknown_kind_and_unknown_setting() -> None:
         kind_named("oval")
     with pytest.raises(PretravelError, match="kind mean"):
         kind_named("mean", transducer="piezo")
-
-
-@pytest.mark.parametrize(
-    ("words", "origin", "level_known"),
-    [
-        ({"source": "predicted, model fem", "probe": "omp40-2"}, Origin.PREDICTED, True),
-        ({"source": "qualified on a sphere of 25 mm"}, Origin.QUALIFIED, True),
-        ({"source": "qualified on a calibration rig"}, Origin.CALIBRATED, True),
-        (
-            {"source": "qualified on a ring of 50 mm",
-             "gauge": "relative to its mean, since no tip diameter was given"},
-            Origin.QUALIFIED, False,
-        ),
-        ({"source": "made up"}, Origin.MADE, True),
-    ],
-)  # fmt: skip
-def test_words_of_earlier_versions(
-    words: dict[str, str], origin: Origin, level_known: bool
-) -> None:
-    found = Provenance.from_dict(words)
-    assert (found.origin, found.level_known) == (origin, level_known)
-    assert found.source == words["source"]
 
 
 def test_provenance_through_plain_values() -> None:

@@ -12,13 +12,6 @@ from scipy.stats import norm
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.identification import kind_choice
-from pretravel.identification.kind_choice import (
-    KindScore,
-    _folds,
-    compare_kinds,
-    stacking_weights,
-)
 from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import MeanKind
@@ -26,7 +19,14 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict
-from pretravel.qualification.prepare import PreparedTouches, prepare
+from pretravel.qualification import kind_weights
+from pretravel.qualification.kind_weights import (
+    _folds,
+    compare_kinds,
+    stacking_weights,
+)
+from pretravel.qualification.qualification import KindScore, PreparedTouches
+from pretravel.qualification.qualify import prepare
 from pretravel.touches import Touches
 
 UM = 1e-3
@@ -76,7 +76,7 @@ def _score(
     ready: PreparedTouches,
     kinds: dict[str, tuple[KindOfMap, MapFit | PretravelError]] | None = None,
 ) -> list[KindScore]:
-    fit = MeanKind().fit(ready.observation, ready.repeats)
+    fit = MeanKind().fit(ready.observation, ready.observation.repeats)
     return compare_kinds(ready, kinds or {"mean": (MeanKind(), fit)})
 
 
@@ -110,7 +110,7 @@ def test_each_direction_is_left_out_once(directions: int, folds: int) -> None:
 
 def test_kinds_that_predict_the_same_share_by_their_priors() -> None:
     ready = _prepared(14, 1)
-    fit = MeanKind().fit(ready.observation, ready.repeats)
+    fit = MeanKind().fit(ready.observation, ready.observation.repeats)
     refused = PretravelError("of no use here")
     scores = _score(
         ready,
@@ -171,7 +171,7 @@ def test_an_unknown_tip_changes_neither_the_distances_nor_the_scatter_of_a_map()
     for tip in (None, 6.0):
         setup = QualificationSetup(25.0, tip_diameter=tip, search_outliers=False)
         ready = prepare(touches, setup)
-        fit = PhysicalKind().fit(ready.observation, ready.repeats)
+        fit = PhysicalKind().fit(ready.observation, ready.observation.repeats)
         assert (fit.tip_radius is None) == (tip is not None)
         (score,) = compare_kinds(ready, {"physical": (PhysicalKind(), fit)})
         # Means of two touches scatter by 0.07 µm, and the prediction of each adds to it.
@@ -211,7 +211,7 @@ def test_weights_follow_from_the_densities_of_left_out_directions(
         distance, u = GIVEN[fit]
         return UM * np.array(distance), np.full(14, (UM * u) ** 2)
 
-    monkeypatch.setattr(kind_choice, "_left_out", given)
+    monkeypatch.setattr(kind_weights, "_left_out", given)
     kinds = {name: (MeanKind(), name) for name in ("poorer", "mean", "poor")}
     kinds["known"] = (WellKnownMean(), "known")
     scores = _score(ready, kinds)  # type: ignore[arg-type]
@@ -229,6 +229,6 @@ def test_weights_follow_from_the_densities_of_left_out_directions(
     assert alone == pytest.approx({"mean": best, "known": 1.0 - best}, abs=2e-4)
     assert weights["poor"] == weights["poorer"] == 0.0
     assert weights["mean"] == pytest.approx(best, abs=0.03)
-    monkeypatch.setattr(kind_choice, "MOST_COMPARED", 6)
+    monkeypatch.setattr(kind_weights, "MOST_COMPARED", 6)
     _score(ready, both)  # type: ignore[arg-type]
     assert seen == [14] * 6 + [6, 6]

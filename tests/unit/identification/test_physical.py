@@ -10,9 +10,9 @@ import pytest
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.identification.physical import PhysicalMapFit
 from pretravel.measurement.compensation import apply
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.example_maps import example_qualification
 from tests.support.examples import PART as PART_TOUCHES

@@ -28,9 +28,9 @@ from tests.support.example_maps import example_map
 
 def test_what_the_map_does_not_determine(tmp_path: Path) -> None:
     run("predict", "omp40-2", "--azimuth", "0:350:10", "--polar", "0:90:10",
-        "-o", tmp_path / "map.nc")  # fmt: skip
+        "-o", tmp_path / "map.json")  # fmt: skip
     found = identify(
-        read_map(tmp_path / "map.nc"), load_probe("omp40-2"), ["lever", "tripod_radius"]
+        read_map(tmp_path / "map.json"), load_probe("omp40-2"), ["lever", "tripod_radius"]
     )
     assert any("undone by" in sentence for sentence in found.unknown)
 

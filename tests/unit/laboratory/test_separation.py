@@ -19,13 +19,13 @@ from pretravel.laboratory.separation_plan import (
     plan_separation,
     variance_factor,
 )
-from pretravel.laboratory.separation_trials import separation_by_trials
 from pretravel.laboratory.separation_variances import (
     _shrunk,
     _student_scales,
     equally_shared,
     likelihood_information,
 )
+from tests.support.separation_trials import separation_by_trials
 
 TRIALS = 20_000
 

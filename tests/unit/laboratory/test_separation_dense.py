@@ -48,7 +48,6 @@ from pretravel.laboratory.separation_plan import (
     turned_pairs,
     variance_factor,
 )
-from pretravel.laboratory.separation_trials import separation_by_trials
 from pretravel.laboratory.separation_variances import (
     PairVariance,
     _floored,
@@ -59,6 +58,7 @@ from pretravel.laboratory.separation_variances import (
     likelihood_information,
     squared_scales,
 )
+from tests.support.separation_trials import separation_by_trials
 
 UM = 1e-3
 

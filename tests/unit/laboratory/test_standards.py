@@ -16,7 +16,7 @@ from pretravel.laboratory.standard_check import (
     StandardFigure,
     refuse_other_unit,
 )
-from pretravel.tasks.check import CheckSetup, not_stated, stated_limits
+from pretravel.tasks.check import Check, not_stated
 from pretravel.touches import Touches
 
 UM = 1e-3
@@ -135,34 +135,35 @@ def test_a_ring_between_the_readings_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("standard", "limits", "u_diameter", "words"),
+    ("standard", "setting", "words"),
     [
-        ("iso10360-5", {"repeatability": UM}, None, "repeatability is only for iso230-10"),
-        ("iso230-10", {"size": UM}, None, "size is only for iso10360-5"),
-        ("iso230-10", {}, UM, "uncertainty of the diameter is only for iso10360-5"),
+        ("iso10360-5", {"repeat_limit_um": 1.0}, "repeatability is only for iso230-10"),
+        ("iso230-10", {"size_limit_um": 1.0}, "size is only for iso10360-5"),
+        ("iso230-10", {"u_diameter_um": 1.0}, "uncertainty of the diameter is only for iso10360-5"),
     ],
 )
 def test_what_a_standard_does_not_have_is_refused_without_touches(
-    standard: str, limits: dict[str, float], u_diameter: float | None, words: str
+    standard: str, setting: dict[str, float], words: str
 ) -> None:
+    task = Check(standard=standard, touches=("none.csv",), diameter=25.0, **setting)
     with pytest.raises(PretravelError, match=words):
-        CheckSetup(standard, CalibratedSphere(25.0, u_diameter), limits=limits)
+        task.run()
 
 
 def test_a_size_limit_needs_a_tip_or_a_map() -> None:
-    setup = CheckSetup("iso10360-5", CalibratedSphere(25.0), limits=stated_limits(size=UM))
-    setup.check_inputs(["map"])
+    given = {"standard": "iso10360-5", "touches": "none.csv", "diameter": 25.0}
+    Check(**given, size_limit_um=1.0, map_file="map.csv").refuse_unused()
     with pytest.raises(PretravelError, match="give the diameter of the tip, or a map"):
-        setup.check_inputs([])
+        Check(**given, size_limit_um=1.0).run()
 
 
 def test_a_limit_of_repeats_alone_asks_nothing_of_the_reference() -> None:
     n = np.tile([[0.0, 0.0, 1.0]], (10, 1))
     n = np.concatenate([n, plane_pattern_36()])
     touches, sphere = Touches(n * 15.5, n), CalibratedSphere(25.0)
-    made = check_iso230_10(touches, sphere, limits=stated_limits(repeatability=UM))
+    made = check_iso230_10(touches, sphere, limits={"repeatability": UM})
     assert not_stated(made) == ()
-    made = check_iso230_10(touches, sphere, limits=stated_limits(form=UM))
+    made = check_iso230_10(touches, sphere, limits={"form2d": UM, "form3d": UM})
     (warning,) = not_stated(made)
     assert "needs the form error of the reference" in warning
 

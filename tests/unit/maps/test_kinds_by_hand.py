@@ -114,7 +114,6 @@ class TestBases:
             assert array.axes == ("coefficient",)
         lobed = WozniakBasis(0.3, "piezo")
         assert WozniakBasis.restored(StoredBasis(support, 3.0, {}, lobed.attributes())) == lobed
-        assert lobed.checksummed() == [[0.3]]
         assert MeanBasis.restored(stored) == MeanBasis()
         mean = MeanBasis().form_on_control(np.array([0.01]))
         assert mean.terms.tolist() == [[0, 0]]  # of degree 0: one everywhere
@@ -130,7 +129,6 @@ class TestBases:
         assert basis.condensed_probe is None
         assert basis.form_on_control(np.zeros(10)) is None
         assert dict(basis.arrays()) == dict(basis.attributes()) == {}
-        assert list(basis.checksummed()) == []
         assert dict(basis.sensitivities(POLE)) == {}
         fit = MeanKind().fit(_seen(sphere_pattern_25()), NOTHING)
         assert MeanKind().warnings(fit, 1e-9) == []

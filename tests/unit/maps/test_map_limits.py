@@ -321,9 +321,6 @@ class _Part(MapBasis):
     def attributes(self) -> dict[str, str | float]:
         return {"word": "w"}
 
-    def checksummed(self) -> list[Any]:
-        return [[3.0]]
-
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self:
         del stored
@@ -407,7 +404,6 @@ class TestAverages:
             "parts": "mean,part,wozniak", "part_1_word": "w",
             "part_2_lobe_azimuth_rad": 0.2, "part_2_transducer": "contact",
         }  # fmt: skip
-        assert basis.checksummed() == [[3.0], [0.2]]
         parts = stored_parts(StoredBasis(HALF, 3.0, arrays, attributes))
         assert [kind for kind, _ in parts] == ["mean", "part", "wozniak"]
         assert [dict(part.attributes) for _, part in parts] == [
@@ -518,32 +514,8 @@ class TestProvenance:
         assert Provenance.from_dict(kept | {"of a later version": 1}) == stated
         assert Provenance().as_dict() == {"origin": "made"}
         assert Provenance.from_dict({"origin": "made"}) == Provenance()
-
-    def test_setups_of_earlier_versions_had_no_temperature_and_no_form(self) -> None:
-        old = Provenance.from_dict({"origin": "qualified", "setup": {"diameter": 25.0}})
-        assert old.setup == QualificationSetup(25.0, u_temperature=0.0, sphere_form=0.0)
-
-    @pytest.mark.parametrize(
-        ("source", "origin"),
-        [
-            ("predicted, model fem", Origin.PREDICTED), ("qualified on a ring", Origin.QUALIFIED),
-            ("traces of a calibration rig", Origin.CALIBRATED), ("", Origin.MADE),
-            ("was predicted", Origin.MADE), ("not qualified", Origin.MADE),
-        ],
-    )  # fmt: skip
-    def test_words_of_earlier_versions(self, source: str, origin: Origin) -> None:
-        words = {
-            "source": source, "touches": "25 touches, 25 directions, from sphere, 1.csv",
-            "gauge": "a sphere", "probe": "p",
-        }  # fmt: skip
-        found = Provenance.from_dict(words)
-        assert found.origin is origin
-        assert (found.source, found.touches) == (source, words["touches"])
-        assert (found.gauge, found.probe) == ("a sphere", "p")
-        assert found.touches_file == "sphere, 1.csv"
-        assert found.level_known
-        assert not Provenance.from_dict({"gauge": "the tip is not known"}).level_known
-        assert Provenance.from_dict({}) == Provenance()
+        with pytest.raises(KeyError):
+            Provenance.from_dict({"source": "predicted"})
 
     def test_the_uncertainty_of_the_diameter_by_hand(self) -> None:
         """0.3 µm calibrated; 11.5e-6 of 50 mm for each of 2 K are 1.15 µm."""

@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.direction_means import DirectionMeans
-from pretravel.maps.observation import Observation, Scatter, scatter_of_repeats
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 
 
@@ -20,14 +20,14 @@ def _observed(values: np.ndarray, groups: np.ndarray, directions: np.ndarray) ->
 def test_touches_without_repeats_have_no_scatter() -> None:
     n = fibonacci_cap(7, 1.2)
     seen = _observed(0.01 + 0.001 * np.arange(7.0), np.arange(7), n)
-    assert scatter_of_repeats(seen) == Scatter(0.0, 0.0)
+    assert seen.repeats == Scatter(0.0, 0.0)
 
 
 def test_scatter_is_pooled_over_the_directions() -> None:
     """Pairs and a triple: squares about their means 0.5, 2 and 8 / 3 over 1 + 1 + 2 degrees."""
     n = fibonacci_cap(3, 1.2)
     values = 0.01 + 1e-3 * np.array([0.0, 1.0, 5.0, 3.0, 0.0, 2.0, 0.0])
-    found = scatter_of_repeats(_observed(values, np.array([0, 0, 1, 1, 2, 2, 2]), n))
+    found = _observed(values, np.array([0, 0, 1, 1, 2, 2, 2]), n).repeats
     assert found.dof == 4.0
     assert found.deviation == pytest.approx(1e-3 * np.sqrt((0.5 + 2.0 + 8.0 / 3.0) / 4.0), rel=1e-9)
 

@@ -6,12 +6,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import norm, qmc
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.maps import harmonic_regression as regression
 from pretravel.maps.harmonic_regression import (
+    _SOBOL,
     Amplitudes,
     _averaged_over,
     _given_amplitudes,
@@ -266,6 +267,11 @@ def test_points_about_the_mode_have_mean_zero_unit_covariance_and_one_length() -
     assert points.T @ points / 16.0 == pytest.approx(np.eye(8), abs=1e-12)
     # The sum of the squares is 16 times 8.
     assert np.sum(points**2, axis=1) == pytest.approx(np.full(16, 8.0))
+
+
+def test_the_stored_sequence_is_that_of_scipy() -> None:
+    expected = qmc.Sobol(8, scramble=True, rng=1).random(8)
+    assert np.array_equal(np.array(_SOBOL) / 2.0**30, expected)
 
 
 def test_the_average_is_over_the_posterior_of_the_problem() -> None:

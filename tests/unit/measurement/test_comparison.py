@@ -166,10 +166,10 @@ class TestComparison:
     def test_command_and_its_picture(self, tmp_path: Path) -> None:
         small = lobes(3, phase=90 * DEGREE)
         small = replace(small, coefficients=1e-3 * small.coefficients, tip_radius=3.0)
-        write_map(tmp_path / "map.nc", small)
+        write_map(tmp_path / "map.json", small)
         part = EXAMPLES / "part_touches.csv"
         for ending in ("csv", "json", "html"):
-            told = run("compare", tmp_path / "map.nc", "--part", part, "-o",
+            told = run("compare", tmp_path / "map.json", "--part", part, "-o",
                        tmp_path / f"c.{ending}", "--plot", tmp_path / "c.png")  # fmt: skip
         assert "on the part: max" in told
         table = rows(tmp_path / "c.csv")

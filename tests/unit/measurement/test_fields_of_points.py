@@ -17,9 +17,9 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply, embed
 from pretravel.measurement.contact_slide import contact_slide
-from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
+from pretravel.measurement.measured_sphere import measured_sphere
 from pretravel.measurement.point_budget import budget_of_variances, point_budget
-from pretravel.measurement.point_errors import PointErrors, errors_of_points, map_by_trials
+from pretravel.measurement.point_errors import PointErrors, errors_of_points
 from pretravel.measurement.points import Points, joined_points, placed
 from pretravel.measurement.points_summary import Moments, PointsSummary, TouchSummary
 from pretravel.prediction.described_map import described_map
@@ -30,6 +30,7 @@ from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.sphere import fit_sphere
+from tests.support.errors_by_trials import map_by_trials, sphere_by_trials
 from tests.support.example_maps import mean_map
 
 UP = np.array([[0.0, 0.0, 1.0]])
@@ -411,12 +412,12 @@ class TestSphere:
 
     def test_every_trial_is_fitted_by_itself(self) -> None:
         """More trials than are fitted at once; against the fit of single spheres."""
-        from pretravel.measurement.measured_sphere import _sphere_radii
+        from tests.support.errors_by_trials import sphere_radii
 
         rng = np.random.default_rng(4)
         whole = 12.5 * self.N
         moved = whole + 1e-3 * rng.normal(size=(4100, 6, 3))
-        radii = _sphere_radii(moved, fit_sphere(whole))
+        radii = sphere_radii(moved, fit_sphere(whole))
         for row in (0, 1, 1999, 2000, 2001, 3999, 4000, 4099):
             assert radii[row] == pytest.approx(fit_sphere(moved[row]).radius, abs=1e-9), row
 

@@ -16,19 +16,19 @@ from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
-from pretravel.measurement.point_errors import (
-    PointErrors,
-    errors_of_points,
-    map_by_trials,
-    points_by_trials,
-    unknown_delay_travel,
-)
+from pretravel.measurement.measured_sphere import measured_sphere
+from pretravel.measurement.point_errors import PointErrors, errors_of_points, unknown_delay_travel
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.monte_carlo import MonteCarlo
+from tests.support.errors_by_trials import (
+    errors_by_trials,
+    map_by_trials,
+    points_by_trials,
+    sphere_by_trials,
+)
 from tests.support.example_maps import mean_map
+from tests.support.monte_carlo import MonteCarlo
 
 BASIS = HarmonicBasis(np.array([[0, 0], [1, 0], [3, 3], [3, -3]]))
 N = from_angles(np.radians([15.0, 40.0, 65.0]), np.radians([10.0, 130.0, 220.0]))
@@ -142,7 +142,7 @@ def test_the_sign_of_an_unknown_delay_is_that_of_its_travel() -> None:
     assert shared["signal delay"] == pytest.approx(moved)
     assert shared["fixed scatter"] == pytest.approx(5e-4 * CLOSING)
     # Along the approach: the delay, the scatter of a touch, the map, and the radius' part in it.
-    drawn = errors.trials(made.pretravel(N), 20_000, np.random.default_rng(1))
+    drawn = errors_by_trials(errors, made.pretravel(N), 20_000, np.random.default_rng(1))
     spread = np.sum(drawn * A, axis=2).std(axis=0)
     variance = np.diagonal(_by_hand()["map"]) + 61e-8 + 49e-8 * CLOSING**2
     assert spread == pytest.approx(np.sqrt(variance + np.array(expected) ** 2), rel=0.03)
@@ -252,7 +252,7 @@ def test_each_run_of_trials_draws_its_own_map() -> None:
     made = replace(mean_map(0.01), covariance=Covariance.independent([1e-8]))
     errors = PointErrors(made, N[:1], -N[:1], np.ones(1), np.zeros(1), np.zeros(1))
     found = {
-        float(errors.trials(np.array([0.01]), 2, np.random.default_rng(seed))[0, 0, 0])
+        float(errors_by_trials(errors, np.array([0.01]), 2, np.random.default_rng(seed))[0, 0, 0])
         for seed in range(100)
     }
     assert len(found) == 100
@@ -261,7 +261,7 @@ def test_each_run_of_trials_draws_its_own_map() -> None:
 def test_trials_of_a_sphere_without_another_wish(monkeypatch: pytest.MonkeyPatch) -> None:
     """95 %, one digit, at most 100 000 trials, from the first seed; a fifth of the tolerance, as
     JCGM 101, 8.2, asks for a validation."""
-    from pretravel.measurement import measured_sphere as module
+    from tests.support import errors_by_trials as module
 
     n = fibonacci_cap(8, 1.5)
     made = replace(mean_map(0.01), covariance=Covariance.independent([4e-8]), repeatability=3e-4)

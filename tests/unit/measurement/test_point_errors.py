@@ -11,20 +11,24 @@ from scipy import stats
 
 from pretravel.base.directions import sphere_pattern_25, unit
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import measured_sphere, sphere_by_trials
+from pretravel.measurement.measured_sphere import measured_sphere
 from pretravel.measurement.point_errors import (
     PointErrors,
-    map_by_trials,
     point_sources,
-    points_by_trials,
     total_covariance,
     unknown_delay_travel,
 )
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.errors_by_trials import (
+    errors_by_trials,
+    map_by_trials,
+    points_by_trials,
+    sphere_by_trials,
+)
 from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
@@ -166,7 +170,7 @@ def test_errors_of_a_point_by_hand() -> None:
     assert shared["tip radius"].tolist() == [5e-4]
     assert shared["signal delay"] == pytest.approx([3e-4])
     # With many trials, the same covariance: 3 % of 20,000.
-    drawn = errors.trials(np.array([0.01]), 20_000, np.random.default_rng(2))[:, 0]
+    drawn = errors_by_trials(errors, np.array([0.01]), 20_000, np.random.default_rng(2))[:, 0]
     assert drawn.mean(axis=0) == pytest.approx(np.zeros(3), abs=3e-5)
     whole = (3e-4**2 + 4e-4**2) + 4e-8 / 0.25 + 6e-4**2
     expected = whole * np.outer(approach, approach) + 5e-4**2 * np.outer(normal, normal)

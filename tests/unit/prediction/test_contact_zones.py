@@ -9,9 +9,9 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.fem import full_contact
 from pretravel.prediction.fem.mesh import MeshSettings
 from pretravel.prediction.hertz import ellipticity
+from tests.support import full_contact
 
 
 @pytest.mark.parametrize("refinement", [1.0, 2.5])

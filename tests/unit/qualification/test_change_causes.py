@@ -12,7 +12,6 @@ from scipy import stats
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.units import DEGREE
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
@@ -28,6 +27,7 @@ from pretravel.qualification.change_causes import (
     TIP_SIZE,
     TURNED,
 )
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import Verification, verify
 from pretravel.tasks.reports.verification_report import cause_text, verification_document
 from pretravel.touches import Touches

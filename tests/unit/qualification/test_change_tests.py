@@ -9,8 +9,8 @@ import pytest
 
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.change_tests import TouchesAndMap, _p_value, _spread_of_statistic
-from pretravel.qualification.gross_touches import _robust_scatter
 from pretravel.qualification.touch_noise import TouchNoise
+from pretravel.qualification.verification import _robust_scatter
 
 NOISE = 3e-4  # mm
 AXES = np.vstack([np.eye(3), -np.eye(3)])

@@ -12,7 +12,7 @@ from scipy import stats
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.maps.kinds.harmonic import HarmonicBasis, fit_harmonic
-from pretravel.maps.observation import Scatter, scatter_of_repeats
+from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance, QualificationSetup
 from pretravel.maps.support import DirectionSupport
@@ -27,14 +27,14 @@ from pretravel.qualification.own_touches import (
     touch_digests,
     touches_that_made,
 )
-from pretravel.qualification.prepare import prepare
 from pretravel.qualification.probe_drift import (
     ProbeDrift,
     drift_of_changes,
     drifted_map,
     slope_around_axis,
 )
-from pretravel.qualification.reference_drift import (
+from pretravel.qualification.qualify import prepare
+from pretravel.qualification.touch_order import (
     drift_columns,
     drift_is_separable,
     relative_times,
@@ -96,7 +96,7 @@ def test_a_touch_that_is_left_out_counts_nowhere() -> None:
         assert one.tip_radius == alone.tip_radius
     assert len(ready.whole.values) == 75
     assert ready.whole.values[40] - np.mean(alone.values) < -0.025
-    assert ready.repeats == scatter_of_repeats(alone)
+    assert ready.repeats == alone.repeats
     assert ready.digests == touch_digests(given.positions[others])
     assert [one.rows for one in ready.outliers] == [(40,)]
     assert ready.outliers[0].left_out

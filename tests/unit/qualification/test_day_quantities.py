@@ -27,10 +27,9 @@ from pretravel.qualification.day_terms import (
     day_terms,
     radius_beside,
 )
-from pretravel.qualification.gross_touches import _robust_scatter
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.touch_order import between_predecessors
-from pretravel.qualification.verification import touches_beside_map, verify
+from pretravel.qualification.verification import _robust_scatter, touches_beside_map, verify
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
 

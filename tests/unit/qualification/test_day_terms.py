@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pretravel.base.units import DEGREE
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.day_terms import DayTerms, day_quantities, day_terms, radius_beside
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.unit.qualification.test_verification import old_map, touches
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.qualification.heavy_tails import tail_kurtosis
+from pretravel.qualification.within_directions import tail_kurtosis
 
 GROUPS = np.repeat(np.arange(25), 3)
 

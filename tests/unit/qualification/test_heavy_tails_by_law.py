@@ -9,7 +9,7 @@ import pytest
 from scipy import optimize, stats
 
 from pretravel.base.arrays import FloatArray
-from pretravel.qualification.heavy_tails import tail_kurtosis
+from pretravel.qualification.within_directions import tail_kurtosis
 from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
 
 SIZES = (2, 3, 4)

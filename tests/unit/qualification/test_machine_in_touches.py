@@ -11,7 +11,7 @@ from scipy import stats
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.maps.observation import Observation
-from pretravel.qualification.machine_in_touches import (
+from pretravel.qualification.machine_effects import (
     MachineEffects,
     _log_density,
     _memory,
@@ -19,8 +19,12 @@ from pretravel.qualification.machine_in_touches import (
     _scatter_by_memory,
     machine_effects,
 )
-from pretravel.qualification.reference_drift import estimated_drift, relative_times
-from pretravel.qualification.touch_order import between_predecessors, estimated_hysteresis
+from pretravel.qualification.touch_order import (
+    between_predecessors,
+    estimated_drift,
+    estimated_hysteresis,
+    relative_times,
+)
 
 NORMALS = fibonacci_cap(25, 1.5)
 UM = 1e-3  # mm

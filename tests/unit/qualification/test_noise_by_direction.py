@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, sphere_pattern_25
-from pretravel.qualification.noise_by_direction import (
+from pretravel.qualification.within_directions import (
     repeatability_by_direction,
     scatter_functions,
 )

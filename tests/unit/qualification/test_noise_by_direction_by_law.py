@@ -11,7 +11,7 @@ from scipy import optimize, stats
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap
-from pretravel.qualification.noise_by_direction import (
+from pretravel.qualification.within_directions import (
     repeatability_by_direction,
     scatter_functions,
 )

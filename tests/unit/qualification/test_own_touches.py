@@ -10,11 +10,11 @@ import pytest
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches
 from tests.support.examples import SPHERE
@@ -39,8 +39,8 @@ def _map(touches: Touches, kind: str = "mean") -> PretravelMap:
 
 def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> None:
     touches = _touches(1)
-    write_map(tmp_path / "map.nc", _map(touches))
-    stored = read_map(tmp_path / "map.nc")
+    write_map(tmp_path / "map.json", _map(touches))
+    stored = read_map(tmp_path / "map.json")
     (found,) = own_touches_warnings(touches, stored, "why.")
     assert found.startswith(
         "all 25 touches are touches that the map was made from, to the last digit"

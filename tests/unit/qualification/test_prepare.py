@@ -9,10 +9,9 @@ import pytest
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.outliers import Outlier
-from pretravel.qualification.prepare import prepare
+from pretravel.qualification.qualify import prepare, qualify
 from pretravel.touches import Touches, without
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
 

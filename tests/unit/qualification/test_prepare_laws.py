@@ -19,7 +19,7 @@ from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, fit_harmo
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.delay import several_feeds, signal_delay, travel_per_second
-from pretravel.qualification.machine_in_touches import MachineEffects, machine_effects
+from pretravel.qualification.machine_effects import MachineEffects, machine_effects, without_machine
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import (
     Outlier,
@@ -27,7 +27,7 @@ from pretravel.qualification.outliers import (
     _left_out_distance,
     direction_outliers,
 )
-from pretravel.qualification.prepare import prepare, without_machine
+from pretravel.qualification.qualify import prepare
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -317,7 +317,7 @@ def _found(
     pair: tuple[Touches, Observation], named: list[int] | None = None, confirm: Any = None,
     fixed: float = 0.0,
 ) -> tuple[list[Outlier], Any]:  # fmt: skip
-    return direction_outliers(*pair, named or [], _effects(fixed), confirm)
+    return direction_outliers(pair[1], pair[0].where, named or [], _effects(fixed), confirm)
 
 
 @pytest.mark.parametrize(("repeats", "sign"), [(1, -1.0), (3, 1.0)])

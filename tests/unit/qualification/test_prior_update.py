@@ -283,8 +283,8 @@ def test_an_updated_map_keeps_its_values_in_a_file(kind: str, tmp_path) -> None:
     rng = np.random.default_rng(3)
     touches = sphere_touches(1.01 * old.pretravel(FEW) + rng.normal(0.0, 0.3e-3, 9), FEW)
     new = update_map(touches, old, 25.0).pretravel_map
-    write_map(tmp_path / "new.nc", new)
-    read = read_map(tmp_path / "new.nc")
+    write_map(tmp_path / "new.json", new)
+    read = read_map(tmp_path / "new.json")
     np.testing.assert_array_equal(read.pretravel(FEW), new.pretravel(FEW))
     np.testing.assert_array_equal(read.standard_uncertainty(FEW), new.standard_uncertainty(FEW))
     assert read.provenance == new.provenance

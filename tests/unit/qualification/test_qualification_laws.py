@@ -15,8 +15,8 @@ from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import Origin, QualificationSetup
 from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.own_touches import touch_digests
-from pretravel.qualification.qualification import Qualification, qualify
-from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
+from pretravel.qualification.qualify import qualified as qualify
 from pretravel.touches import Touches
 
 UM = 1e-3

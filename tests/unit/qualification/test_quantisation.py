@@ -9,8 +9,12 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, sphere_pattern_25, unit
-from pretravel.qualification.machine_effects import quantisation_step, repeat_step
-from pretravel.qualification.quantisation import _USUAL_STEPS, _common_divisor
+from pretravel.qualification.quantisation import (
+    _USUAL_STEPS,
+    _common_divisor,
+    quantisation_step,
+    repeat_step,
+)
 
 CENTRE = np.array([412.33371, -87.41922, -301.20517])
 

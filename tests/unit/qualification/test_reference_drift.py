@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import sphere_pattern_25
-from pretravel.qualification.reference_drift import (
+from pretravel.qualification.touch_order import (
     drift_columns,
     drift_is_separable,
     estimated_drift,

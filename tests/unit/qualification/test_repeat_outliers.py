@@ -11,7 +11,6 @@ from scipy import stats
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import describe, fibonacci_cap
 from pretravel.maps.observation import Observation
-from pretravel.qualification.heavy_tails import tail_kurtosis
 from pretravel.qualification.outliers import (
     Outlier,
     _outlier_factor,
@@ -19,6 +18,7 @@ from pretravel.qualification.outliers import (
     median_of_groups,
     repeat_outliers,
 )
+from pretravel.qualification.within_directions import tail_kurtosis
 from pretravel.touches import Touches
 
 S = 3e-4  # mm
@@ -31,7 +31,7 @@ def _found(values: FloatArray, groups: IntArray, step: float = 0.0) -> list[Outl
     normals = NORMALS[groups]
     positions = normals * (15.5 - 0.008 - values)[:, None]
     seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, False)
-    return repeat_outliers(Touches(positions, normals), seen, step)
+    return repeat_outliers(seen, Touches(positions, normals).where, step)
 
 
 def _limit(count: int, dof: int, step: float = 0.0) -> float:

@@ -8,14 +8,14 @@ import pytest
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.maps.observation import Observation
-from pretravel.qualification.machine_in_touches import machine_effects
-from pretravel.qualification.reference_drift import relative_times
+from pretravel.qualification.machine_effects import machine_effects
 from pretravel.qualification.touch_order import (
     between_predecessors,
     estimated_hysteresis,
     hysteresis_columns,
     predecessors,
     previous_directions,
+    relative_times,
 )
 
 NORMALS = sphere_pattern_25()

@@ -21,13 +21,13 @@ from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
 from pretravel.files.probe_history import add_verification, read_history
 from pretravel.files.touches_csv import write_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import Verification, verify
 from pretravel.show.chart_files import drawn_figure
 from pretravel.tasks.reports.verification_report import verification_view
@@ -231,7 +231,7 @@ def _write(path: Path, result: Verification, count: int) -> None:
             path,
             result,
             pretravel_map=old_map(),
-            map_name="m.nc",
+            map_name="m.json",
             touches_name="t.csv",
             decision="kept",
         )
@@ -321,20 +321,23 @@ class TestHistory:
         assert "anew" in " ".join(verify(own, fresh, 25.0).warnings)
 
     def test_commands_from_touches_to_the_chart(self, tmp_path: Path) -> None:
-        write_map(tmp_path / "map.nc", old_map())
+        write_map(tmp_path / "map.json", old_map())
         write_touches(tmp_path / "same.csv", touches(11))
         write_touches(tmp_path / "bent.csv", touches(12, size=0.002))
-        probe, common = tmp_path / "probe.sqlite", ["--map", tmp_path / "map.nc", "--diameter", 25]
+        probe, common = (
+            tmp_path / "probe.sqlite",
+            ["--map", tmp_path / "map.json", "--diameter", 25],
+        )
         told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
                    "--plot", tmp_path / "v.png")  # fmt: skip
         assert "no change found since" in told
         # Exit code 3 means changed; the message is still on stdout.
         run("verify", tmp_path / "bent.csv", *common, "--history", probe,
-            "--accept", tmp_path / "new.nc", "-o", tmp_path / "v.json", code=3)  # fmt: skip
+            "--accept", tmp_path / "new.json", "-o", tmp_path / "v.json", code=3)  # fmt: skip
         assert '"changed": true' in (tmp_path / "v.json").read_text()
-        run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.nc", "--diameter", 25)
+        run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.json", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
-        assert "accepted new.nc" in told
+        assert "accepted new.json" in told
         assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
         assert coloured_share(tmp_path / "h.png") > 0.001
         assert "must be .sqlite" in run(

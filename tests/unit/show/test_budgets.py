@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import MACHINE
@@ -17,8 +16,8 @@ from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.point_budget import point_budget, variances_along_normals
 from pretravel.measurement.point_errors import errors_of_points
 from pretravel.qualification.map_warnings import over_support
-from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
+from pretravel.qualification.qualify import qualify
 from pretravel.show.as_json import document_from_values, document_values
 from pretravel.show.document import Document
 from pretravel.tasks.reports.qualification_report import qualification_document

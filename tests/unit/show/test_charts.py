@@ -32,7 +32,11 @@ from pretravel.show.chart_marks import (
     SpaceMesh,
     SpacePoints,
 )
-from pretravel.show.chart_plotly import colour_names, plotly_figure, plotly_script_gzip
+from pretravel.show.chart_plotly import (
+    colour_names,
+    plotly_figure,
+    plotly_script_gzip,
+)
 from pretravel.show.colours import DARK, LIGHT, SERIES
 from pretravel.show.document import Document, Picture
 

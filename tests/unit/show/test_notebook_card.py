@@ -13,19 +13,12 @@ import pytest
 
 import pretravel
 from pretravel.base.forms import ShownInNotebooks
+from pretravel.show.chart import PolarChart
+from pretravel.show.chart_marks import Dots, LineMark
 from pretravel.show.document import Document, KeyFigure
-from pretravel.show.polar_picture import (
-    MOST_DOTS,
-    PICTURE_MARGIN,
-    PICTURE_RADIUS,
-    PolarSeries,
-    polar_picture,
-)
-from pretravel.tasks.reports.notebook_card import notebook_html
+from pretravel.tasks.reports.notebook_card import MOST_DOTS, notebook_card, notebook_html
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
-
-MIDDLE = PICTURE_RADIUS + PICTURE_MARGIN
 
 
 @cache
@@ -83,7 +76,7 @@ def test_cards_are_whole_and_load_nothing(count: str) -> None:
     # One element, so that a reader of XML finds what is not closed.
     ET.fromstring(html)
     assert "<script" not in html
-    assert re.search(r"(src|href)=|url\(|@import", html) is None
+    assert re.search(r"(src|href)=(?!\"#)|url\((?!#)|@import|<style", html) is None
     assert ("<svg" in html) is (not isinstance(_values()[count], Document))
     assert "nan" not in re.sub(r"<[^>]*>", "", html)
 
@@ -113,60 +106,55 @@ def test_other_values_are_refused() -> None:
         notebook_html("text")
 
 
-def _dots(values: list[float], azimuths: list[float], unit: str = "µm") -> PolarSeries:
-    return PolarSeries("", np.radians(azimuths), np.array(values), "series1")
-
-
-def test_places_of_dots() -> None:
-    """The largest value, 10, is the outermost ring; 90° is at the top, 180° at the left."""
-    picture = polar_picture("p", "µm", [_dots([10.0, 5.0, 0.0, 10.0], [0.0, 90.0, 45.0, 180.0])])
+def _picture(value: object) -> PolarChart:
+    picture = notebook_card(value).picture
     assert picture is not None
-    assert picture.series[0].dots == (
-        (MIDDLE + PICTURE_RADIUS, MIDDLE),
-        (MIDDLE, MIDDLE - PICTURE_RADIUS / 2),
-        (MIDDLE, MIDDLE),
-        (MIDDLE - PICTURE_RADIUS, MIDDLE),
-    )
-    assert picture.rings == ((PICTURE_RADIUS / 2, "5 µm"), (PICTURE_RADIUS, "10 µm"))
+    return picture
 
 
-def test_negative_values_lower_the_centre() -> None:
-    """-1 to 2 in steps of 1: the centre is -1, so zero is a third of the radius outside."""
-    picture = polar_picture("p", "µm", [_dots([-1.0, 0.0, 2.0], [0.0, 0.0, 0.0])])
-    assert picture is not None
-    x = [dot[0] - MIDDLE for dot in picture.series[0].dots]
-    assert x == pytest.approx(
-        [0.0, PICTURE_RADIUS / 3, PICTURE_RADIUS], abs=0.06
-    )  # places have one decimal
-    assert [text for _, text in picture.rings] == ["0 µm", "1 µm", "2 µm"]
+def test_dots_are_the_touches() -> None:
+    """A normal along +Y and one along +Z: azimuth and polar angle."""
+    (dots,) = _picture(Touches(np.ones((2, 3)), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])).marks
+    assert isinstance(dots, Dots)
+    assert dots.x[0] == pytest.approx(math.pi / 2.0)
+    assert dots.y == pytest.approx([90.0, 0.0])
 
 
-def test_curves_are_closed_and_have_gaps_where_nothing_is_known() -> None:
-    around = np.radians([0.0, 90.0, 180.0, 270.0])
-    whole = PolarSeries("", around, np.ones(4), "series1", closed=True)
-    broken = PolarSeries("", around, np.array([1.0, math.nan, 1.0, 1.0]), "series1", closed=True)
-    picture = polar_picture("p", "µm", [whole, broken])
-    assert picture is not None
-    first, second = (each.path for each in picture.series)
-    assert (first.count("M"), first.count("L")) == (1, 4)
-    assert (second.count("M"), second.count("L")) == (2, 1)
+def test_curves_are_those_of_the_map_and_closed() -> None:
+    """The mean map has one value; the touches are dots beside it."""
+    result = _values()["75 touches, 0 left out"]
+    assert isinstance(result, pretravel.Qualification)
+    chart = _picture(result)
+    assert (chart.frame, chart.radius.text) == ("probe", "pretravel / µm")
+    mean = 1e3 * result.pretravel_map.coefficients[0]
+    curve, dots = chart.marks[0], chart.marks[-1]
+    assert isinstance(curve, LineMark)
+    assert isinstance(dots, Dots)
+    assert (curve.x[0], curve.y[0]) == (curve.x[-1], curve.y[-1])
+    assert curve.y == pytest.approx(np.full(len(curve.x), mean))
+    assert dots.y == pytest.approx(1e3 * result.observed)
+    html = result._repr_html_()
+    assert all(f">{text}<" in html for text in ("polar 90°", "touches", "+X", "-Y"))
+
+
+def test_the_centre_is_zero_where_no_value_is_negative() -> None:
+    points = _values()["140 points"]
+    assert isinstance(points, pretravel.Points)
+    assert _picture(points).radius.low == 0.0
+    assert _picture(replace(points, pretravel=-points.pretravel)).radius.low is None
 
 
 def test_many_dots_are_thinned_out_and_the_picture_says_so() -> None:
-    picture = polar_picture("p", "µm", [_dots([1.0] * 1000, [0.0] * 1000)])
-    assert picture is not None
-    assert len(picture.series[0].dots) == MOST_DOTS
-    assert picture.note == "400 of 1,000 dots are drawn"
+    chart = _picture(Touches(np.ones((1000, 3)), np.tile([1.0, 0.0, 0.0], (1000, 1))))
+    (dots,) = chart.marks
+    assert isinstance(dots, Dots)
+    assert len(dots.x) == MOST_DOTS
+    assert chart.note == "400 of 1,000 dots are drawn"
 
 
 def test_no_numbers_no_picture() -> None:
-    assert polar_picture("p", "µm", [_dots([math.nan], [0.0])]) is None
-    assert polar_picture("p", "µm", []) is None
-
-
-def test_equal_values_and_zeros_have_a_ring() -> None:
-    for values in ([0.0, 0.0], [3.0, 3.0], [-2.0, -2.0]):
-        picture = polar_picture("p", "µm", [_dots(values, [0.0, 90.0])])
-        assert picture is not None
-        assert picture.rings
-        assert all(0.0 < radius <= PICTURE_RADIUS + 1e-9 for radius, _ in picture.rings)
+    points = _values()["140 points"]
+    assert isinstance(points, pretravel.Points)
+    nothing = replace(points, pretravel=np.full(140, math.nan))
+    assert notebook_card(nothing).picture is None
+    assert "<svg" not in nothing._repr_html_()

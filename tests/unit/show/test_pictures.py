@@ -67,7 +67,7 @@ class TestHistory:
         for day in range(9):
             add_verification(
                 path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
-                decision="accepted new.nc" if day == 4 else "kept",
+                decision="accepted new.json" if day == 4 else "kept",
                 time=start + timedelta(days=day),
             )  # fmt: skip
         sizes, tests = history_view(read_history(path)).charts

@@ -10,9 +10,9 @@ import pytest
 
 from pretravel.base.frames import parse_placement
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points
+from pretravel.qualification.qualify import qualify
 from pretravel.show.chart import SpaceChart
 from pretravel.show.chart_marks import SpaceLines, SpaceMesh, SpacePoints
 from pretravel.show.chart_plotly import plotly_figure

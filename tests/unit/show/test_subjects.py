@@ -13,7 +13,6 @@ from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.files.rig_csv import read_rig_trace
 from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_registry import qualify
 from pretravel.laboratory.certificate import LaboratoryStatements, calibration_certificate
 from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
 from pretravel.laboratory.rig_calibration import calibrate_rig
@@ -29,6 +28,7 @@ from pretravel.measurement.tolerances import FeatureTolerances, inspect_feature
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualify import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.show.as_json import document_values
 from pretravel.show.document import Document
@@ -73,7 +73,7 @@ def _points() -> Document:
 
 def _comparison() -> Document:
     made = qualify(read_touches(SPHERE), 24.9987, kind="harmonic", tip_diameter=6.0)
-    return comparison_document(compare_corrections(made.pretravel_map), map_name="map.nc")
+    return comparison_document(compare_corrections(made.pretravel_map), map_name="map.json")
 
 
 def _rig() -> Document:
@@ -109,11 +109,11 @@ def _map_update() -> Document:
     old = example_map()
     normals = fibonacci_cap(9)
     touches = sphere_touches(1.01 * old.pretravel(normals), normals)
-    return map_update_document(update_map(touches, old, 25.0), prior_name="old.nc")
+    return map_update_document(update_map(touches, old, 25.0), prior_name="old.json")
 
 
 def _touch_plan() -> Document:
-    return touch_plan_document(plan_touches(example_map(), 6), map_name="old.nc")
+    return touch_plan_document(plan_touches(example_map(), 6), map_name="old.json")
 
 
 def _features() -> Document:

@@ -16,7 +16,7 @@ from pretravel.prediction.fem.reduction_cache import reduced_model
 from pretravel.prediction.predict import predict
 from pretravel.studies.definition import Study, study_in
 from pretravel.studies.outputs import outcome_of
-from pretravel.tasks.predict import predict_probe
+from pretravel.tasks.predict import Predict
 from tests.support.coarse_models import models_by_name_are_coarse
 
 FACTOR = '[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0, 5.91]\n'
@@ -45,10 +45,10 @@ def test_no_lobes_are_said_of_a_part_of_the_circle() -> None:
 
 
 def test_corrections_are_those_of_compare() -> None:
-    """With the map that ``pretravel predict -o map.nc`` writes for the same directions."""
+    """With the map that ``pretravel predict -o map.json`` writes for the same directions."""
     more = '[directions]\nazimuth_deg = "0:355:5"\npolar_deg = "0:90:5"\n'
     found = outcome_of(study("corrections", more), {}).numbers
-    exact = predict_probe(load_probe("omp40-2")).pretravel_map(exact=True)
+    exact = Predict(probe="omp40-2").run().pretravel_map(exact=True)
     rows = compare_corrections(exact).rows
     rms = {row.method: row.rms / MICROMETRE for row in rows if row.where == "all"}
     assert found["left_by_uncorrected"] == pytest.approx(rms["uncorrected"], rel=1e-6)

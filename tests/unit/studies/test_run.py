@@ -227,7 +227,7 @@ def test_without_dask_the_advice_is_to_install_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(PretravelError, match=r"pip install 'pretravel\[scale\]'"):
+    with pytest.raises(PretravelError, match=r'pip install "pretravel\[scale\]"'):
         run_study(study(), tmp_path / "study.nc", Workers(count=2))
 
 

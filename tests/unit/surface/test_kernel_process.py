@@ -59,12 +59,12 @@ class TestCodeBesideAPart:
     def test_the_reader_of_maps_imports_nothing_from_there(
         self, poisoned: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        write_map(poisoned / "map.nc", lobes(3))
-        read_map(poisoned / "map.nc")  # this process imports what it needs
+        write_map(poisoned / "map.json", lobes(3))
+        read_map(poisoned / "map.json")  # this process imports what it needs
         monkeypatch.chdir(poisoned)
         monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
         monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
-        assert read_map("map.nc").tip_radius == lobes(3).tip_radius
+        assert read_map("map.json").tip_radius == lobes(3).tip_radius
         assert _ran(poisoned) == []
 
     def test_a_program_of_the_current_folder_finds_its_own_modules(self, tmp_path: Path) -> None:

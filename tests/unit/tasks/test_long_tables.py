@@ -1,8 +1,9 @@
-"""Long tables in blocks: the same touches and points as of the whole file, in constant memory."""
+"""Long tables part by part: touches and points of the whole file, in constant memory."""
 
 from __future__ import annotations
 
 import csv
+import sys
 import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,10 +13,10 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.files import table_blocks, touch_blocks
+from pretravel.files import long_table as files_long_table
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.touch_blocks import LongTable, long_table
+from pretravel.files.long_table import LongTable, long_table
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -24,20 +25,20 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
 from pretravel.tasks import long_tables
 from pretravel.tasks.compensate import Compensate
-from pretravel.tasks.long_tables import compensate_long_table, convert_long_table
+from pretravel.tasks.long_tables import compensate_long_table
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.commands import both_outputs, run
+from tests.support.commands import both_outputs
 
 COUNT = 1000
 
 
 @pytest.fixture(autouse=True)
 def _short_tables_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(table_blocks, "LONG_TABLE", 200)
-    monkeypatch.setattr(table_blocks, "_HEAD_BYTES", 3000)
-    monkeypatch.setattr(table_blocks, "_HEAD_ROWS", 20)
-    monkeypatch.setattr(long_tables, "BLOCK_ROWS", 90)
+    for name, number in (("LONG_TABLE", 200), ("_HEAD_BYTES", 3000), ("_HEAD_ROWS", 20)):
+        monkeypatch.setattr(files_long_table, name, number)
+    usual = LongTable.readings
+    monkeypatch.setattr(LongTable, "readings", lambda table, rows=90: usual(table, rows))
     monkeypatch.setattr(long_tables, "_DRAWN", 50)
 
 
@@ -74,24 +75,24 @@ def _table(path: Path, options: ReadingOptions | None = None) -> LongTable:
     return found
 
 
-def _read_in_blocks(table: LongTable) -> Iterator[Touches]:
-    for block in table.blocks(90):
-        yield table.read(block).touches
+def _parts(table: LongTable) -> Iterator[Touches]:
+    for readings in table.readings():
+        yield readings.touches
 
 
-def _equal(blocks: list[Touches], whole: Touches) -> None:
+def _equal(touches: list[Touches], whole: Touches) -> None:
     for name in ("positions", "normals", "approaches", "feeds", "nominal_points"):
-        parts = [getattr(block, name) for block in blocks]
+        parts = [getattr(part, name) for part in touches]
         expected = getattr(whole, name)
         if expected is None:
-            assert all(part is None for part in parts)
+            assert all(found is None for found in parts)
         else:
             assert np.array_equal(np.concatenate(parts), expected)  # every bit
-    assert [line for block in blocks for line in block.lines or ()] == list(whole.lines or ())
+    assert [line for part in touches for line in part.lines or ()] == list(whole.lines or ())
     if whole.labels is not None:
-        assert tuple(label for block in blocks for label in block.labels or ()) == whole.labels
-    numbers = [block.numbered_from for block in blocks]
-    assert numbers == [1 + sum(map(len, blocks[:i])) for i in range(len(blocks))]
+        assert tuple(label for part in touches for label in part.labels or ()) == whole.labels
+    numbers = [part.numbered_from for part in touches]
+    assert numbers == [1 + sum(map(len, touches[:i])) for i in range(len(touches))]
 
 
 def test_a_short_line_is_noticed_where_its_last_column_is_not_read(tmp_path: Path) -> None:
@@ -99,18 +100,18 @@ def test_a_short_line_is_noticed_where_its_last_column_is_not_read(tmp_path: Pat
     rows = ["x_mm,y_mm,z_mm,nx,ny,nz,remark", *["1.0,2.0,3.0,0,0,1,good"] * COUNT]
     rows[800] = "1.0,2.0,3.0,0,0,1"
     path.write_text("\n".join(rows))
-    with pytest.raises(InputError, match=r"line 801: 6 values, but the header names 7 columns"):
-        list(_read_in_blocks(_table(path)))
+    with pytest.raises(InputError, match=r"line 801: Expected 7 columns, got 6"):
+        list(_parts(_table(path)))
 
 
 @pytest.mark.parametrize("labels", [False, True])
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_blocks_of_our_own_tables_are_the_whole(tmp_path: Path, ending: str, labels: bool) -> None:
+def test_parts_of_our_own_tables_are_the_whole(tmp_path: Path, ending: str, labels: bool) -> None:
     path = tmp_path / f"touches.{ending}"
     write_touches(path, _touches(labels=labels))
-    blocks = list(_read_in_blocks(_table(path)))
-    assert len(blocks) > 5
-    _equal(blocks, read_touches(path))
+    parts = list(_parts(_table(path)))
+    assert len(parts) > 5
+    _equal(parts, read_touches(path))
 
 
 def _in_shop_form(path: Path, touches: Touches, *, first: str = "") -> None:
@@ -122,79 +123,64 @@ def _in_shop_form(path: Path, touches: Touches, *, first: str = "") -> None:
     path.write_text(text.replace(".", ","), encoding="utf-8")
 
 
-def test_blocks_of_a_shops_table_are_the_whole(tmp_path: Path) -> None:
+def test_parts_of_a_shops_table_are_the_whole(tmp_path: Path) -> None:
     path = tmp_path / "shop.txt"
     _in_shop_form(path, _touches())
     table = _table(path)
-    blocks = list(_read_in_blocks(table))
+    parts = list(_parts(table))
     whole = read_touches(path)
-    _equal(blocks, whole)
+    _equal(parts, whole)
     assert whole.reading == f"{COUNT} touches; {table.understood}"
 
 
-def test_plain_blocks_are_read_by_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The usual reader is for the head, and for blocks that are not plain."""
-    path = tmp_path / "shop.txt"
-    _in_shop_form(path, _touches())
-    table = _table(path)
-
-    def refuse(*_: object) -> None:
-        raise AssertionError("the usual reader was asked")
-
-    monkeypatch.setattr(touch_blocks, "read_touch_columns", refuse)
-    assert sum(map(len, _read_in_blocks(table))) == COUNT
-
-
-def test_blocks_that_are_not_plain_are_read_with_care(tmp_path: Path) -> None:
-    """Quotes, a comment and a typographic minus, far behind the head; with labels."""
+def test_quoted_labels_and_empty_lines(tmp_path: Path) -> None:
+    """Far behind the head."""
     path = tmp_path / "touches.csv"
     write_touches(path, _touches(labels=True))
     lines = path.read_text().splitlines()
-    lines[500] = lines[500].replace("bore 9-49", '"bore 9, last"').replace("-", "−")
-    lines.insert(700, "# a new shift")
-    lines.insert(800, "")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    parts = list(_read_in_blocks(_table(path)))
-    whole = read_touches(path)
+    lines[500] = lines[500].replace("bore 9-49", '" bore 9, last"')
+    lines[600] = lines[600].replace("bore 11-49", "'=1+1")
+    path.write_text("\n".join([*lines[:800], "", *lines[800:], ""]) + "\n", encoding="utf-8")
+    parts, whole = list(_parts(_table(path))), read_touches(path)
     assert np.array_equal(np.vstack([part.positions for part in parts]), whole.positions)
-    assert [line for part in parts for line in part.lines or ()] == list(whole.lines or ())
+    labels = [label for part in parts for label in part.labels or ()]
+    assert labels == list(whole.labels or ())
+    assert (labels[499], labels[599]) == ("bore 9, last", "=1+1")
 
 
 @pytest.mark.parametrize(
-    ("line", "text"),
+    ("line", "text", "told"),
     [
-        (900, "1.0,2.0,3.0,0,0,one"),
-        (901, "1.0,2.0,3.0,0,0"),
-        (902, "1.0,2.0,3.0,0,0,1,7"),
-        (903, "1.0,2.0,,0,0,1"),
-        (904, "1.0,2.0,nan,0,0,1"),
-        (905, "1.0,2.0,1e300,0,0,1"),
-        (906, "1.0,2.0,3.0,0,0,2"),
+        (900, "1.0,2.0,3.0,0,0,one", "invalid value 'one'"),
+        (901, "1.0,2.0,3.0,0,0", "Expected 6 columns, got 5"),
+        (902, "1.0,2.0,3.0,0,0,1,7", "Expected 6 columns, got 7"),
+        (903, "1.0,2.0,,0,0,1", "invalid value ''"),
+        (904, "1.0,2.0,nan,0,0,1", "z_mm is no number of this size"),
+        (905, "1.0,2.0,1e300,0,0,1", "z_mm is no number of this size"),
+        (906, "1.0,2.0,3.0,0,0,2", "unit"),
+        (907, "# a new shift", "no comments behind its header"),
     ],
 )
-def test_a_damaged_line_has_the_usual_message(tmp_path: Path, line: int, text: str) -> None:
+def test_a_damaged_line_is_named(tmp_path: Path, line: int, text: str, told: str) -> None:
     path = tmp_path / "touches.csv"
     plain = Touches(_touches().positions, _touches().normals)
     rows = np.column_stack([plain.positions, plain.normals])
     body = ["x_mm,y_mm,z_mm,nx,ny,nz", *(",".join(map(repr, row.tolist())) for row in rows)]
     body[line - 1] = text
     path.write_text("\n".join(body))
-    with pytest.raises(InputError) as of_whole:
-        read_touches(path)
-    with pytest.raises(InputError) as of_blocks:
-        list(_read_in_blocks(_table(path)))
-    assert f"line {line}:" in str(of_blocks.value)
-    assert str(of_blocks.value) == str(of_whole.value)
+    with pytest.raises(InputError, match=f"touches.csv, line {line}: .*{told}"):
+        list(_parts(_table(path)))
 
 
-def test_a_line_that_is_no_row_is_refused_where_rows_are_numbered(tmp_path: Path) -> None:
+def test_what_is_missing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the package that reads parts is not installed."""
     path = tmp_path / "touches.csv"
     write_touches(path, _touches())
-    lines = path.read_text().splitlines()
-    lines.insert(600, "# a new shift")
-    path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match="line 601: this line is no row"):
-        list(_read_in_blocks(_table(path)))
+    monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
+    with pytest.raises(PretravelError, match=r'pip install "pretravel\[tables\]"'):
+        long_table(path)
+    write_touches(path, _touches(50))
+    assert long_table(path) is None
 
 
 def test_empty_cells_of_parquet_have_the_number_of_their_row(tmp_path: Path) -> None:
@@ -208,10 +194,10 @@ def test_empty_cells_of_parquet_have_the_number_of_their_row(tmp_path: Path) -> 
     values[777] = None
     parquet.write_table(table.set_column(1, "y_mm", pa.array(values)), path)
     with pytest.raises(InputError, match="line 778: y_mm is empty"):
-        list(_read_in_blocks(_table(path)))
+        list(_parts(_table(path)))
 
 
-def test_what_is_not_read_in_blocks(tmp_path: Path) -> None:
+def test_what_is_read_whole(tmp_path: Path) -> None:
     path = tmp_path / "touches.csv"
     write_touches(path, _touches())
     for options in (ReadingOptions(exclude=("7",)), ReadingOptions(reference_diameter=25.0)):
@@ -233,15 +219,12 @@ def _without_shared(text: str) -> list[list[str]]:
     return [[row[i] for i in kept] for row in rows]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_points_and_report_are_those_of_the_whole(
-    tmp_path: Path, made: PretravelMap, workers: int
-) -> None:
+def test_points_and_report_are_those_of_the_whole(tmp_path: Path, made: PretravelMap) -> None:
     """All but the shared errors, which a long table does not state, and the pictures."""
     path, long, short = (tmp_path / name for name in ("touches.csv", "long.csv", "short.csv"))
     write_touches(path, _touches(labels=True))
     task = Compensate(touches=(path,), map_file="", output=long)
-    found = compensate_long_table(_table(path), made, task, workers=workers)
+    found = compensate_long_table(_table(path), made, task)
     from pretravel.files.readings import read_readings
 
     whole = task.compensated(read_readings(path), made)
@@ -264,7 +247,7 @@ def terminal_text_of(table: object) -> str:
     return table_text(table)  # type: ignore[arg-type]
 
 
-def test_numbers_and_labels_go_on_from_block_to_block(tmp_path: Path, made: PretravelMap) -> None:
+def test_numbers_and_labels_go_on_from_part_to_part(tmp_path: Path, made: PretravelMap) -> None:
     path, out = tmp_path / "touches.parquet", tmp_path / "points.parquet"
     write_touches(path, _touches())
     task = Compensate(touches=(path,), map_file="", output=out)
@@ -277,9 +260,8 @@ def test_numbers_and_labels_go_on_from_block_to_block(tmp_path: Path, made: Pret
     assert np.array_equal(table.column("x_mm").to_numpy(), expected)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_fault_leaves_no_output(tmp_path: Path, made: PretravelMap, workers: int) -> None:
-    """A normal outside the map, in the last block."""
+def test_a_fault_leaves_no_output(tmp_path: Path, made: PretravelMap) -> None:
+    """A normal outside the map, in the last part."""
     touches = _touches()
     normals = touches.normals.copy()
     normals[-1] = [0.0, 0.6, -0.8]
@@ -287,21 +269,12 @@ def test_a_fault_leaves_no_output(tmp_path: Path, made: PretravelMap, workers: i
     write_touches(path, Touches(touches.positions, normals))
     task = Compensate(touches=(path,), map_file="", output=out)
     with pytest.raises(PretravelError, match="lie outside the map"):
-        compensate_long_table(_table(path), made, task, workers=workers)
+        compensate_long_table(_table(path), made, task)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["touches.csv"]
 
 
-def test_converted_tables_are_equal(tmp_path: Path) -> None:
-    path, out, back, whole = (tmp_path / n for n in ("a.csv", "a.parquet", "b.csv", "whole.csv"))
-    write_touches(path, _touches(labels=True))
-    assert convert_long_table(_table(path), out)[0] == COUNT
-    assert convert_long_table(_table(out), back)[0] == COUNT
-    write_touches(whole, read_touches(path))
-    assert back.read_text() == whole.read_text()
-
-
-def test_commands_read_long_tables(tmp_path: Path) -> None:
-    """One compensates with all cores and says how the file was understood."""
+def test_the_command_reads_long_tables(tmp_path: Path) -> None:
+    """It says how the file was understood."""
     path = tmp_path / "shop.txt"
     _in_shop_form(path, _touches())
     told, warned = both_outputs(
@@ -310,11 +283,6 @@ def test_commands_read_long_tables(tmp_path: Path) -> None:
     assert f"read: {COUNT} touches; separator ';', decimal comma, mm (stated in the file)" in told
     assert f"{COUNT} points" in told
     assert "a predicted map contains no signal delay" in warned
-    told = run("convert", path, "--feed", 60, "-o", tmp_path / "t.parquet")
-    assert f"{COUNT} touches (csv)" in told
-    assert np.array_equal(
-        read_touches(tmp_path / "t.parquet").positions, read_touches(path).positions
-    )
 
 
 @pytest.mark.slow
@@ -346,7 +314,7 @@ def test_memory_of_arrow_does_not_grow_with_the_table(tmp_path: Path) -> None:
             writer.write_table(group)
     table, pool = _table(path), pa.default_memory_pool()
     before = pool.bytes_allocated()
-    kept = [pool.bytes_allocated() - before for _ in table.blocks(5000)]
+    kept = [pool.bytes_allocated() - before for _ in table.readings(5000)]
     assert len(kept) == 40
     assert max(kept) < 0.25 * 40 * group.nbytes  # groups as they are and as they are stored
 
@@ -359,12 +327,13 @@ def test_rows_of_plain_cells_have_the_text_of_the_writer_of_csv() -> None:
     assert csv_table_text(odd) == 'label,x\n"a""1",0.5\n\'=1+1,\n'
 
 
-def test_numbers_of_text_are_read_with_every_bit() -> None:
+def test_numbers_of_text_are_read_with_every_bit(tmp_path: Path) -> None:
     """Against Python's own reading, for printed forms of 3 to 17 digits."""
     rng = np.random.default_rng(1)
     sizes = rng.normal(size=20_000) * 10.0 ** rng.integers(-9, 5, 20_000)
     cells = [f"{v:.{d}g}" for v, d in zip(sizes, rng.integers(3, 18, 20_000), strict=True)]
-    content = "".join(f"{cell};1\n" for cell in cells).encode()
-    frame = table_blocks._parsed(content, ";", ".", {"x_mm": 0, "y_mm": 1}, 2)
-    assert frame is not None
-    assert np.array_equal(frame[0].to_numpy(), [float(cell) for cell in cells])
+    path = tmp_path / "touches.csv"
+    body = "".join(f"{cell},0.5,-1.5,0,0,1\n" for cell in cells)
+    path.write_text(f"x_mm,y_mm,z_mm,nx,ny,nz\n{body}")
+    found = np.concatenate([part.positions[:, 0] for part in _parts(_table(path))])
+    assert np.array_equal(found, [float(cell) for cell in cells])

@@ -357,18 +357,15 @@ def _same(result: ComparedDesigns | None) -> None:
         shlex.join(["pretravel", "compare", other, DESIGN_FILE, "-o", "design.html"])
         + "\npretravel predict design.toml -o design-map.csv",
         "from pathlib import Path\n"
-        "from pretravel import load_probe\n"
         "from pretravel.tasks.compare_designs import compare_designs\n"
-        "from pretravel.tasks.predict import predict_probe, write_prediction\n"
+        "from pretravel.tasks.predict import Predict\n"
         f'print(compare_designs({other!r}, "design.toml").document(("A", "B")).verdict)\n'
-        'write_prediction(Path("design-map.csv"), predict_probe(load_probe("design.toml")))',
+        'Predict(probe="design.toml").run().write("output", Path("design-map.csv"))',
     )
 
 
 def _write_map(path: Path, result: ComparedDesigns) -> None:
-    from pretravel.tasks.predict import write_prediction
-
-    write_prediction(path, result.design)
+    result.design.write("output", path)
 
 
 def _write_page(path: Path, result: ComparedDesigns) -> None:

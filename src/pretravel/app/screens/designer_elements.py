@@ -130,16 +130,18 @@ def stress_figures(
     PretravelError
         The probe never triggers in that direction.
     """
+    import math
+
+    from pretravel.base.directions import from_angles
     from pretravel.base.units import MICROMETRE
     from pretravel.prediction.elastic_field import field_at_trigger
     from pretravel.show.chart_plotly import plotly_figure
     from pretravel.show.document import KeyFigure
     from pretravel.show.formatting import decimals
-    from pretravel.tasks.fem import TouchDirection
     from pretravel.tasks.reports.finite_elements_picture import trigger_field_view
 
-    touch = TouchDirection(polar_deg, azimuth_deg)
-    field = field_at_trigger(result.predicted.probe, touch.normal, result.reduced)
+    normal = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
+    field = field_at_trigger(result.predicted.probe, normal, result.reduced)
     bent = trigger_field_view(field).charts[0]
     trigger = field.trigger
     listed = (

@@ -72,8 +72,8 @@ def design_figures(
 
 def _rows(predicted: PredictedProbe, polar_deg: float) -> slice:
     """The directions of one polar angle."""
-    polar = np.asarray(predicted.wish.polar_deg)
-    count = len(np.asarray(predicted.wish.azimuth_deg))
+    polar = np.asarray(predicted.task.polar.degrees)
+    count = len(np.asarray(predicted.task.azimuth.degrees))
     level = int(np.argmin(np.abs(polar - polar_deg)))
     return slice(level * count, (level + 1) * count)
 
@@ -85,7 +85,7 @@ def _values(trigger: Trigger, unit: str) -> FloatArray:
 def _around(name: str, unit: str, shown: Sequence[_Shown], polar_deg: float) -> PolarChart:
     marks: list[LineMark | Dots] = []
     for one in shown:
-        azimuth = np.radians(np.asarray(one.predicted.wish.azimuth_deg))
+        azimuth = np.radians(np.asarray(one.predicted.task.azimuth.degrees))
         values = _values(one.predicted.trigger, unit)[_rows(one.predicted, polar_deg)]
         if one.dots:
             marks.append(Dots(azimuth[::2], values[::2], one.name, one.colour, symbol="ring"))

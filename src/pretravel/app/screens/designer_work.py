@@ -121,14 +121,14 @@ def start_and_changes(
 def predicted_text(text: str) -> PredictedProbe:
     """The prediction of a description that does not change, by the model analytic."""
     from pretravel.prediction.catalogue import parse_probe
-    from pretravel.tasks.predict import predict_probe
+    from pretravel.tasks.predict import Predict
 
-    return predict_probe(parse_probe(text))
+    return Predict(probe=DESIGN_FILE).predicted(parse_probe(text))
 
 
 def compare_designs(inputs: Inputs) -> ComparedDesigns:
     """Predict a design and the one that it is compared with."""
-    from pretravel.tasks.predict import predict_probe
+    from pretravel.tasks.predict import Predict
 
     settings = inputs.settings
     file = inputs.optional_file("description")
@@ -140,7 +140,7 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
     name = settings.get("name", "")
     return ComparedDesigns(
         other=predicted_text(other),
-        design=predict_probe(designed_probe(start, changes, name)),
+        design=Predict(probe=DESIGN_FILE).predicted(designed_probe(start, changes, name)),
         start=start,
         changes=changes,
         name=name,
@@ -158,13 +158,13 @@ def probe_figure(probe: Probe) -> dict[str, Any]:
 
 def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
     """Build the finite-element model of a design, and predict with it; in a process of its own."""
-    from pretravel.tasks.fem import build_model
-    from pretravel.tasks.predict import PredictionWish, predict_probe
+    from pretravel.prediction.fem.reduction_cache import model_in_memory
+    from pretravel.tasks.predict import Predict
 
     start, changes = start_and_changes(inputs.settings, inputs.optional_file("description"))
     probe = designed_probe(start, changes)
-    reduced = build_model(probe)
-    return FiniteElementDesign(predict_probe(probe, PredictionWish("fem")), reduced)
+    reduced = model_in_memory(probe)
+    return FiniteElementDesign(Predict(probe=DESIGN_FILE, model="fem").predicted(probe), reduced)
 
 
 _SETTINGS = ("start", "form_of", *setting_names())

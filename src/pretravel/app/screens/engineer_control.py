@@ -16,7 +16,7 @@ from pretravel.app.screens.engineer_settings import EXPORT_DEFAULTS, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
 from pretravel.app.tasks import WORKS, Work
 from pretravel.base.errors import PretravelError
-from pretravel.tasks.export import makes_folder, settings_of, takes_feed, write_export
+from pretravel.tasks.export import makes_folder, settings_used, takes_feed
 
 CONTROL_WORDS = {
     None: "Choose …",
@@ -48,7 +48,7 @@ def _settings(state: ScreenState) -> None:
     to = state.settings.get("control")
     if to is None:
         return
-    used = settings_of(to)
+    used = settings_used(to)
     with folded("Settings of the control"):
         if "units" in used:
             names = {"mm": "Millimetres", "inch": "Inches"}
@@ -92,7 +92,7 @@ def _download(work: Work) -> None:
     def write(path: Path, result: ExportResult) -> None:
         if result.to != to:  # chosen so shortly before that this button is still there
             raise PretravelError("You have chosen another control: press its button.")
-        write_export(path, result.files)
+        result.made.write("output", path)
 
     to = work.result.to
     name = export_name(to)
@@ -132,9 +132,8 @@ def _map_files(work: Work) -> None:
 
     with folded("Map and report"):
         for ending, words in (
-            ("nc", "Map for pretravel (.nc)"),
+            ("json", "Map for pretravel (.json)"),
             ("csv", "Map as table"),
-            ("json", "Map, JSON"),
         ):
             result_button(work, words, f"map.{ending}", write)
         result_button(work, "Report (page)", "qualification.html", page)

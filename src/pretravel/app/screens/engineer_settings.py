@@ -6,14 +6,16 @@ import hashlib
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks import task
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import ReadingOptions
     from pretravel.maps.provenance import QualificationSetup
-    from pretravel.tasks.export import ExportWish
+    from pretravel.tasks.export import Export
     from pretravel.tasks.qualify import KindWish
 
 DEFAULTS: Mapping[str, Any] = {
@@ -45,7 +47,7 @@ EXPORT_DEFAULTS: Mapping[str, Any] = {
     "export_form": "auto",
 }
 _USUAL = {**DEFAULTS, **EXPORT_DEFAULTS}
-MAP_NAME = "map.nc"
+MAP_NAME = "map.json"
 
 
 def file_mark(content: bytes) -> str:
@@ -158,29 +160,29 @@ class EngineerSettings:
         lobe = self["lobe_azimuth_deg"]
         return KindWish("wozniak", None if lobe is None else lobe * DEGREE, self["transducer"])
 
-    def export(self) -> ExportWish:
+    def export(self) -> Export:
         """Settings of the control; those that it does not use are left out."""
-        from pretravel.tasks.export import ExportWish, settings_of, takes_feed
+        from pretravel.tasks.export import Export, settings_used, takes_feed
 
-        used = settings_of(self["control"])
+        to = self["control"]
+        used = settings_used(to)
 
         def value(name: str, setting: str) -> Any:
             return self.stated(setting) if name in used else None
 
-        tolerance, azimuth = (
-            value("tolerance", "export_tolerance_um"),
-            value("azimuth", "export_azimuth_deg"),
-        )
-        return ExportWish(
+        return Export(
+            map_file=Path(MAP_NAME),
+            to=to,
+            output=Path(export_name(to)),
             base=_whole(value("base", "export_base")),
             program=_whole(value("program", "export_program")),
             units=value("units", "export_units"),
             angles=value("angles", "export_angles"),
             criterion=value("criterion", "export_criterion"),
             form=value("form", "export_form"),
-            tolerance=None if tolerance is None else tolerance * MICROMETRE,
-            azimuth=None if azimuth is None else azimuth * DEGREE,
-            feed=self["export_feed"] if takes_feed(self["control"]) else None,
+            tolerance_um=value("tolerance", "export_tolerance_um"),
+            azimuth_deg=value("azimuth", "export_azimuth_deg"),
+            feed=self["export_feed"] if takes_feed(to) else None,
         )
 
 
@@ -200,16 +202,6 @@ _QUALIFY_OPTIONS = {
     "units": "units",
     "decimal": "decimal",
 }
-_EXPORT_OPTIONS = {
-    "base": "export_base",
-    "program": "export_program",
-    "units": "export_units",
-    "angles": "export_angles",
-    "criterion": "export_criterion",
-    "form": "export_form",
-    "tolerance": "export_tolerance_um",
-    "azimuth": "export_azimuth_deg",
-}
 
 
 def command_lines(file: str, settings: EngineerSettings) -> str:
@@ -222,8 +214,8 @@ def command_lines(file: str, settings: EngineerSettings) -> str:
     settings : EngineerSettings
 
     >>> print(command_lines("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})))
-    pretravel qualify 'a b.csv' --diameter 25 --ring -o map.nc
-    pretravel compare map.nc
+    pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json
+    pretravel compare map.json
     """
     words = ["pretravel", "qualify", file]
     for setting, name in _QUALIFY_OPTIONS.items():
@@ -242,22 +234,10 @@ def command_lines(file: str, settings: EngineerSettings) -> str:
     for name in settings.left_out:
         words += [_option("exclude"), name]
     words += [_option("o"), MAP_NAME]
-    lines = [words, ["pretravel", "compare", MAP_NAME]]
+    lines = [shlex.join(words), shlex.join(["pretravel", "compare", MAP_NAME])]
     if settings["control"]:
-        lines.append(_export_words(settings))
-    return "\n".join(shlex.join(line) for line in lines)
-
-
-def _export_words(settings: EngineerSettings) -> list[str]:
-    from pretravel.tasks.export import takes_feed
-
-    to, wish = settings["control"], settings.export()
-    words = ["pretravel", "export", MAP_NAME, _option("to"), to]
-    for name in wish.stated():
-        words += [_option(name), _word(settings[_EXPORT_OPTIONS[name]])]
-    if takes_feed(to) and settings["export_feed"] is not None:
-        words += [_option("feed"), _word(settings["export_feed"])]
-    return [*words, _option("o"), export_name(to)]
+        lines.append(task.command_line(settings.export()))
+    return "\n".join(lines)
 
 
 def export_name(to: str) -> str:
@@ -321,7 +301,7 @@ def python_lines(file: str, settings: EngineerSettings) -> str:
         "comparison = pretravel.compare_corrections(result.pretravel_map)",
     ]
     if settings["control"]:
-        lines += _export_python(settings)
+        lines.append(task.python_lines(settings.export()))
     return "\n".join(lines)
 
 
@@ -338,21 +318,6 @@ def _kind_text(settings: EngineerSettings) -> str:
         return wish.name
     lobe, transducer = wish.lobe_azimuth, wish.transducer
     return _Code(f"pretravel.WozniakKind({lobe!r}, {transducer!r})")
-
-
-def _export_python(settings: EngineerSettings) -> list[str]:
-    wish = settings.export()
-    stated = {name: getattr(wish, name) for name in (*wish.stated(), "feed")}
-    to = settings["control"]
-    return [
-        "from datetime import date",
-        "from pathlib import Path",
-        "from pretravel.tasks.export import ExportWish, export_map, write_export",
-        f"wish = ExportWish({_arguments(stated)})",
-        "today = date.today().isoformat()",
-        f"files = export_map(result.pretravel_map, {to!r}, wish, written=today)",
-        f"write_export(Path({export_name(to)!r}), files)",
-    ]
 
 
 def _millimetres(value: float | None) -> float | None:

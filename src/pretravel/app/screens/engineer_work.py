@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from dataclasses import dataclass, replace
-from datetime import date
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from pretravel.show.work_record import WorkRecord
     from pretravel.tasks.compare import ComparedMap
     from pretravel.tasks.compensate import CompensatedTouches
+    from pretravel.tasks.export import ExportedMap
     from pretravel.tasks.look import ColumnsOfTable, LookedAt
     from pretravel.tasks.qualify import QualifiedProbe
 
@@ -301,7 +301,7 @@ def _touches_of(
 ) -> TouchesInSpace:
     """All touches of the file, with what the map leaves of them."""
     from pretravel.base.units import MICROMETRE
-    from pretravel.identification.kind_choice import distances_from_reference
+    from pretravel.measurement.compensation import distances_from_reference
     from pretravel.show.touch_sphere_chart import TouchesInSpace
 
     made, touches = qualified.qualification, whole.touches
@@ -338,11 +338,16 @@ class ExportResult:
     ----------
     settings : EngineerSettings
         Its map was made with them.
-    files : ExportedFiles
+    made : ExportedMap
     """
 
     settings: EngineerSettings
-    files: ExportedFiles
+    made: ExportedMap
+
+    @property
+    def files(self) -> ExportedFiles:
+        """The texts and what they state."""
+        return self.made.files
 
     @property
     def to(self) -> str:
@@ -352,8 +357,6 @@ class ExportResult:
 
 def export(inputs: Inputs) -> ExportResult | None:
     """Files for the control that is chosen; None without one, or without a map."""
-    from pretravel.tasks.export import export_map
-
     settings = _settings_of(inputs)
     if settings["control"] is None:
         return None
@@ -363,13 +366,7 @@ def export(inputs: Inputs) -> ExportResult | None:
         return None  # shown at the fit
     if made is None:
         return None
-    files = export_map(
-        made.qualified.pretravel_map,
-        settings["control"],
-        settings.export(),
-        written=date.today().isoformat(),
-    )
-    return ExportResult(settings, files)
+    return ExportResult(settings, settings.export().exported(made.qualified.pretravel_map))
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,8 +44,8 @@ from pretravel.files.csv_table import write_csv_table
 from pretravel.files.laboratory_file import with_laboratory_values
 from pretravel.files.separation_csv import separation_json, separation_table
 from pretravel.show.chart_plotly import plotly_figure
-from pretravel.tasks.reports.certificate_report import TEMPLATE
 from pretravel.tasks.reports.rig_report import trace_view
+from pretravel.tasks.rig import CalibratedRig
 
 RIG = Task(
     "rig",
@@ -136,15 +136,15 @@ def _rig_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
             work, lambda result: result.certificate, lambda result: result.command,
-            name="certificate.html", label="Certificate (page)", template=TEMPLATE,
+            name="certificate.html", label="Certificate (page)", template=CalibratedRig.template,
         )  # fmt: skip
         result_button(
             work, "rig.csv", "rig.csv",
-            lambda path, result: write_csv_table(path, result.rig.table()),
+            lambda path, result: result.rig.write("output", path),
         )  # fmt: skip
         result_button(
             work, "rig.json", "rig.json",
-            lambda path, result: write_json(path, result.rig.values(result.statements)),
+            lambda path, result: result.rig.write("output", path),
         )  # fmt: skip
 
 

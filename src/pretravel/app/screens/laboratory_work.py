@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +12,17 @@ import numpy as np
 from pretravel.app.components.statements import stated
 from pretravel.app.project import SettingValue
 from pretravel.app.tasks import Inputs
-from pretravel.files.rig_csv import read_budget
 from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.laboratory.certificate import LaboratoryStatements
 from pretravel.laboratory.rig import RigTouch, RigTrace
-from pretravel.laboratory.rig_budget import REN_BUDGET
 from pretravel.laboratory.rig_marks import MARKS
 from pretravel.laboratory.separation import METHODS, Separation, separate
 from pretravel.show.document import Document
 from pretravel.tasks.reports.laboratory_report import with_laboratory
 from pretravel.tasks.reports.separation_report import separation_document
-from pretravel.tasks.rig import REN_SOURCE, CalibratedRig, RigSetup, calibrate_traces
+from pretravel.tasks.rig import CalibratedRig, Rig
+from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.values import MovedMark
 
 RIG_SETTINGS = ("excluded", "marks", "temperature", "expansion", "statements")
 SEPARATION_SETTINGS = ("method", "statements")
@@ -70,58 +70,35 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
     paths = sorted(inputs.files["traces"], key=lambda path: path.stem)
     budget = inputs.optional_file("budget")
     names = {path.stem for path in paths}
-    setup = RigSetup(
-        REN_BUDGET if budget is None else read_budget(budget),
-        REN_SOURCE if budget is None else budget.name,
-        float(get("temperature", 20.0)),
-        float(get("expansion", 8.0)),
-        tuple(name for name in get("excluded", []) if name in names),
-        {name: moved for name, moved in get("marks", {}).items() if name in names and moved},
+    task = Rig(
+        traces=tuple(paths),
+        budget=budget,
+        temperature=float(get("temperature", 20.0)),
+        expansion=float(get("expansion", 8.0)),
+        exclude=tuple(name for name in get("excluded", []) if name in names),
+        mark=tuple(
+            MovedMark(name, event, place)
+            for name, moved in get("marks", {}).items()
+            if name in names
+            for event, place in moved.items()
+        ),
     )
-    found = calibrate_traces(paths, setup)
     given = get("statements", {})
     statements = stated(given) if given else None
-    warnings = [] if budget is not None else [_FOREIGN_BUDGET]
+    found = replace(task.run(), statements=statements)
+    same = replace(
+        task,
+        traces=tuple(Path(path.name) for path in paths),
+        budget=None if budget is None else Path(budget.name),
+        output=Path("rig.json"),
+    )
     return RigResult(
         found,
-        found.document(warnings=warnings, statements=statements),
-        found.certificate(statements),
+        found.report([] if budget is not None else [_FOREIGN_BUDGET]),
+        found.certificate(),
         statements,
-        _rig_command(paths, setup, None if budget is None else budget.name),
-        _rig_python(paths, setup, None if budget is None else budget.name),
-    )
-
-
-def _rig_command(paths: list[Path], setup: RigSetup, budget: str | None) -> str:
-    words = ["pretravel", "rig", *(path.name for path in paths)]
-    for trace, marks in setup.marks.items():
-        for event, place in marks.items():
-            words += ["--mark", f"{trace}:{event}={place!r}"]
-    for name in setup.exclude:
-        words += ["--exclude", name]
-    if setup.temperature != RigSetup.temperature:
-        words += ["--temperature", f"{setup.temperature:.12g}"]
-    if setup.expansion != RigSetup.expansion:
-        words += ["--expansion", f"{setup.expansion:.12g}"]
-    words += [] if budget is None else ["--budget", budget]
-    return shlex.join([*words, "-o", "rig.json"])
-
-
-def _rig_python(paths: list[Path], setup: RigSetup, budget: str | None) -> str:
-    components = "" if budget is None else f"components=read_budget({budget!r}), "
-    return "\n".join(
-        (
-            "from pathlib import Path",
-            "from pretravel.files.rig_csv import read_budget",
-            "from pretravel.tasks.rig import RigSetup, calibrate_traces",
-            "",
-            f"names = {[path.name for path in paths]!r}",
-            f"setup = RigSetup({components}temperature={setup.temperature!r},",
-            f"                 expansion={setup.expansion!r}, exclude={setup.exclude!r},",
-            f"                 marks={dict(setup.marks)!r})",
-            "found = calibrate_traces([Path(name) for name in names], setup)",
-            "print(found.calibration.pretravel, found.budget.combined)",
-        )
+        command_line(same),
+        python_lines(same),
     )
 
 

@@ -29,12 +29,12 @@ from pretravel.app.screens.metrologist_work import (
     CheckResult,
     check_by_standard,
     example_touches,
-    has_field,
 )
 from pretravel.app.tasks import Task, Work
 from pretravel.base.whole_file import write_json
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
+from pretravel.tasks.check import applies
 
 CHECK = Task(
     "check",
@@ -85,7 +85,7 @@ def _inputs(state: ScreenState) -> None:
         live([state.listen], partial(_limits, state), key=partial(_standard, state))
     file_drop(
         state, "map", "Map of the probe, to check the compensated touches",
-        endings=(".nc", ".csv", ".json"),
+        endings=(".json", ".csv"),
     )  # fmt: skip
     with folded("More settings"):
         units = {"": "as the file states", "mm": "mm", "inch": "inch"}
@@ -103,9 +103,9 @@ def _reference(state: ScreenState) -> None:
         ("u_diameter_um", "u of the diameter"),
         ("sphere_form_um", "Form error of the sphere"),
     ):
-        if has_field(standard, name):
+        if applies(standard, name):
             number_field(state, name, label, unit="µm", limits=(0.0, 1e3))
-    if has_field(standard, "ring"):
+    if applies(standard, "ring"):
         switch_field(state, "ring", "The reference is a ring")
 
 
@@ -116,7 +116,7 @@ def _limits(state: ScreenState) -> None:
         ("repeat_limit_um", "Range of repeats"),
         ("offset_limit_um", "Offset of the tip"),
     ):
-        if has_field(_standard(state), name):
+        if applies(_standard(state), name):
             number_field(state, name, label, unit="µm", limits=(0.0, 1e6))
 
 
@@ -140,9 +140,7 @@ def _to_keep(work: Work) -> None:
         )  # fmt: skip
         result_button(
             work, "check.json", "check.json",
-            lambda path, result: write_json(
-                path, result.checked.values(statements=result.statements)
-            ),
+            lambda path, result: write_json(path, result.checked.values()),
         )  # fmt: skip
         result_button(
             work, "check.csv", "check.csv",

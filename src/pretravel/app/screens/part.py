@@ -89,7 +89,7 @@ def _inputs(state: ScreenState) -> None:
         state, "touches", "1. Touches on the part",
         hint="A table (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a log of the control",
     )  # fmt: skip
-    file_drop(state, "map", "2. Map of the probe", endings=(".nc", ".csv", ".json", ".toml"))
+    file_drop(state, "map", "2. Map of the probe", endings=(".json", ".csv", ".toml"))
     probes = {"": "the map above"} | {name: name for name in catalogue_names()}
     choice_field(state, "probe", "Without a map: a probe of the catalogue", probes, default="")
     file_drop(

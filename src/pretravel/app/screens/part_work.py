@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app.own_description import own_description
+from pretravel.app.own_description import own_map
 from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -89,8 +89,6 @@ def compensate_part(inputs: Inputs) -> PartResult:
             "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
             "probe of the catalogue"
         )
-    if map_file is not None and map_file.suffix.lower() == ".toml":
-        own_description(map_file)
     touches = inputs.file("touches")
     task = Compensate(
         touches=(touches,),
@@ -101,7 +99,7 @@ def compensate_part(inputs: Inputs) -> PartResult:
         units=settings.get("units") or None,
         feed=settings.get("feed"),
     )
-    pretravel_map = task.pretravel_map()
+    pretravel_map = task.pretravel_map() if map_file is None else own_map(map_file)
     readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
     # Not parse_surface: it executes Python files.
     nominal = None if part is None else read_part(part)
@@ -180,5 +178,5 @@ def example_map(folder: Path) -> tuple[str, bytes]:
     setup = QualificationSetup(24.9987, tip_diameter=6.0)
     made = qualify_probe(readings.in_machine_axes(), setup, KindWish("physical"))
     with temporary_folder() as place:
-        write_map(place / "example_map.nc", made.pretravel_map)
-        return "example_map.nc", (place / "example_map.nc").read_bytes()
+        write_map(place / "example_map.json", made.pretravel_map)
+        return "example_map.json", (place / "example_map.json").read_bytes()

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -107,9 +106,6 @@ class AveragedBasis(MapBasis):
         for number, part in enumerate(self.parts):
             found |= {f"part_{number}_{name}": value for name, value in part.attributes().items()}
         return found
-
-    def checksummed(self) -> list[npt.ArrayLike]:
-        return [numbers for part in self.parts for numbers in part.checksummed()]
 
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self | None:

@@ -112,6 +112,7 @@ class HarmonicKind(KindOfMap):
 
     name: ClassVar[str] = "harmonic"
     title: ClassVar[str] = "harmonic map"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (HarmonicBasis,)
     prior_weight: ClassVar[float] = 0.7
     fits_harmonics: ClassVar[bool] = True
 

@@ -54,6 +54,7 @@ class MeanKind(KindOfMap):
 
     name: ClassVar[str] = "mean"
     title: ClassVar[str] = "mean radius"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (MeanBasis,)
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         del repeats

@@ -79,6 +79,7 @@ class SectorsKind(KindOfMap):
 
     name: ClassVar[str] = "sectors"
     title: ClassVar[str] = "sector table"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (SectorBasis,)
     needs_all_directions: ClassVar[bool] = True
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:

@@ -89,9 +89,6 @@ class WozniakBasis(MapBasis):
     def attributes(self) -> Mapping[str, str | float]:
         return {"lobe_azimuth_rad": self.lobe_azimuth, "transducer": self.transducer}
 
-    def checksummed(self) -> list[npt.ArrayLike]:
-        return [[self.lobe_azimuth]]
-
     @classmethod
     def restored(cls, stored: StoredBasis) -> Self:
         return cls(
@@ -183,6 +180,7 @@ class WozniakKind(KindOfMap):
     transducer: str = "contact"
     name: ClassVar[str] = "wozniak"
     title: ClassVar[str] = "Woźniak's constant"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (WozniakBasis,)
 
     def __post_init__(self) -> None:
         check_numbers(self, lobe_azimuth=ANGLE)

@@ -16,6 +16,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import DescriptionError
+from pretravel.base.extras import needed
 from pretravel.base.whole_file import whole_file
 from pretravel.prediction.description import Probe
 from pretravel.prediction.fem.described_solids import described_solids
@@ -227,6 +228,7 @@ def write_step(path: str | Path, probe: Probe) -> None:
     path : str or Path
     probe : Probe
     """
+    needed("netgen", "fem")
     from netgen.occ import Glue
 
     parts = described_solids(probe) if probe.step is None else step_solids(probe, probe.step)

@@ -55,8 +55,9 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
             return SOLVERS[solver](matrix)
         except (ImportError, OSError) as error:  # not installed, or its libraries do not load
             package = {"cholmod": "scikit-sparse", "pardiso": "pypardiso"}.get(solver, "scipy")
+            line = '"pretravel[fem]"' if solver == "pardiso" else package
             raise PretravelError(
-                f"solver '{solver}' needs the package {package}: pip install {package}, or take "
+                f"solver '{solver}' needs the package {package}: pip install {line}, or take "
                 f"another solver ({error})"
             ) from error
         except MemoryError as error:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pretravel.base.arrays import IntArray, frozen
 from pretravel.base.errors import DescriptionError, MeshError
+from pretravel.base.extras import needed
 from pretravel.base.quantities import REAL, checked
 from pretravel.prediction.description import Probe
 from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
@@ -84,7 +85,11 @@ def mesh_probe(
     ------
     DescriptionError, InputError, MeshError
         From `pretravel.prediction.fem.geometry.probe_solids` and `mesh_solids`.
+    MissingExtraError
+        Without the extra ``fem``.
     """
+    needed("netgen", "fem")
+    needed("skfem", "fem")
     settings = settings or MeshSettings()
     patch = settings.patch_radius * probe.tripod.rod_radius
     try:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.extras import needed
 from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
 
 
@@ -31,6 +32,7 @@ def quadrature(mesh: FiniteElementMesh) -> Quadrature:
 
 def skfem_mesh(mesh: FiniteElementMesh) -> Any:
     """The mesh as scikit-fem's, with the same numbering."""
+    needed("skfem", "fem")
     from skfem import MeshTet2
 
     return MeshTet2(

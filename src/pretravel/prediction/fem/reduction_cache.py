@@ -15,7 +15,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ from pretravel.prediction.fem.condensation import ElasticField, ReducedModel, co
 from pretravel.prediction.fem.elasticity import finite_element_model
 from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.prediction.fem.interface_loads import INTERFACE
+from pretravel.prediction.fem.linear_solvers import check_solver
 from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe
 from pretravel.prediction.fem.seat_ball import ball_correction
 from pretravel.prediction.fem.symmetry import ThreefoldSymmetry
@@ -130,6 +131,43 @@ def reduced_model(
     """
     settings = settings or MeshSettings()
     return _reduced_model(probe, settings, solver, reduction_key(probe, settings), cache_folder())
+
+
+@dataclass(frozen=True, eq=False)
+class _InMemory:
+    """A field that needs no file; unlike a closure, it can go to another process."""
+
+    field: ElasticField
+
+    def __call__(self) -> ElasticField:
+        return self.field
+
+
+def model_in_memory(
+    probe: Probe, settings: MeshSettings | None = None, solver: str = "auto"
+) -> ReducedModel:
+    """The reduced model of a probe, with its mesh in memory: it can be sent to another process.
+
+    Parameters
+    ----------
+    probe : Probe
+    settings : MeshSettings, optional
+    solver : str
+        auto, cholmod, pardiso or superlu.
+
+    Returns
+    -------
+    ReducedModel
+        From the cache, or new.
+
+    Raises
+    ------
+    PretravelError
+        An unknown solver; solids that cannot be meshed; not enough memory.
+    """
+    check_solver(solver)
+    reduced = reduced_model(probe, settings, solver)
+    return replace(reduced, load_field=_InMemory(reduced.load_field()))
 
 
 @lru_cache(maxsize=16)

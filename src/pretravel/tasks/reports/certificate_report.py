@@ -24,10 +24,6 @@ from pretravel.tasks.reports.rig_report import (
     rig_pictures,
 )
 
-TEMPLATE = "certificate.html"
-"""The template of a page that prints on A4 (to PDF from any browser)."""
-
-
 _REPEATS_ALONE = (
     "U and u of this section are from the repeats alone. The uncertainties of the calibration are "
     "those of the results above."

@@ -15,12 +15,12 @@ from pretravel.base.errors import InputError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification.kind_choice import distances_from_reference
-from pretravel.identification.kind_registry import KINDS, qualify
+from pretravel.maps.kinds import kinds
 from pretravel.measurement.comparison import Comparison, compare_corrections
-from pretravel.measurement.compensation import apply
+from pretravel.measurement.compensation import apply, distances_from_reference
 from pretravel.measurement.points import Points
 from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 
 SPHERE_DIAMETER = 24.9987
@@ -163,7 +163,7 @@ def compare_kinds_of_map(touches: DemonstrationTouches, best: Qualification) -> 
     return KindsCompared(
         sphere_errors=_sphere_errors(touches.sphere, touches.part, best),
         ring_errors=_ring_errors(ring),
-        ring_maps={kind: _qualified(ring, kind, ring=True) for kind in KINDS},
+        ring_maps={kind: _qualified(ring, kind, ring=True) for kind in kinds()},
     )
 
 
@@ -236,7 +236,7 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
     """Errors on the sphere and on the part: without compensation, then kind by kind."""
     shown = [best.groups % 5 != fold for fold in range(5)]
     reference = best.pretravel_map.pretravel(part.normals)
-    made = {kind: best if kind == BEST else _qualified(sphere, kind) for kind in KINDS}
+    made = {kind: best if kind == BEST else _qualified(sphere, kind) for kind in kinds()}
     on_part = _rms(_without_shift(reference, part.normals))
     errors = [KindErrors("", _rms(made["mean"].observed), math.nan, on_part)]
     for kind, result in made.items():
@@ -244,7 +244,7 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
         # A table of sectors needs all its directions.
         left_out = (
             math.nan
-            if KINDS[kind].needs_all_directions
+            if kinds()[kind].needs_all_directions
             else _rms(
                 np.concatenate(
                     [
@@ -263,7 +263,7 @@ def _ring_errors(ring: Touches) -> tuple[KindErrors, ...]:
     """Errors in the ring: every second direction is fitted, then the others."""
     even = np.arange(len(ring)) % 2 == 0
     errors = []
-    for kind in KINDS:
+    for kind in kinds():
         fitted, left_out = [], []
         for half in (even, ~even):
             made = _qualified(ring.take(half), kind, ring=True)

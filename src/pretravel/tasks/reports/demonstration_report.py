@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.map_file import write_map
 from pretravel.files.point_files import write_points
-from pretravel.identification.kind_registry import KINDS
+from pretravel.maps.kinds import kinds
 from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import series
@@ -39,7 +39,7 @@ from pretravel.tasks.reports.qualification_report import qualification_document,
 DEMONSTRATION_FILES = (
     "index.html",
     "points.csv",
-    "map.nc",
+    "map.json",
     "qualification.png",
     "points.png",
     "compare.png",
@@ -75,7 +75,7 @@ _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centr
 
 def _title(kind: str) -> str:
     """A kind of map in words; the empty name stands for touches without compensation."""
-    return KINDS[kind].title if kind else "not compensated"
+    return kinds()[kind].title if kind else "not compensated"
 
 
 def main_job_pictures(job: MainJob) -> dict[str, Picture]:
@@ -199,14 +199,14 @@ def write_demonstration(
     _write_pictures(pictures, output, written)
     write_points(output / "points.csv", job.points)
     written(output / "points.csv")
-    write_map(output / "map.nc", job.qualification.pretravel_map)
-    written(output / "map.nc")
+    write_map(output / "map.json", job.qualification.pretravel_map)
+    written(output / "map.json")
     kinds = compare_kinds_of_map(touches, job.qualification)
     more = kinds_pictures(kinds)
     _write_pictures(more, output, written)
     pictures |= more
     document = demonstration_document(job, kinds, pictures.values())
-    files = ("points.csv", "map.nc", *pictures)
+    files = ("points.csv", "map.json", *pictures)
     write_page(output / "index.html", document, files, record=record)
     return document
 

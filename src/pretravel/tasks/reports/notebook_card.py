@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import singledispatch
 
 import numpy as np
@@ -16,16 +17,22 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.points import Points
 from pretravel.prediction.predict import Trigger
 from pretravel.qualification.qualification import Qualification
+from pretravel.show.chart import Axis, FrameName, PolarChart, View
+from pretravel.show.chart_files import drawn_figure
+from pretravel.show.chart_marks import Dots, LineMark
+from pretravel.show.colours import Colour
 from pretravel.show.colours import series as colour_of
 from pretravel.show.document import Document, KeyFigure, Span
 from pretravel.show.formatting import decimals, figure_text
 from pretravel.show.page import page_environment
-from pretravel.show.polar_picture import PolarPicture, PolarSeries, polar_picture
+from pretravel.show.style import some_rows, svg_element
 from pretravel.touches import Touches
 
 _AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
 _HEIGHTS = (90.0, 45.0)
 """Polar angles of the curves of a map. [deg]"""
+MOST_DOTS = 400
+"""More dots are thinned out evenly; the picture says so."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +41,7 @@ class NotebookCard:
 
     title: str
     figures: tuple[KeyFigure, ...]
-    picture: PolarPicture | None = None
+    picture: PolarChart | None = None
     remarks: tuple[str, ...] = ()
 
 
@@ -61,7 +68,8 @@ def notebook_html(value: object) -> str:
     card = notebook_card(value)
     rows = [(figure.name, figure_text(figure)) for figure in card.figures]
     template = page_environment().get_template("notebook.html")
-    return template.render(card=card, rows=rows, picture=card.picture)
+    picture = card.picture and svg_element(drawn_figure(View("", (card.picture,))))
+    return template.render(card=card, rows=rows, picture=picture)
 
 
 @singledispatch
@@ -77,17 +85,10 @@ def _touches(touches: Touches) -> NotebookCard:
         figures.append(_range("feed", touches.feeds, "mm/min", 0))
     if touches.source:
         figures.append(KeyFigure("from", touches.source))
-    dots = PolarSeries(
-        "",
-        azimuth_angle(touches.normals),
-        polar_angle(touches.normals) / DEGREE,
-        colour_of(0),
-    )
-    return NotebookCard(
-        "Touches",
-        tuple(figures),
-        polar_picture("normals seen from above: polar angle over azimuth", "°", [dots]),
-    )
+    angle = polar_angle(touches.normals) / DEGREE
+    dots = _dots(azimuth_angle(touches.normals), angle)
+    picture = _polar_chart("normals seen from above", Axis("polar angle", "°"), [dots])
+    return NotebookCard("Touches", tuple(figures), picture)
 
 
 @notebook_card.register
@@ -101,8 +102,8 @@ def _points(points: Points) -> NotebookCard:
     ]
     if points.deviation is not None:
         figures.append(_range("deviation from the nominal", points.deviation / MICROMETRE, "µm", 1))
-    dots = PolarSeries("", azimuth_angle(points.normals), pretravel, colour_of(0))
-    picture = polar_picture("pretravel over the azimuth of the normals", "µm", [dots])
+    dots = _dots(azimuth_angle(points.normals), pretravel)
+    picture = _polar_chart("pretravel over the azimuth of the normals", _PRETRAVEL, [dots])
     return NotebookCard("Surface points", tuple(figures), picture)
 
 
@@ -112,16 +113,57 @@ def _map(pretravel_map: PretravelMap) -> NotebookCard:
     figures = [
         KeyFigure("kind", pretravel_map.kind),
         KeyFigure("directions", f"{len(pretravel_map.support.nodes):,}"),
-        *(_range(f"pretravel, {each.name}", each.values, "µm", 1) for each in curves),
+        *(_range(f"pretravel, {each.name}", each.y, "µm", 1) for each in curves),
         _tip_radius(pretravel_map),
         KeyFigure("repeatability", pretravel_map.repeatability / MICROMETRE, "µm"),
     ]
     if pretravel_map.provenance.source:
         figures.append(KeyFigure("made from", pretravel_map.provenance.source))
-    return NotebookCard("Pretravel map", tuple(figures), polar_picture(_OF_MAP, "µm", curves))
+    return NotebookCard("Pretravel map", tuple(figures), _of_map(curves))
 
 
-_OF_MAP = "pretravel over azimuth, probe frame"
+_PRETRAVEL = Axis("pretravel", "µm")
+
+
+def _of_map(marks: Sequence[LineMark | Dots]) -> PolarChart | None:
+    return _polar_chart("pretravel over azimuth", _PRETRAVEL, marks, frame="probe")
+
+
+def _polar_chart(
+    title: str,
+    radius: Axis,
+    marks: Sequence[LineMark | Dots],
+    *,
+    frame: FrameName = "",
+    directions: tuple[str, str] = ("+X", "+Y"),
+) -> PolarChart | None:
+    """A chart of marks; the centre is zero, where no value is negative. None: no numbers."""
+    values = np.concatenate([*(mark.y for mark in marks), np.empty(0)])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return None
+    some = tuple(_some(mark) if isinstance(mark, Dots) else mark for mark in marks)
+    most = max((len(mark.x) for mark in marks if isinstance(mark, Dots)), default=0)
+    note = f"{MOST_DOTS} of {most:,} dots are drawn" if most > MOST_DOTS else ""
+    low = 0.0 if values.min() >= 0.0 else None
+    return PolarChart(title, replace(radius, low=low), some, frame, None, note, directions)
+
+
+def _some(dots: Dots) -> Dots:
+    rows = some_rows(np.arange(len(dots.x)), MOST_DOTS)
+    return replace(dots, x=dots.x[rows], y=dots.y[rows])
+
+
+def _dots(
+    azimuths: FloatArray, values: FloatArray, name: str = "", colour: Colour | None = None
+) -> Dots:
+    return Dots(azimuths, values, name, colour or colour_of(0), size=3.0)
+
+
+def _curve(azimuths: FloatArray, values: FloatArray, name: str, index: int) -> LineMark:
+    """A closed curve."""
+    return LineMark(np.append(azimuths, azimuths[0]), np.append(values, values[0]), name,
+                    colour_of(index))  # fmt: skip
 
 
 def _tip_radius(pretravel_map: PretravelMap) -> KeyFigure:
@@ -131,17 +173,16 @@ def _tip_radius(pretravel_map: PretravelMap) -> KeyFigure:
     )
 
 
-def _curves(pretravel_map: PretravelMap) -> list[PolarSeries]:
+def _curves(pretravel_map: PretravelMap) -> list[LineMark]:
     """The map around the axis, at the heights that it supports."""
-    found: list[PolarSeries] = []
+    found: list[LineMark] = []
     for height in _HEIGHTS:
         directions = grid(height * DEGREE, _AROUND)
         normals = directions @ pretravel_map.rotation.T
         values = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
         values = np.where(pretravel_map.supports(normals), values, math.nan)
         if np.any(np.isfinite(values)):
-            name = f"polar {height:.0f}°"
-            found.append(PolarSeries(name, _AROUND, values, colour_of(len(found)), closed=True))
+            found.append(_curve(_AROUND, values, f"polar {height:.0f}°", len(found)))
     return found
 
 
@@ -155,8 +196,8 @@ def _trigger(trigger: Trigger) -> NotebookCard:
         _range("sensing distance", trigger.sensing_distance / MICROMETRE, "µm", 1),
         _range("pretravel", pretravel, "µm", 1),
     )
-    dots = PolarSeries("", azimuth_angle(trigger.directions), pretravel, colour_of(0))
-    return NotebookCard("Prediction", figures, polar_picture(_OF_MAP, "µm", [dots]))
+    dots = _dots(azimuth_angle(trigger.directions), pretravel)
+    return NotebookCard("Prediction", figures, _of_map([dots]))
 
 
 @notebook_card.register
@@ -176,14 +217,13 @@ def _qualification(result: Qualification) -> NotebookCard:
     )  # fmt: skip
     azimuths = azimuth_angle(found.probe_directions(result.contact_normals))
     observed = result.observed / MICROMETRE
-    series = [
+    series: list[LineMark | Dots] = [
         *_curves(found),
-        PolarSeries("touches", azimuths[result.used], observed[result.used], "series4"),
+        _dots(azimuths[result.used], observed[result.used], "touches", "series4"),
     ]
     if np.any(left_out):
-        series.append(PolarSeries("left out", azimuths[left_out], observed[left_out], "limit"))
-    picture = polar_picture(_OF_MAP, "µm", series)
-    return NotebookCard("Qualification", figures, picture, result.warnings)
+        series.append(_dots(azimuths[left_out], observed[left_out], "left out", "limit"))
+    return NotebookCard("Qualification", figures, _of_map(series), result.warnings)
 
 
 @notebook_card.register
@@ -201,19 +241,19 @@ def _separation(result: Separation) -> NotebookCard:
         *(_range(f"variances of the {name}", v / MICROMETRE**2, "µm²", 2) for name, v in variances),
         KeyFigure("method", result.method),
     )
-    series = [
-        PolarSeries(
-            f"errors of the {name}",
+    curves = [
+        _curve(
             np.linspace(0.0, 2.0 * math.pi, len(values), endpoint=False),
             values / MICROMETRE,
-            colour_of(index),
-            closed=True,
+            f"errors of the {name}",
+            index,
         )
         for index, (name, values) in enumerate(errors)
     ]
-    picture = polar_picture(
-        "errors by direction, in the order of their numbers", "µm", series, start="first"
-    )
+    picture = _polar_chart(
+        "errors by direction, the first at the right", Axis("error", "µm"), curves,
+        directions=("", ""),
+    )  # fmt: skip
     return NotebookCard("Separation of machine and probe", figures, picture)
 
 

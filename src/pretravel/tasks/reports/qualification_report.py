@@ -9,13 +9,16 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.identification.kind_choice import KindScore
 from pretravel.identification.physical import PhysicalMapFit
 from pretravel.prediction.six_seats import IDEAL, PARAMETERS
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.map_warnings import some_directions
-from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualification_budget import part_point_budget, radius_budget
+from pretravel.qualification.qualification import (
+    KindScore,
+    Qualification,
+    part_point_budget,
+    radius_budget,
+)
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.chart import Axis, PlaneChart, Scale, View
 from pretravel.show.chart_marks import Dots, Mark, Rule

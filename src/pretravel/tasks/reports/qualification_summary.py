@@ -9,10 +9,8 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import describe
 from pretravel.base.units import MICROMETRE
-from pretravel.identification.kind_choice import KindScore
 from pretravel.qualification.map_warnings import over_support
-from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualification_budget import radius_budget
+from pretravel.qualification.qualification import KindScore, Qualification, radius_budget
 from pretravel.show.document import KeyFigure, Span
 from pretravel.show.formatting import decimals, number_text, value_text
 from pretravel.uncertainty.gum import Budget
@@ -107,5 +105,5 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
         return f"touch the reference at {worst} too, where the map is least certain"
     if not saved:
-        return "write the map to a file (.nc), then compensate a part with it"
+        return "write the map to a file (.json), then compensate a part with it"
     return "compensate a part with the map; verify the probe from time to time"

@@ -1,0 +1,88 @@
+"""What packages add to pretravel by entry points: kinds of map, formats, controls, standards.
+
+The package lists its own in the same way, in ``pyproject.toml``, so that one file and one line
+there add one; another package adds its own without a change here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Generic, TypeVar
+
+from pretravel.base.errors import PretravelError
+
+T = TypeVar("T")
+
+
+def _itself(found: Any) -> Any:
+    return found
+
+
+class Plugins(Mapping[str, T], Generic[T]):
+    """Objects by their names: found when they are first needed, each imported when asked for.
+
+    Parameters
+    ----------
+    group : str
+        Group of entry points: ``pretravel.kinds``.
+    first : tuple of str
+        Names that stand first, in this order; the others follow by their names.
+    make : callable
+        Makes the object from what the entry point names; by default it is that.
+
+    Raises
+    ------
+    PretravelError
+        The installation lists none, two packages use one name, or a plug-in cannot be imported.
+
+    >>> checks = Plugins("pretravel.standards", ("iso10360-5",))
+    >>> list(checks)[0], "iso230-10" in checks
+    ('iso10360-5', True)
+    """
+
+    def __init__(
+        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], T] = _itself
+    ) -> None:
+        self._group, self._first, self._make = group, first, make
+        self._loaded: dict[str, T] = {}
+
+    @cached_property
+    def _places(self) -> dict[str, str]:
+        from importlib.metadata import entry_points
+
+        found: dict[str, str] = {}
+        for point in entry_points(group=self._group):
+            if found.setdefault(point.name, point.value) != point.value:
+                raise PretravelError(
+                    f"two packages have a plug-in '{point.name}' in {self._group}: "
+                    f"{found[point.name]} and {point.value}. Remove one of them"
+                )
+        if not found:
+            raise PretravelError(
+                f"the installation of pretravel lists no {self._group}: install it again, with pip"
+            )
+        names = [name for name in self._first if name in found]
+        return {name: found[name] for name in [*names, *sorted(set(found) - set(names))]}
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._loaded:
+            place = self._places[name]
+            module, _, attribute = place.partition(":")
+            try:
+                self._loaded[name] = self._make(getattr(import_module(module), attribute))
+            except (ImportError, AttributeError) as error:
+                raise PretravelError(
+                    f"the plug-in '{name}' of {self._group} ({place}) cannot be used: {error}"
+                ) from error
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
