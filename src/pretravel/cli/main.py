@@ -21,9 +21,6 @@ from pretravel.tasks.task import ANSWER
 UNDESCRIBED: dict[str, str] = {
     "demo": "demo:demo",
     "app": "app:app",
-    "history": "history:history",
-    "plan-touches": "plan_touches:plan_touches",
-    "compare": "compare:compare",
     "report": "report:report",
 }
 """Commands that are not made from the description of a task."""

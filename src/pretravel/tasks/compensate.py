@@ -161,7 +161,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
         return CompensatedTouches(
-            self, readings, measured, pretravel_map, nominal, points, errors, warnings, summary
+            self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
 
     def _long_table_compensated(
@@ -198,9 +198,9 @@ class CompensatedTouches(Result):
         In the frame of the touches as they were given.
     errors : PointErrors
         Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
-    warnings : tuple of str
     summary : TouchSummary
         Of the touches, which the warnings come from.
+    warnings : tuple of str
     """
 
     task: Compensate
@@ -210,8 +210,8 @@ class CompensatedTouches(Result):
     nominal: Surface | Part | None
     points: Points
     errors: PointErrors
-    warnings: tuple[str, ...]
     summary: TouchSummary
+    warnings: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report."""

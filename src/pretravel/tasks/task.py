@@ -350,6 +350,10 @@ class Task:
         """
         raise NotImplementedError
 
+    def further_files(self) -> Sequence[Path]:
+        """Files that are read beside those that the settings name one by one."""
+        return ()
+
     def endings(self, output: str) -> tuple[str, ...]:
         """Endings that a file of an output can have, where other settings decide that.
 
@@ -416,7 +420,7 @@ def written_files(task: Task) -> Iterator[tuple[Setting, Path]]:
 
 def read_files(task: Task) -> list[Path]:
     """The files that the settings name."""
-    found: list[Path] = []
+    found = list(task.further_files())
     for setting in settings_of(type(task)):
         value, reads = getattr(task, setting.name), setting.field.reads
         if value is None or not reads:
