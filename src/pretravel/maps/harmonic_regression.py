@@ -26,9 +26,8 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.direction_means import DirectionMeans, Smoothing
 from pretravel.maps.observation import Places
-from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.maps.spherical_harmonics import DirectionMeans, Smoothing, degrees_and_orders
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 
 LOBE_DEGREES = (15, 24)

@@ -15,11 +15,10 @@ from pretravel.files.file_format import ReadingOptions
 from pretravel.files.history_drift import drift_of_entries
 from pretravel.files.probe_history import Entry, read_history
 from pretravel.files.several_files import read_series
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.day_terms import DayTerms, day_quantities, day_terms
 from pretravel.qualification.drift_over_time import DriftOverTime, drift_over_time
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.verification import refuse_unverifiable
 from pretravel.show.document import Document

@@ -20,11 +20,10 @@ from pretravel.base.directions import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.maps import direction_means
+from pretravel.maps import spherical_harmonics as direction_means
 from pretravel.maps.basis import MapBasis, StoredBasis
-from pretravel.maps.direction_means import DirectionMeans, Smoothing
 from pretravel.maps.harmonic_regression import first_harmonic_variance, fit_harmonics
-from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
@@ -34,12 +33,13 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.observation import Observation, Places, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import (
+    DirectionMeans,
+    Smoothing,
     checked_terms,
     degrees_and_orders,
     real_spherical_harmonics,
 )
 from pretravel.maps.support import DirectionSupport
-from pretravel.maps.usual_shape import usual_shift_covariance
 
 NOTHING = Scatter(0.0, 0.0)
 POLE = np.array([[0.0, 0.0, 1.0]])

@@ -12,9 +12,9 @@ from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.base.errors import PretravelError
 from pretravel.files.touches_csv import read_touches
 from pretravel.maps.harmonic_regression import first_harmonic_variance
+from pretravel.maps.kind import usual_shift_covariance
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicMapFit
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
