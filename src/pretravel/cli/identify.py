@@ -37,7 +37,7 @@ def identify(
     """
     from pretravel.base.whole_file import write_text
     from pretravel.files.map_file import read_map
-    from pretravel.identification.description_text import identified_description
+    from pretravel.identification.probe_from_map import identified_description
     from pretravel.identification.probe_from_map import identify as fit
     from pretravel.prediction.catalogue import load_probe, parse_probe, source_text
     from pretravel.tasks.reports.identification_report import identification_document

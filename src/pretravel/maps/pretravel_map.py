@@ -216,7 +216,7 @@ Touch the reference there too, or allow extrapolation.
         directions = self.probe_directions(normals)
         if not extrapolate:
             self._refuse_outside(directions)
-        return self.evaluated(directions, with_uncertainty=False)[0]
+        return self._evaluate(directions, with_uncertainty=False)[0]
 
     def tip_displacement(
         self,
@@ -254,7 +254,7 @@ Touch the reference there too, or allow extrapolation.
             self._refuse_outside(directions)
         moved = self.basis.displacement(directions, curvatures)
         if moved is None:
-            pretravel = self.evaluated(directions, with_uncertainty=False)[0]
+            pretravel = self._evaluate(directions, with_uncertainty=False)[0]
             # Compliances 1, 1, ratio: the displacement C n, scaled so that n C n is the pretravel.
             along_axes = directions * np.array([1.0, 1.0, AXIAL_RATIO])
             along = np.sum(along_axes * directions, axis=1)
@@ -262,7 +262,7 @@ Touch the reference there too, or allow extrapolation.
         elif self.basis.size > 1:
             # Of the condensed probe alone: on a flat part the component along n is the map.
             flat = self.basis.displacement(directions, None)
-            value = self.evaluated(directions, with_uncertainty=False)[0]
+            value = self._evaluate(directions, with_uncertainty=False)[0]
             missing = value - np.sum(np.asarray(flat) * directions, axis=1)
             moved = moved + missing[:, None] * directions
         return np.asarray(moved @ self.rotation.T)
@@ -282,7 +282,7 @@ Touch the reference there too, or allow extrapolation.
         (n,) float
             [mm]
         """
-        return self.evaluated(self.probe_directions(normals), with_uncertainty=True)[1]
+        return self._evaluate(self.probe_directions(normals), with_uncertainty=True)[1]
 
     def pretravel_and_uncertainty(
         self, normals: npt.ArrayLike, *, extrapolate: bool = False
@@ -299,9 +299,9 @@ Touch the reference there too, or allow extrapolation.
         directions = self.probe_directions(normals)
         if not extrapolate:
             self._refuse_outside(directions)
-        return self.evaluated(directions, with_uncertainty=True)
+        return self._evaluate(directions, with_uncertainty=True)
 
-    def evaluated(
+    def _evaluate(
         self, directions: FloatArray, *, with_uncertainty: bool
     ) -> tuple[FloatArray, FloatArray]:
         """Value and standard uncertainty in directions of the probe frame, in chunks."""
@@ -386,4 +386,4 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
         [mm]
     """
     directions = pretravel_map.support.spread()
-    return directions, *pretravel_map.evaluated(directions, with_uncertainty=True)
+    return directions, *pretravel_map._evaluate(directions, with_uncertainty=True)

@@ -15,7 +15,7 @@ from pretravel.base.directions import azimuth_angle, polar_angle
 from pretravel.base.errors import PretravelError
 from pretravel.maps.observation import Places
 
-_BLOCK = 4096  # directions at a time
+_BLOCK = 4096  # directions at a time: 10 MB of functions
 
 
 def degrees_and_orders(largest_degree: int) -> IntArray:
@@ -145,9 +145,6 @@ def _legendre(order: int, highest: int, across: FloatArray, along: FloatArray) -
         row = degree - order
         found[row] = scale * (along * found[row - 1] - ratio * found[row - 2])
     return found
-
-
-_BLOCK = 4096  # places at a time: 10 MB of functions
 
 
 @dataclass(frozen=True, eq=False)

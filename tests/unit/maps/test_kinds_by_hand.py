@@ -20,7 +20,7 @@ from pretravel.base.directions import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.maps import spherical_harmonics as direction_means
+from pretravel.maps import spherical_harmonics
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.harmonic_regression import first_harmonic_variance, fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
@@ -414,7 +414,7 @@ def test_blocks_of_directions_change_nothing(monkeypatch: pytest.MonkeyPatch) ->
     seen = _seen(n, groups)
     terms = degrees_and_orders(2)
     rows = real_spherical_harmonics(seen.directions, terms)
-    monkeypatch.setattr(direction_means, "_BLOCK", 11)
+    monkeypatch.setattr(spherical_harmonics, "_BLOCK", 11)
     means = DirectionMeans(seen.places, terms)
     count = np.bincount(groups).astype(np.float64)
     average = (groups == np.arange(40)[:, None]) / count[:, None]

@@ -136,10 +136,10 @@ class HarmonicKind(KindOfMap):
     def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
         assert isinstance(fit, HarmonicMapFit)
         observation, found = fit.observation, shifted_center(fit)
-        if axial_pretravel is not None and not observation.ring and observation.tip_known:
-            return _with_pretravel_at_pole(fit, found.center, axial_pretravel)
         if observation.ring:
             return found
+        if axial_pretravel is not None and observation.tip_known:
+            return _with_pretravel_at_pole(fit, found.center, axial_pretravel)
         # The least-squares height, on request or because the level of the map is not known.
         usual = usual_shift_covariance(observation)[2, 2] * np.outer(_ALONG, _ALONG)
         return replace(found, center_covariance=found.center_covariance + usual)
@@ -162,6 +162,7 @@ def _with_pretravel_at_pole(
     coefficients = fit.coefficients.copy()
     coefficients[first_zonal] -= axial / math.sqrt(3.0)
     mixed = np.outer(fit.shift_covariance_with_map @ at_pole, _ALONG)
+    gauge = _gauge(fit, axial_pretravel, u_pole, touched=touched)
     return CenteredFit(
         center=center - axial * _ALONG,
         center_covariance=fit.shift_covariance
@@ -170,7 +171,7 @@ def _with_pretravel_at_pole(
         + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
         covariance=Covariance.full(move @ covariance @ move.T),
-        gauge=_gauge(fit, axial_pretravel, u_pole, touched=touched),
+        gauge=gauge,
     )
 
 
@@ -219,6 +220,7 @@ def fit_harmonic(
         amplitudes,
         near,
     )
+    by_lobes = first_harmonic_variance(fit.amplitudes)
     basis = HarmonicBasis(fit.terms)
     mean_of, shift_of = np.split(fit.smoothing.means.weighted(observation.to_sphere), [1])
     # Across the axis the centre is where the map has no first harmonic. The least-squares sphere
@@ -238,7 +240,7 @@ def fit_harmonic(
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
         shift_covariance=shift_of @ fit.covariance @ shift_of.T
-        + first_harmonic_variance(fit.amplitudes) * np.diag([1.0, 1.0, 0.0][: observation.axes]),
+        + by_lobes * np.diag([1.0, 1.0, 0.0][: observation.axes]),
         residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
         dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,
