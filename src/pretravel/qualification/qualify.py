@@ -133,17 +133,13 @@ def qualified(
     """
     # For matrices of this size threads gain nothing, and cost much on a busy machine.
     with threadpool_limits(1, user_api="blas"):
-        if isinstance(kind, str) and kind != AUTO:
-            kind = kind_named(kind)
-        compared = kinds().values() if isinstance(kind, str) else kind
-        if isinstance(compared, KindOfMap):
-            confirm: KindOfMap | None = compared
-        else:
-            confirm = next((each for each in compared if each.prior_weight > 1.0), None)
-        ready = prepare(touches, setup, confirm)
-        if isinstance(compared, KindOfMap):
-            return _mapped(ready, compared)
-        return _on_average(ready, compared)
+        if isinstance(kind, str):
+            kind = kinds().values() if kind == AUTO else kind_named(kind)
+        alone = kind if isinstance(kind, KindOfMap) else None
+        compared = (kind,) if isinstance(kind, KindOfMap) else kind
+        fine = (each for each in compared if each.prior_weight > 1.0)
+        ready = prepare(touches, setup, alone or next(fine, None))
+        return _on_average(ready, compared) if alone is None else _mapped(ready, alone)
 
 
 def prepare(

@@ -22,7 +22,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps import spherical_harmonics
 from pretravel.maps.basis import MapBasis, StoredBasis
-from pretravel.maps.harmonic_regression import first_harmonic_variance, fit_harmonics
+from pretravel.maps.harmonic_regression import fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
@@ -308,7 +308,7 @@ class TestHarmonicCentre:
             taken[(terms == (1, order)).all(axis=1)] -= to_shift[axis] / math.sqrt(3.0)
         covariance = posterior.covariance
         assert fit.shift == pytest.approx(to_shift @ posterior.coefficients, abs=1e-15)
-        unseen = first_harmonic_variance(posterior.amplitudes) * np.eye(3)[: seen.axes, : seen.axes]
+        unseen = posterior.amplitudes.first_harmonic_variance * np.eye(3)[: seen.axes, : seen.axes]
         if seen.axes == 3:
             unseen[2, 2] = 0.0
         expected = to_shift @ covariance @ to_shift.T + unseen

@@ -15,7 +15,6 @@ from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
-    first_harmonic_variance,
     fit_harmonics,
     ring_terms,
     sphere_terms,
@@ -220,7 +219,6 @@ def fit_harmonic(
         amplitudes,
         near,
     )
-    by_lobes = first_harmonic_variance(fit.amplitudes)
     basis = HarmonicBasis(fit.terms)
     mean_of, shift_of = np.split(fit.smoothing.means.weighted(observation.to_sphere), [1])
     # Across the axis the centre is where the map has no first harmonic. The least-squares sphere
@@ -240,7 +238,7 @@ def fit_harmonic(
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
         shift_covariance=shift_of @ fit.covariance @ shift_of.T
-        + by_lobes * np.diag([1.0, 1.0, 0.0][: observation.axes]),
+        + fit.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0][: observation.axes]),
         residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
         dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,
