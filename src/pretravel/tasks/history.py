@@ -290,7 +290,7 @@ def _allowed(pretravel_map: PretravelMap) -> float:
     """Expanded uncertainty of a map over its directions: smaller changes do not matter. [mm]"""
     import numpy as np
 
-    from pretravel.qualification.map_warnings import over_support
+    from pretravel.maps.pretravel_map import over_support
     from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
     u = over_support(pretravel_map)[2]
@@ -302,11 +302,11 @@ def _first_day(
 ) -> tuple[PretravelMap, DayTerms]:
     from pretravel.files.several_files import read_series
     from pretravel.qualification.day_terms import day_terms
-    from pretravel.qualification.qualify import choose
+    from pretravel.qualification.qualify import qualified
     from pretravel.qualification.verification import refuse_unverifiable
 
     readings = read_series([file.path], options).in_machine_axes()
-    made = choose(readings.touches, reference, kind).qualification.pretravel_map
+    made = qualified(readings.touches, reference, kind).pretravel_map
     refuse_unverifiable(made)
     return made, day_terms(readings.touches, made, reference, own=True)
 
