@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from urllib.parse import quote
 
 from pretravel.base.errors import InputError
 from pretravel.base.units import DEGREE, MICROMETRE
@@ -255,8 +254,10 @@ def _refuse_journal(path: str | Path) -> None:
 
 def _address(path: str | Path, mode: str) -> str:
     """A file as SQLite's address, in which no sign of the name is part of a setting."""
-    name = Path(os.path.realpath(path)).as_posix()
-    return f"file://{'' if name.startswith('/') else '/'}{quote(os.fsencode(name))}?{mode}"
+    address = Path(os.path.realpath(path)).as_uri()
+    if not address.startswith("file:///"):  # a share of Windows: SQLite knows no other computer
+        address = address.replace("file://", "file:////", 1)
+    return f"{address}?{mode}"
 
 
 def _storable(value: float | int | str) -> float | int | str | None:
