@@ -19,11 +19,9 @@ from pretravel.tasks import GROUPS, SUBCOMMANDS, task_named
 from pretravel.tasks.task import ANSWER
 
 UNDESCRIBED: dict[str, str] = {
-    "demo": "demo:demo",
     "app": "app:app",
     "convert": "convert:convert",
     "formats": "convert:formats",
-    "report": "report:report",
 }
 """Commands that are not made from the description of a task."""
 
