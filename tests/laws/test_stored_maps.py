@@ -134,13 +134,11 @@ def test_wild_content_with_a_digest_that_fits(name: str) -> None:
     refused = 0
     for place in [place for place in _places(whole) if place[0] != "content_sha256"]:
         for wrong in _WRONG:
-            said = ""
             try:
                 found = map_of(sealed(_with(whole, place, wrong)))
-            except InputError as error:
-                said = str(error)
-                refused += "map.json" in said
-            if not said:
+            except InputError:
+                refused += 1
+            else:
                 normals = found.support.nodes[:3] @ found.rotation.T
                 assert np.isfinite(found.pretravel_and_uncertainty(normals, extrapolate=True)).all()
     assert refused > 300

@@ -50,6 +50,7 @@ def test_one_sentence_with_the_line_to_type(
     extra: str,
     use: Callable[[Path], object],
 ) -> None:
+    monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path))  # a part that was read before is kept
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(MissingExtraError) as caught:
         use(tmp_path)

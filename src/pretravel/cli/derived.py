@@ -199,7 +199,7 @@ def deliver(task: Task) -> int:
     check_files(
         [each for each in named if each[1] != FOLDER],
         inputs,
-        programs=any(setting.field.writes == PROGRAMS for setting, _ in outputs),
+        programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
     result: Result = task.run(progress)
     report = result.document()
@@ -219,7 +219,7 @@ def deliver(task: Task) -> int:
     if report is not None:
         show(report, verbose=getattr(task, "verbose", False))
     else:
-        for warning in result.warnings:
+        for warning in result.cautions:
             typer.echo(f"Warning: {warning}", err=True)
     if result.advice:
         typer.echo(result.advice)

@@ -9,10 +9,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.file_kinds import refuse_other_kinds
 from pretravel.base.whole_file import is_stream
 from pretravel.cli.running import note_inputs
-
-PICTURES = (".png", ".svg", ".pdf")
-PAGES = (".html", ".pdf")
-MAPS = (".json", ".csv", *PAGES)
+from pretravel.tasks.task import PAGES
 
 
 def check_files(
@@ -61,7 +58,6 @@ def check_files(
             raise PretravelError(f"cannot write {path}: the ending must be {' or '.join(endings)}")
         if not path.parent.is_dir():
             raise PretravelError(f"cannot write {path}: the folder {path.parent} does not exist")
-        refuse_other_kinds([path], programs=programs)
         resolved = path.resolve()
         if resolved in seen and not stream:
             raise PretravelError(f"cannot write two outputs to {path}")
@@ -70,6 +66,7 @@ def check_files(
                 f"cannot write {path}: this file is also read and would be overwritten; choose "
                 "another name"
             )
+        refuse_other_kinds([path], programs=programs)
         seen.add(resolved)
     if any(is_page(path) and ".html" in endings for path, endings in outputs):
         note_inputs(inputs)

@@ -20,8 +20,6 @@ from pretravel.tasks.task import ANSWER
 
 UNDESCRIBED: dict[str, str] = {
     "app": "app:app",
-    "convert": "convert:convert",
-    "formats": "convert:formats",
 }
 """Commands that are not made from the description of a task."""
 

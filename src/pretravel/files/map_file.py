@@ -100,8 +100,8 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
             f"the tip's diameter is {tip_diameter:g} mm; it lies between 0 and 100",
             inputs=("tip_diameter",),
         )
-    csv = ending == ".csv"
-    found = read_csv_map(place, tip_diameter) if csv else map_from_json(opened(place))
+    is_table = ending == ".csv"
+    found = read_csv_map(place, tip_diameter) if is_table else map_from_json(opened(place))
     if tip_diameter is None or math.isclose(found.tip_radius, 0.5 * tip_diameter, abs_tol=1e-6):
         return found
     if found.provenance.origin is not Origin.PREDICTED:

@@ -122,14 +122,14 @@ def colour_names(*, dark: bool = False) -> dict[str, str]:
 
 
 def plotly_script() -> bytes:
-    """The script of Plotly (MIT licence), from its Python package."""
-    return resources.files("plotly").joinpath("package_data/plotly.min.js").read_bytes()
+    """The script of Plotly (MIT licence)."""
+    return gzip.decompress(plotly_script_gzip())
 
 
 @cache
 def plotly_script_gzip() -> bytes:
-    """The script of Plotly, compressed."""
-    return gzip.compress(plotly_script(), compresslevel=9, mtime=0)
+    """The script of Plotly, compressed; the build takes it from its Python package."""
+    return resources.files("pretravel.show").joinpath("scripts/plotly.min.js.gz").read_bytes()
 
 
 def _add_note(layout: dict[str, Any], note: str) -> None:

@@ -287,13 +287,13 @@ class ExportedMap(Result):
     files : ExportedFiles
     text : str
         Names of the files, and what they state.
-    warnings : tuple of str
+    cautions : tuple of str
     """
 
     task: Export
     files: ExportedFiles
     text: str
-    warnings: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
 
     def write(self, output: str, path: Path) -> None:
         """Write the one text to a file, or each text to a folder; what they replace is removed."""

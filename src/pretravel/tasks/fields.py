@@ -81,14 +81,22 @@ def files_meant(places: Sequence[Path]) -> list[Path]:
 
 Diameter: TypeAlias = Annotated[
     float,
-    Field(help="Calibrated diameter of the sphere (or ring), in mm.", range=REFERENCE_DIAMETER),
+    Field(
+        help="Calibrated diameter of the sphere (or ring), in mm.",
+        range=REFERENCE_DIAMETER,
+        label="Diameter of the reference",
+        hint="On the certificate of the sphere or ring",
+    ),
 ]
-Ring: TypeAlias = Annotated[bool, Field(help="The reference is a ring gauge.")]
+Ring: TypeAlias = Annotated[
+    bool, Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
+]
 U_DIAMETER = Field(
     help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
     "0.2 is assumed when not given.",
     range=(0.0, 1000.0),
-    label="u of the diameter",
+    label="Standard uncertainty of the diameter",
+    hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
 )
 UDiameter: TypeAlias = Annotated[float | None, U_DIAMETER]
 UTemperature: TypeAlias = Annotated[
@@ -97,12 +105,13 @@ UTemperature: TypeAlias = Annotated[
         help="Standard uncertainty of the reference's temperature, in K.",
         range=(0.0, 50.0),
         unit="K",
-        label="u of the temperature",
+        label="Standard uncertainty of its temperature",
     ),
 ]
 SPHERE_FORM = Field(
     help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
     range=(0.0, 100.0),
+    label="Form deviation of the reference",
 )
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
 Turn: TypeAlias = Annotated[
@@ -148,6 +157,7 @@ ProbeAxis: TypeAlias = Annotated[
     Vector,
     Field(
         help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+        label="Axis of the probe, tip to spindle",
         parse=unit_vector,
         metavar="X,Y,Z",
     ),
@@ -396,16 +406,37 @@ class TouchFiles(TouchTables):
         spindle : sequence of float or None
             Orientation of the spindle in each file. [rad]
         """
-        from pretravel.files.several_files import read_series
-        from pretravel.touches import with_feed
-
         options = self.reading_options(
             tip_diameter=tip_diameter,
             reference_diameter=reference_diameter,
             ring=ring,
             exclude=self.exclude,
         )
-        readings = read_series(self.files, options, spindle=spindle)
+        return self.read_with(options, progress, spindle=spindle)
+
+    def read_with(
+        self,
+        options: ReadingOptions,
+        progress: Progress = SILENT,
+        *,
+        file_format: str | None = None,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches as `read_touches` does, with more that is stated about the files.
+
+        Parameters
+        ----------
+        options : ReadingOptions
+        progress : Progress
+        file_format : str, optional
+            Detected when not given.
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        from pretravel.files.several_files import read_series
+        from pretravel.touches import with_feed
+
+        readings = read_series(self.files, options, file_format=file_format, spindle=spindle)
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)

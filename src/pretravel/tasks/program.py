@@ -277,14 +277,14 @@ class PlannedProgram(Result):
         The program for the control.
     text : str
         Touches and duration, and what was checked.
-    warnings : tuple of str
+    cautions : tuple of str
         What was not.
     """
 
     program: ProbingProgram
     content: str
     text: str
-    warnings: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
 
     def write(self, output: str, path: Path) -> None:
         """Write the program."""

@@ -63,6 +63,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             help="Diameter of the tip, in mm. Without it, the mean of the map is zero and heights "
             "are less certain, usually by 5 to 15 µm.",
             range=TIP_BALL,
+            label="Diameter of the tip",
+            hint="Of the stylus ball, for example 6",
         ),
     ] = None
     kind: Annotated[
@@ -74,6 +76,14 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             names=kind_names,
             metavar="KIND",
             label="Kind of map",
+            words={
+                "auto": "Automatic (best for left-out touches)",
+                "physical": "Physical: a fitted six-seat probe",
+                "harmonic": "Harmonic: a smooth series",
+                "wozniak": "Woźniak: one constant",
+                "sectors": "Sectors: a table",
+                "mean": "Mean: one radius",
+            },
         ),
     ] = "auto"
     ring: Ring = False
@@ -87,6 +97,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             "sphere do not determine it; none: least-squares centre.",
             parse=length_or_none,
             metavar="UM",
+            label="Pretravel along the probe's axis, assumed",
+            hint="For kind harmonic: touches on a sphere do not determine it",
         ),
     ] = Length(1.0)
     lobe_azimuth_deg: Annotated[
@@ -95,11 +107,16 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
             "default is determined from 8 directions or more.",
             range=ANGLE,
+            label="Azimuth of the largest pretravel",
+            hint="Empty: determined from the touches",
         ),
     ] = None
     transducer: Annotated[
         Literal["contact", "piezo"],
-        Field(help="Kind wozniak: contact (the map has lobes) or piezo (it has none)."),
+        Field(
+            help="Kind wozniak: contact (the map has lobes) or piezo (it has none).",
+            words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
+        ),
     ] = "contact"
     axis: ProbeAxis = ALONG_Z
     prior: Annotated[

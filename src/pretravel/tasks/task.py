@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import shlex
 import types
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -81,8 +81,10 @@ class Field:
     ----------
     help : str
         One sentence or two, with the unit; it stands in the help, the form and the reference.
-    label : str
-        In forms; by default the name with blanks.
+    label, hint : str
+        In forms: its words, by default the name with blanks, and a short sentence below it.
+    words : mapping of str to str
+        In forms: how the choices are called.
     range : QuantityRange or pair of float
         Limits: of a quantity, in the units of the library, or as they are typed.
     unit : str
@@ -107,6 +109,8 @@ class Field:
 
     help: str
     label: str = ""
+    hint: str = ""
+    words: Mapping[str, str] | None = None
     range: QuantityRange | tuple[float, float] | None = None
     unit: str = ""
     option: str = ""
@@ -206,8 +210,8 @@ class Setting(NamedTuple):
         return self._one(value)
 
     def _one(self, value: Any) -> Any:
-        if isinstance(value, str) and self.field.parse is not None:
-            return self.field.parse(value)
+        if isinstance(value, str | int | float) and self.field.parse is not None:
+            return self.field.parse(self.text(value))
         if self.choices and value not in self.choices:
             self._refuse(value, f"it is not known; there are {', '.join(self.choices)}")
         if self.kind is Path:
@@ -245,8 +249,8 @@ class Result:
     exit_code: int = 0
     text: str = ""
     """Printed as it is, before the report: a description to edit."""
-    warnings: tuple[str, ...] = ()
-    """Of a result without a report; a report has its own."""
+    cautions: tuple[str, ...] = ()
+    """Warnings of a result without a report; a report has its own."""
     template: str = "page.html"
     """Of its page."""
 

@@ -37,6 +37,23 @@ def test_a_path_as_a_probe_is_refused(tmp_path: Path) -> None:
         compensate_part(Inputs({"probe": str(tmp_path / "mine.toml")}, files))
 
 
+@pytest.mark.parametrize("name", ["sent", "sent.TOML", "sent.txt", "sent.json.x"])
+def test_a_description_is_judged_whatever_its_name(tmp_path: Path, name: str) -> None:
+    """A file of a project that has no ending of a map is a description, and of no other file."""
+    geometry = '[geometry]\nstep = "/etc/solids.step"\ntripod = "a"\nstylus = "b"\ntip = "c"\n'
+    (tmp_path / name).write_text(f"{description_text('omp40-2')}\n{geometry}", encoding="utf-8")
+    files = {"touches": (EXAMPLES / "part_touches.csv",), "map": (tmp_path / name,)}
+    with pytest.raises(PretravelError, match=r"takes its solids from solids\.step"):
+        compensate_part(Inputs({}, files))
+
+
+def test_a_netcdf_map_of_an_old_project_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "map.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
+    files = {"touches": (EXAMPLES / "part_touches.csv",), "map": (tmp_path / "map.nc",)}
+    with pytest.raises(PretravelError, match=r"again with -o map\.json"):
+        compensate_part(Inputs({}, files))
+
+
 @pytest.mark.parametrize("step", ["/etc/solids.step", "../../solids.step", "//host/share/a.step"])
 def test_a_description_names_no_file_of_this_computer(tmp_path: Path, step: str) -> None:
     geometry = f'[geometry]\nstep = "{step}"\ntripod = "a"\nstylus = "b"\ntip = "c"\n'

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
+from pretravel.app.components.described import described_field, form_settings
 from pretravel.app.components.document_view import table_view
 from pretravel.app.components.downloads import download_button
-from pretravel.app.components.fields import choice_field, number_field, switch_field
 from pretravel.app.components.layout import (
     folded,
     folded_until_opened,
@@ -21,9 +21,9 @@ from pretravel.app.components.layout import (
 )
 from pretravel.app.components.outcome import outcome
 from pretravel.app.project import ScreenState
-from pretravel.app.screens.engineer_settings import DEFAULTS, EngineerSettings, file_mark
+from pretravel.app.screens.engineer_settings import OF_WOZNIAK, WOZNIAK, EngineerSettings, file_mark
 from pretravel.app.screens.engineer_work import LOOK, LookResult
-from pretravel.base.quantities import REFERENCE_DIAMETER, TIP_BALL
+from pretravel.tasks.qualify import Qualify
 
 _AXES = {
     "0,0,1": "+Z (stylus points down)",
@@ -33,14 +33,7 @@ _AXES = {
     "0,1,0": "+Y",
     "0,-1,0": "-Y",
 }
-_KINDS = {
-    "auto": "Automatic (best for left-out touches)",
-    "physical": "Physical: a fitted six-seat probe",
-    "harmonic": "Harmonic: a smooth series",
-    "wozniak": "Woźniak: one constant",
-    "sectors": "Sectors: a table",
-    "mean": "Mean: one radius",
-}
+_FIRST = ("diameter", "tip_diameter", "ring")
 _COLUMN_WORDS = {
     "x": "X position", "y": "Y position", "z": "Z position",
     "nx": "Normal X (I)", "ny": "Normal Y (J)", "nz": "Normal Z (K)",
@@ -133,52 +126,20 @@ def _column_choices(state: ScreenState, result: LookResult) -> None:
 def reference_panel(state: ScreenState) -> None:
     """Diameters first; what usually stays as it is, folded."""
     with panel("2 Reference and tip"):
-        number_field(
-            state, "diameter", "Diameter of the reference", unit="mm",
-            limits=REFERENCE_DIAMETER[:2], hint="On the certificate of the sphere or ring",
-        )  # fmt: skip
-        number_field(
-            state, "tip_diameter", "Diameter of the tip", unit="mm", limits=TIP_BALL[:2],
-            hint="Of the stylus ball, for example 6",
-        )  # fmt: skip
-        switch_field(state, "ring", "The reference is a ring gauge")
+        for name in _FIRST:
+            described_field(state, Qualify, name)
         with folded("More settings"):
-            number_field(
-                state, "u_diameter_um", "Standard uncertainty of the diameter", unit="µm",
-                default=DEFAULTS["u_diameter_um"], limits=(0.0, 1000.0),
-                hint="Half of U (k = 2) on the certificate",
-            )  # fmt: skip
-            choice_field(state, "kind", "Kind of map", _KINDS, default="auto")
-            choice_field(state, "axis", "Axis of the probe, tip to spindle", _AXES, default="0,0,1")
-            _rare_fields(state)
+            for setting in form_settings(Qualify):
+                if setting.name not in (*_FIRST, *OF_WOZNIAK):
+                    axes = _AXES if setting.name == "axis" else None
+                    described_field(state, Qualify, setting.name, choices=axes)
+            live([state.listen], lambda: _of_wozniak(state), lambda: state.settings.get("kind"))
 
 
-def _rare_fields(state: ScreenState) -> None:
-    number_field(
-        state, "sphere_form_um", "Form deviation of the reference", unit="µm",
-        default=DEFAULTS["sphere_form_um"], limits=(0.0, 100.0),
-    )  # fmt: skip
-    number_field(
-        state, "u_temperature", "Standard uncertainty of its temperature", unit="K",
-        default=DEFAULTS["u_temperature"], limits=(0.0, 50.0),
-    )  # fmt: skip
-    number_field(
-        state, "axial_pretravel_um", "Pretravel along the probe's axis, assumed", unit="µm",
-        default=DEFAULTS["axial_pretravel_um"], limits=(0.0, 100.0),
-        hint="For kind harmonic: touches on a sphere do not determine it",
-    )  # fmt: skip
-
-    def of_wozniak() -> None:
-        if state.settings.get("kind") != "wozniak":
-            return
-        number_field(
-            state, "lobe_azimuth_deg", "Azimuth of the largest pretravel", unit="°",
-            limits=(-3600.0, 3600.0), hint="Empty: determined from the touches",
-        )  # fmt: skip
-        names = {"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"}
-        choice_field(state, "transducer", "Transducer", names, default="contact")
-
-    live([state.listen], of_wozniak, lambda: state.settings.get("kind"))
+def _of_wozniak(state: ScreenState) -> None:
+    if state.settings.get("kind") == WOZNIAK:
+        for name in OF_WOZNIAK:
+            described_field(state, Qualify, name)
 
 
 def no_touches_yet() -> None:

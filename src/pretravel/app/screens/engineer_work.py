@@ -236,17 +236,15 @@ def fit(inputs: Inputs) -> FitResult | None:
 
 
 def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelError:
-    from pretravel.files.several_files import read_series
     from pretravel.show.work_record import input_file, record_now
     from pretravel.tasks.compare import Compare
-    from pretravel.tasks.qualify import qualify_probe
-    from pretravel.tasks.reports.preview_report import with_reading_note
 
     try:
-        whole = read_series([path], settings.reading()).in_machine_axes()
         left_out = settings.left_out
-        kept = read_series([path], settings.reading(left_out)).in_machine_axes()
-        qualified = qualify_probe(kept, settings.setup(), settings.kind())
+        task = replace(settings.qualify(path, left_out), output=None)
+        whole = settings.qualify(path).read()
+        kept = task.read()
+        qualified = task.qualified(kept)
     except PretravelError as error:
         return error
     names = touch_names(path, whole)
@@ -256,8 +254,7 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
     except PretravelError as error:  # a map that does not hold all around
         problem = str(error)
     touches = _touches_of(qualified, whole, np.isin(names, left_out), names)
-    report = qualified.document(path.name, excluded=left_out, saved=False)
-    report = with_reading_note(report, kept)
+    report = qualified.page()
     costs = None if compared is None else compared.document()
     for document in (report, costs):
         for picture in () if document is None else document.pictures:

@@ -12,9 +12,7 @@ from pretravel.app.tasks import Inputs
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
-from pretravel.files.file_format import ReadingOptions
 from pretravel.files.points_reading import read_points
-from pretravel.files.several_files import read_series
 from pretravel.measurement.contact_slide import contact_slide
 from pretravel.measurement.point_budget import point_budget
 from pretravel.prediction.catalogue import catalogue_names
@@ -171,12 +169,10 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
 def example_map(folder: Path) -> tuple[str, bytes]:
     """Name and content of the map of the probe that touched the example part."""
     from pretravel.files.map_file import write_map
-    from pretravel.maps.provenance import QualificationSetup
-    from pretravel.tasks.qualify import KindWish, qualify_probe
+    from pretravel.tasks.qualify import Qualify
 
-    readings = read_series([folder / "sphere_touches.csv"], ReadingOptions(tip_radius=3.0))
-    setup = QualificationSetup(24.9987, tip_diameter=6.0)
-    made = qualify_probe(readings.in_machine_axes(), setup, KindWish("physical"))
+    touches = (folder / "sphere_touches.csv",)
+    made = Qualify(touches=touches, diameter=24.9987, tip_diameter=6.0, kind="physical").run()
     with temporary_folder() as place:
         write_map(place / "example_map.json", made.pretravel_map)
         return "example_map.json", (place / "example_map.json").read_bytes()

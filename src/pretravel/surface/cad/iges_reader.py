@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.extras import needed
 from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import temporary_folder
 from pretravel.surface.cad.iges_bodies import SEWING
@@ -45,7 +46,11 @@ def read_iges(path: str | Path) -> CadContent:
     ------
     InputError
         A file that is not IGES, that has no surfaces, or that the CAD kernel cannot read.
+    MissingExtraError
+        Without the extra ``cad``.
     """
+    needed("netgen", "cad")
+    needed("shapely", "cad")
     path = Path(path)
     types = _entity_types(path)
     if not types & _SURFACES:

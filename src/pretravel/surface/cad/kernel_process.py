@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.extras import needed
 from pretravel.base.own_process import module_folders
 from pretravel.surface.cad.brep import Brep, parse_brep
 
@@ -79,14 +78,7 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     -------
     subprocess.CompletedProcess
         With a return code other than zero if the kernel failed.
-
-    Raises
-    ------
-    MissingExtraError
-        Without the extra ``cad``.
     """
-    needed("netgen", "cad")
-    needed("shapely", "cad")
     size = copy.stat().st_size
     memory = int(MEMORY.fixed + MEMORY.per_byte * size)
     seconds = TIME.fixed + TIME.per_byte * size

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.base.errors import InputError
+from pretravel.base.extras import needed
 from pretravel.base.whole_file import temporary_folder
 from pretravel.surface.cad.kernel_process import (
     CadContent,
@@ -43,7 +44,11 @@ def read_step(path: str | Path) -> CadContent:
     ------
     InputError
         A file that is no STEP file, or that the CAD kernel cannot read.
+    MissingExtraError
+        Without the extra ``cad``.
     """
+    needed("netgen", "cad")
+    needed("shapely", "cad")
     path = Path(path)
     with temporary_folder() as folder:
         _convert(path, folder)
