@@ -19,9 +19,7 @@ from pretravel.tasks import GROUPS, SUBCOMMANDS, task_named
 from pretravel.tasks.task import ANSWER
 
 UNDESCRIBED: dict[str, str] = {
-    "demo": "demo:demo",
     "app": "app:app",
-    "report": "report:report",
 }
 """Commands that are not made from the description of a task."""
 

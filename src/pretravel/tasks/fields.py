@@ -227,14 +227,16 @@ class PlacedPart(Task):
 
 # Reports
 
+Verbose: TypeAlias = Annotated[
+    bool, Field(help="Print the full report, not its key figures alone.")
+]
+
 
 class Reported(Task):
     """Settings of tasks that show a report."""
 
     plot: Annotated[Path | None, Field(help="Picture: .png, .svg or .pdf.", writes=PICTURES)] = None
-    verbose: Annotated[bool, Field(help="Print the full report, not its key figures alone.")] = (
-        False
-    )
+    verbose: Verbose = False
 
 
 def output(text: str, *endings: str) -> Field:

@@ -36,6 +36,7 @@ from pretravel.base.quantities import QuantityRange, limits
 
 if TYPE_CHECKING:
     from pretravel.show.document import Document
+    from pretravel.show.work_record import WorkRecord
 
 T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
@@ -63,6 +64,10 @@ class Progress:
         """State what is done within, for work that can be long."""
         del what
         return nullcontext()
+
+    def record(self) -> WorkRecord | None:
+        """What is done with what, for a page that the task itself writes."""
+        return None
 
 
 SILENT = Progress()
