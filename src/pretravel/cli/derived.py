@@ -83,7 +83,9 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     )
     group: Any = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
     for task in tasks:
-        group.add_command(command_of(task))
+        command = command_of(task)
+        command.rich_help_panel = None
+        group.add_command(command)
     return group
 
 
