@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from pretravel.tasks.long_tables import LongCompensation
     from pretravel.touches import Touches
 
-POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr")
-"""Endings of files of points; see `point_endings`."""
-
 
 class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     """Compensate touches to surface points with uncertainties."""
@@ -60,7 +57,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         output(
             "Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); or a page, .html or "
             ".pdf.",
-            *POINTS,
+            ".csv",
             *PAGES,
         ),
     ]
@@ -79,6 +76,12 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     ] = None
     extrapolate: Annotated[bool, Field(help="Allow directions outside the map.")] = False
     model: ModelName = "analytic"
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files.point_files import point_endings
+
+        return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
 
     def run(self, progress: Progress = SILENT) -> CompensatedTouches | LongCompensation:
         """Read the touches and the map, and determine the points.

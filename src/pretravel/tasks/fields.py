@@ -12,7 +12,6 @@ from pretravel.base.quantities import (
     ANGLE,
     FEED,
     REFERENCE_DIAMETER,
-    TIP_BALL,
 )
 from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Task
 from pretravel.tasks.values import (
@@ -121,7 +120,6 @@ QualifiedMap: TypeAlias = Annotated[
     Path,
     Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
 ]
-TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
 ProbeName: TypeAlias = Annotated[
     str,
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),

@@ -105,6 +105,8 @@ class Field:
         The value names files that are read; a callable gives the paths.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
+    in_run : bool
+        The run itself writes it, not the result afterwards.
     """
 
     help: str
@@ -121,6 +123,7 @@ class Field:
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
+    in_run: bool = False
 
 
 class Setting(NamedTuple):
@@ -476,6 +479,8 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
+        if setting.field.in_run:
+            continue
         lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
@@ -484,7 +489,8 @@ def python_lines(task: Task) -> str:
 
 def _of_the_work(setting: Setting) -> bool:
     """Not an output that is written afterwards."""
-    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
+    field = setting.field
+    return field.in_run or field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:
