@@ -7,7 +7,7 @@ Kinds are found by entry points, so that another package can add one.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
@@ -31,15 +31,12 @@ AUTO = "auto"
 
 
 class _Kinds(Mapping[str, KindOfMap]):
-    """Kinds by name: read when they are first needed; each is imported when it is asked for."""
+    """Kinds by name; each is imported when it is first asked for."""
 
     def __init__(self) -> None:
-        self._loaded: dict[str, KindOfMap] = {}
-
-    @cached_property
-    def _places(self) -> dict[str, str]:
         installed = {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
-        return _OWN | {n: place for n, place in installed.items() if n not in _OWN}
+        self._places = _OWN | {n: place for n, place in installed.items() if n not in _OWN}
+        self._loaded: dict[str, KindOfMap] = {}
 
     def __getitem__(self, name: str) -> KindOfMap:
         if name not in self._loaded:
@@ -54,10 +51,7 @@ class _Kinds(Mapping[str, KindOfMap]):
         return len(self._places)
 
 
-KINDS: Mapping[str, KindOfMap] = _Kinds()
-"""What `kinds` returns."""
-
-
+@cache
 def kinds() -> Mapping[str, KindOfMap]:
     """All kinds that are fitted to touches, by name.
 
@@ -70,7 +64,7 @@ def kinds() -> Mapping[str, KindOfMap]:
     >>> list(kinds())[:3], kinds()["mean"].title
     (['mean', 'sectors', 'wozniak'], 'mean radius')
     """
-    return KINDS
+    return _Kinds()
 
 
 def kind_named(name: str, **settings: Any) -> KindOfMap:
