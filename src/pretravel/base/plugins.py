@@ -13,14 +13,14 @@ from typing import Any, Generic, TypeVar
 
 from pretravel.base.errors import PretravelError
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 def _itself(found: Any) -> Any:
     return found
 
 
-class Plugins(Mapping[str, T], Generic[T]):
+class Plugins(Mapping[str, _T], Generic[_T]):
     """Objects by their names: found when they are first needed, each imported when asked for.
 
     Parameters
@@ -43,10 +43,10 @@ class Plugins(Mapping[str, T], Generic[T]):
     """
 
     def __init__(
-        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], T] = _itself
+        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], _T] = _itself
     ) -> None:
         self._group, self._first, self._make = group, first, make
-        self._loaded: dict[str, T] = {}
+        self._loaded: dict[str, _T] = {}
 
     @cached_property
     def _places(self) -> dict[str, str]:
@@ -66,7 +66,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         names = [name for name in self._first if name in found]
         return {name: found[name] for name in [*names, *sorted(set(found) - set(names))]}
 
-    def __getitem__(self, name: str) -> T:
+    def __getitem__(self, name: str) -> _T:
         if name not in self._loaded:
             place = self._places[name]
             module, _, attribute = place.partition(":")

@@ -18,7 +18,7 @@ from pretravel.cli.command import FAULT, INTERRUPTED
 from pretravel.tasks import GROUPS, PLACES, SUBCOMMANDS, task_named
 from pretravel.tasks.task import ANSWER, Task
 
-OWN = {"Start": (App.name,)}
+_OWN = {"Start": (App.name,)}
 """Tasks of the command line itself, by the group of the help."""
 
 
@@ -54,7 +54,7 @@ class _LazyCommands(dict[str, Any]):
     """Commands by their names; a value is made when it is read."""
 
     def __init__(self) -> None:
-        groups = {group: (*tasks, *OWN.get(group, ())) for group, tasks in GROUPS.items()}
+        groups = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
         super().__init__(
             dict.fromkeys(name.split()[0] for names in groups.values() for name in names)
         )

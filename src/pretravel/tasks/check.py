@@ -14,10 +14,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL, UNCERTAINTY
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
-    ALONG_Z,
     REFERENCE_SPHERE,
     SPHERE_FORM,
     U_DIAMETER,
+    UPRIGHT,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -163,7 +163,7 @@ class Check(TouchFiles, LaboratoryReport):
     sphere_form_um: Annotated[
         float | None, replace(SPHERE_FORM, help="Form error of the sphere, in µm.")
     ] = None
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
     output: Annotated[
         Path | None,
         output("Figures: .csv or .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
@@ -443,7 +443,7 @@ class Pattern(Task):
         Field(help="Touches of each direction, one after the other.", range=(1, 1000)),
     ] = 1
     turn_deg: Turn = 0.0
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
 
     def run(self, progress: Progress = SILENT) -> PatternTargets:
         """The targets."""

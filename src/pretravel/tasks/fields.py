@@ -160,7 +160,7 @@ ProbeAxis: TypeAlias = Annotated[
         metavar="X,Y,Z",
     ),
 ]
-ALONG_Z = Vector(0, 0, 1)
+UPRIGHT = Vector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
     Field(

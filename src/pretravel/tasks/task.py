@@ -23,7 +23,6 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
-    TypeVar,
     Union,
     dataclass_transform,
     get_args,
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
     from pretravel.show.document import Document
     from pretravel.show.work_record import WorkRecord
 
-T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
