@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def _formats() -> list[str]:
     from pretravel.files.format_registry import FORMATS
 
-    return [entry.name for entry in FORMATS]
+    return list(FORMATS)
 
 
 def convert(
@@ -256,9 +256,9 @@ def formats() -> None:
 
     from pretravel.files.format_registry import FORMATS
 
-    margin = 2 + max(len(entry.name) for entry in FORMATS)
-    for entry in FORMATS:
-        typer.echo(f"{entry.name:{margin}s}{entry.what}")
+    margin = 2 + max(map(len, FORMATS))
+    for name, entry in FORMATS.items():
+        typer.echo(f"{name:{margin}s}{entry.what}")
         properties = [
             ("read as", entry.reads),
             ("written from", entry.writes),
@@ -266,7 +266,7 @@ def formats() -> None:
             ("verified against", entry.verified),
             ("refused", entry.refusal),
         ]
-        for name, text in properties:
+        for what, text in properties:
             if text:
-                lines = textwrap.wrap(f"{name}: {text}", 80)
+                lines = textwrap.wrap(f"{what}: {text}", 80)
                 typer.echo("\n".join(f"{'':{margin}s}{line}" for line in lines))
