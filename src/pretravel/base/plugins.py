@@ -70,8 +70,8 @@ class Plugins(Mapping[str, T], Generic[T]):
                 )
         if not found:
             raise PretravelError(
-                f"no installed package lists {self._group}, not even pretravel: its sources must be "
-                "installed. In their folder, run: pip install -e ."
+                f"no installed package lists {self._group}, not even pretravel: its sources must "
+                "be installed. In their folder, run: pip install -e ."
             )
         names = [name for name in self._first if name in found]
         return {name: found[name] for name in [*names, *sorted(set(found) - set(names))]}
