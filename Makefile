@@ -14,8 +14,10 @@ TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist l
 	--no-loadscope-reorder --durations=10
 # On a bare installation, on a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
 SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks
+# Rounding differs between the kernels of OpenBLAS, which follow the processor: results must not.
+NUMERICAL := tests/laws $(addprefix tests/unit/,qualification identification maps measurement laboratory)
 
-.PHONY: help venv demo check check-system check-all linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
+.PHONY: help venv demo check check-system check-all kernels linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -44,11 +46,16 @@ check: $(STAMP)  ## everything that must pass before a commit, but check-system
 check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests of a bare installation, on LinuxCNC, in a browser, of the site, and with damaged files
 	$(TESTS) -m "not slow" $(SYSTEM)
 
-check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, benchmarks, single faults in the code, and the built package
+check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, kernels, benchmarks, single faults in the code, and the built package
 	$(TESTS) -m "slow or not slow"
+	$(MAKE) --no-print-directory kernels
 	$(BIN)/python -m benchmarks.run --print
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 5
 	$(MAKE) --no-print-directory release-check
+
+kernels: $(STAMP)  ## the numerical tests as on this processor, on one with AVX2 and on one without
+	for kernel in "" Haswell Prescott; do \
+		OPENBLAS_CORETYPE=$$kernel $(TESTS) -m "not slow" $(NUMERICAL) || exit 1; done
 
 format: $(STAMP)  ## put the code in order
 	$(BIN)/ruff check --fix-only --quiet .

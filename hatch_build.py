@@ -1,7 +1,7 @@
 """Step of the build: the script of Plotly, which pages contain, from its Python package.
 
 The package takes 60 MB, of which a page needs this file alone: the wheel brings the script, and an
-installation does without the package. The repository contains neither the script nor its licence (MIT).
+installation does without the package. The script and its licence (MIT) are not in the sources.
 """
 
 from __future__ import annotations

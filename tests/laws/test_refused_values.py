@@ -16,7 +16,7 @@ from pretravel.controls.control_table import TableSettings
 from pretravel.controls.exports import table_travel
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.macro_b import renishaw_variables
-from pretravel.identification.free_numbers import free_numbers
+from pretravel.identification.probe_from_map import free_numbers
 from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
 from pretravel.laboratory.rig import RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent, constant_and_slope, length_budget

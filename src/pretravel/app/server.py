@@ -25,15 +25,13 @@ from pretravel.app.uploads import UPLOADS, limited_content
 from pretravel.base.errors import PretravelError
 
 
-def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[], None]) -> None:
+def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:
     """Run the server until it is interrupted.
 
     Parameters
     ----------
     access : Access
     port : int
-    show : str or bool
-        The page that a browser opens, or False.
     listening : callable
         Called when the server answers.
     """
@@ -58,7 +56,7 @@ def serve(access: Access, port: int, *, show: str | bool, listening: Callable[[]
             language="en-US",
             dark=None,
             reload=False,
-            show=show,
+            show=False,
             show_welcome_message=False,
             tailwind=False,
             favicon=Path(__file__).parent / "static" / "icon.svg",

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import socket
+import tempfile
+import threading
+import webbrowser
 from collections.abc import Callable
+from html import escape
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
@@ -57,13 +61,31 @@ def start(
     os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
     from pretravel.app.server import serve
 
-    page = f"?token={access.token}" if access.token else ""
+    page = f"{address}?token={access.token}" if access.token else address
+    with tempfile.TemporaryDirectory(prefix="pretravel-") as folder:  # of this user alone
 
-    def listening() -> None:
-        say(f"The workbench is at {address}{page} (Ctrl-C ends it)")
-        say(f"The project is saved in {SESSION.path}")
+        def listening() -> None:
+            say(f"The workbench is at {page} (Ctrl-C ends it)")
+            say(f"The project is saved in {SESSION.path}")
+            if browser:
+                shown = _forwarding(Path(folder), page) if access.token else page
+                # A browser in the terminal, or one that was not running, can keep it waiting.
+                threading.Thread(target=webbrowser.open, args=(shown,), daemon=True).start()
 
-    serve(access, chosen, show=f"/{page}" if browser else False, listening=listening)
+        serve(access, chosen, listening=listening)
+
+
+def _forwarding(folder: Path, address: str) -> str:
+    """The address of a page that forwards: other users can read with what a browser is started."""
+    page = folder / "open.html"
+    page.touch(mode=0o600)
+    page.write_text(
+        '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'
+        f'<meta http-equiv="refresh" content="0; url={escape(address)}"><title>pretravel</title>'
+        f'<a href="{escape(address)}">Open the workbench</a>\n',
+        encoding="utf-8",
+    )
+    return page.as_uri()
 
 
 def own_address() -> str:

@@ -1,28 +1,36 @@
+"""Open the workbench; it is the command line's own task, because no task uses the workbench."""
+
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from pretravel.tasks.task import SILENT, Field, Progress, Result, Task
 
 
-def app(
+class App(Task):
+    """Open the workbench: the jobs of pretravel as a page in the browser."""
+
+    name = "app"
+    group = "Start"
+    example = "pretravel app --no-browser"
+
     project: Annotated[
-        Path | None, typer.Argument(help="Project file (.pretravel); default: the last one.")
-    ] = None,
-    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+        Path | None,
+        Field(help="Project file (.pretravel); default: the last one.", positional=True),
+    ] = None
+    host: Annotated[str, Field(help="Address to listen on.")] = "127.0.0.1"
     port: Annotated[
         int | None,
-        typer.Option(min=0, max=65535, help="Port; 0: any free one; default: 8765 if it is free."),
-    ] = None,
+        Field(help="Port; 0: any free one; default: 8765 if it is free.", range=(0, 65535)),
+    ] = None
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
-    ] = True,
-) -> None:
-    """Open the workbench: the jobs of pretravel as a page in the browser.
+        bool, Field(help="Open the page in a browser.", option="--browser/--no-browser")
+    ] = True
 
-    Example: pretravel app --no-browser
-    """
-    from pretravel.app.start import start
+    def run(self, progress: Progress = SILENT) -> Result:
+        """Serve until it is interrupted."""
+        from pretravel.app.start import start
 
-    start(project, host, port, browser=browser, say=typer.echo)
+        start(self.project, self.host, self.port, browser=self.browser, say=progress.say)
+        return Result()

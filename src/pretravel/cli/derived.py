@@ -5,14 +5,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import MISSING
-from typing import Annotated, Any
+from dataclasses import MISSING, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pretravel.base.errors import PretravelError
 from pretravel.cli.command import Command
 from pretravel.cli.files import check_files
+from pretravel.cli.running import note_inputs, record_of_command
 from pretravel.tasks.task import (
     FOLDER,
     PAGES,
@@ -26,6 +28,9 @@ from pretravel.tasks.task import (
     settings_of,
     written_files,
 )
+
+if TYPE_CHECKING:
+    from pretravel.show.work_record import WorkRecord
 
 
 def command_of(task: type[Task]) -> Any:
@@ -78,7 +83,9 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     )
     group: Any = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
     for task in tasks:
-        group.add_command(command_of(task))
+        command = command_of(task)
+        command.rich_help_panel = None
+        group.add_command(command)
     return group
 
 
@@ -149,8 +156,17 @@ def _stated(task: type[Task], values: dict[str, Any]) -> Task:
     )
 
 
+@dataclass(frozen=True)
 class ShownProgress(Progress):
-    """Statements on stdout, stages on stderr."""
+    """Statements on stdout, stages on stderr.
+
+    Attributes
+    ----------
+    inputs : sequence of Path
+        Files that the task reads.
+    """
+
+    inputs: Sequence[Path]
 
     def say(self, text: str) -> None:
         """Print a statement."""
@@ -161,6 +177,11 @@ class ShownProgress(Progress):
         from pretravel.cli.progress import working
 
         return working(what)
+
+    def record(self) -> WorkRecord:
+        """The record of the command, with the files that it reads."""
+        note_inputs(self.inputs)
+        return record_of_command()
 
 
 def deliver(task: Task) -> int:
@@ -173,17 +194,20 @@ def deliver(task: Task) -> int:
     """
     from pretravel.cli.showing import save_page, show
 
-    progress = ShownProgress()
+    inputs = read_files(task)
+    progress = ShownProgress(inputs)
     outputs = list(written_files(task))
     named = [(path, task.endings(setting.name)) for setting, path in outputs]
     check_files(
         [each for each in named if each[1] != FOLDER],
-        read_files(task),
-        programs=any(setting.field.writes == PROGRAMS for setting, _ in outputs),
+        inputs,
+        programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
+        if setting.field.in_run:
+            continue
         ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
             with progress.working(f"drawing {path.name}"):

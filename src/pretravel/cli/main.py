@@ -7,49 +7,57 @@ import sys
 import traceback
 import warnings
 from contextlib import suppress
-from importlib import import_module
 from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from pretravel.base.errors import PretravelError
-from pretravel.cli.command import FAULT, INTERRUPTED, Command
-from pretravel.tasks import GROUPS, SUBCOMMANDS, task_named
-from pretravel.tasks.task import ANSWER
+from pretravel.cli.app import App
+from pretravel.cli.command import FAULT, INTERRUPTED
+from pretravel.tasks import GROUPS, PLACES, SUBCOMMANDS, task_named
+from pretravel.tasks.task import ANSWER, Task
 
-UNDESCRIBED: dict[str, str] = {
-    "demo": "demo:demo",
-    "app": "app:app",
-    "history": "history:history",
-    "plan-touches": "plan_touches:plan_touches",
-    "compare": "compare:compare",
-    "convert": "convert:convert",
-    "formats": "convert:formats",
-    "report": "report:report",
-}
-"""Commands that are not made from the description of a task."""
+_OWN = {"Start": (App.name,)}
+"""Tasks of the command line itself, by the group of the help."""
 
 
 class Commands(TyperGroup):
-    """The commands, each made when it is asked for."""
+    """The commands, each made when it is asked for; their list needs their first lines alone."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.commands = _LazyCommands()
+        self._listed = False
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Their names in the order of the help."""
         del ctx
         return list(self.commands)
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command; while the help lists them, what it shows of it."""
+        if self._listed:
+            return _summary(cmd_name)
+        return super().get_command(ctx, cmd_name)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        self._listed = True
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self._listed = False
+
 
 class _LazyCommands(dict[str, Any]):
     """Commands by their names; a value is made when it is read."""
 
     def __init__(self) -> None:
-        names = [name for group, tasks in GROUPS.items() for name in (*tasks, *_OWN.get(group, ()))]
-        super().__init__(dict.fromkeys(name.split()[0] for name in names))
+        groups = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
+        super().__init__(
+            dict.fromkeys(name.split()[0] for names in groups.values() for name in names)
+        )
 
     def __getitem__(self, name: str) -> Any:
         made = super().__getitem__(name)
@@ -67,43 +75,25 @@ class _LazyCommands(dict[str, Any]):
         return [self[name] for name in self]
 
 
-_OWN = {"Start": ("app",)}
-"""Commands of the command line itself, by the group of the help."""
-_GROUP_OF = {
-    name.split()[0]: group
-    for group, tasks in GROUPS.items()
-    for name in (*tasks, *_OWN.get(group, ()))
-}
+def _tasks(name: str) -> list[type[Task]]:
+    """The task of a command, or those whose commands begin with this word."""
+    if name == App.name:
+        return [App]
+    return [task_named(task) for task in PLACES if task.split()[0] == name]
 
 
 def _command(name: str) -> Any:
-    place = UNDESCRIBED.get(name)
-    if place is not None:
-        return _undescribed(name, place)
     from pretravel.cli.derived import command_of, group_of
 
     if name in SUBCOMMANDS:
-        inside = [task for tasks in GROUPS.values() for task in tasks if task.split()[0] == name]
-        return group_of(name, SUBCOMMANDS[name], [task_named(task) for task in inside])
-    return command_of(task_named(name))
+        return group_of(name, SUBCOMMANDS[name], _tasks(name))
+    return command_of(_tasks(name)[0])
 
 
-def _undescribed(name: str, place: str) -> Any:
-    module, _, function = place.partition(":")
-    made = getattr(import_module(f"pretravel.cli.{module}"), function)
-    alone = typer.Typer(add_completion=False)
-    if isinstance(made, typer.Typer):
-        alone.add_typer(made, rich_help_panel=_GROUP_OF[name])
-        return typer.main.get_command(alone).commands[name]  # type: ignore[attr-defined]
-    summary, _, example = (made.__doc__ or "").rpartition("Example: ")
-    alone.command(
-        name,
-        cls=Command,
-        help=summary.strip(),
-        epilog=f"Example: {example.strip()}",
-        rich_help_panel=_GROUP_OF[name],
-    )(made)
-    return typer.main.get_command(alone)
+def _summary(name: str) -> Any:
+    task = _tasks(name)[0]
+    text = SUBCOMMANDS.get(name) or (task.__doc__ or "").partition("\n\n")[0]
+    return TyperCommand(name, help=text, rich_help_panel=task.group)
 
 
 app = typer.Typer(

@@ -28,13 +28,3 @@ def save_page(document: Document, path: Path | None, *, template: str = "page.ht
 
     with working(f"writing {path.name}"):
         write_page(path, document, record=record_of_command(), template=template)
-
-
-def save_picture(document: Document, path: Path | None) -> None:
-    """Write the main picture of a report to a file, where one is asked for."""
-    if path is None:
-        return
-    from pretravel.show.style import save_picture_file
-
-    with working(f"drawing {path.name}"):
-        save_picture_file(document.pictures[0], path)

@@ -6,7 +6,7 @@ import hashlib
 import math
 import os
 import sqlite3
-import time
+import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ _SAME_TIP = 0.05
 """The tip diameters of one probe in repeated qualifications differ by less. [mm]"""
 _WAIT_FOR_WRITER = 30.0
 """Time that a writer waits for another writer. [s]"""
-_WAIT_FOR_JOURNAL = 2.0
-"""Time after which a journal beside a history is not that of a writer at work. [s]"""
+_WAIT_FOR_JOURNAL = 5.0
+"""Time until a journal counts as left behind: one entry is written in milliseconds. [s]"""
 _NO_FOLDER = "the history cannot be made: the folder {folder} does not exist"
 _COLUMNS = (
     "time", "map", "map_id", "tip_diameter_mm", "touches_file", "touches", "directions",
@@ -151,6 +151,7 @@ def check_history(path: str | Path, pretravel_map: PretravelMap) -> None:
     place = Path(path)
     if not place.parent.is_dir():
         raise InputError(_NO_FOLDER.format(folder=place.parent), path=path)
+    _refuse_journal(path)
     if not place.exists() or (place.is_file() and not place.stat().st_size):
         return
     with _history(path, create=True) as connection:
@@ -194,17 +195,69 @@ def read_history(path: str | Path) -> list[Entry]:
     Raises
     ------
     InputError
-        There is no such file, it is of another kind, or it is empty.
+        There is no such file, it is of another kind, or it is empty; an unfinished writing is
+        beside it.
     """
     if not Path(path).is_file():
         raise InputError(
             "there is no such history; verify the probe with a history to make it", path=path
         )
-    with _history(path, create=False) as connection:
-        rows = connection.execute(f"{_ENTRIES} ORDER BY time, number").fetchall()
+    rows = _entries(path)
     if not rows:
         raise InputError("the history contains no verification yet", path=path)
     return [_entry(path, row) for row in rows]
+
+
+def _entries(path: str | Path) -> list[tuple[object, ...]]:
+    """All rows; again where another program wrote meanwhile, since reading takes no lock."""
+    end = clock.monotonic() + _WAIT_FOR_WRITER
+    while True:
+        before = Path(path).stat()
+        problem, rows = None, list[tuple[object, ...]]()
+        try:
+            with _history(path, create=False) as connection:
+                rows = connection.execute(f"{_ENTRIES} ORDER BY time, number").fetchall()
+        except InputError as error:
+            problem = error
+        after = Path(path).stat()
+        same = (before.st_mtime_ns, before.st_size) == (after.st_mtime_ns, after.st_size)
+        if problem is not None and (same or clock.monotonic() > end):
+            raise problem
+        if (same and not _journals(path)) or clock.monotonic() > end:
+            return rows
+
+
+def _journals(path: str | Path) -> list[str]:
+    """What SQLite would carry out when it opens the history: an unfinished writing."""
+    beside = (os.path.realpath(path) + ending for ending in ("-journal", "-wal"))
+    return [each for each in beside if os.path.lexists(each)]
+
+
+def _refuse_journal(path: str | Path) -> None:
+    """Wait until another program has written, and refuse what an interrupted one left.
+
+    A journal can name another file, which SQLite then deletes: none is carried out here.
+    """
+    end = clock.monotonic() + _WAIT_FOR_JOURNAL
+    while found := _journals(path):
+        if clock.monotonic() > end:
+            name = Path(found[0]).name
+            raise InputError(
+                f"beside the history is {name}: a program was interrupted while it wrote, or still "
+                "writes. In a history of your own, finish that with SQLite: sqlite3 "
+                f'{Path(path).name} "PRAGMA integrity_check". In one of somebody else do not: '
+                f"SQLite deletes files that such a file names; remove {name}",
+                path=path,
+            )
+        clock.sleep(0.005)
+
+
+def _address(path: str | Path, mode: str) -> str:
+    """A file as SQLite's address, in which no sign of the name is part of a setting."""
+    address = Path(os.path.realpath(path)).as_uri()
+    if not address.startswith("file:///"):  # a share of Windows: SQLite knows no other computer
+        address = address.replace("file://", "file:////", 1)
+    return f"{address}?{mode}"
 
 
 def _storable(value: float | int | str) -> float | int | str | None:
@@ -256,12 +309,12 @@ def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
     place = Path(path)
     if create and not place.parent.is_dir():
         raise InputError(_NO_FOLDER.format(folder=place.parent), path=path)
+    _refuse_journal(path)
+    # What is read does not change, and SQLite looks for no journal.
+    address = _address(path, "mode=rwc" if create else "mode=ro&immutable=1")
     try:
-        _refuse_journal(place)
-        # What is only read is never rolled back: SQLite would delete files that a journal names.
-        address = f"{place.absolute().as_uri()}?mode={'rwc' if create else 'ro&immutable=1'}"
         connection = sqlite3.connect(
-            address, timeout=_WAIT_FOR_WRITER, isolation_level=None, uri=True
+            address, uri=True, timeout=_WAIT_FOR_WRITER, isolation_level=None
         )
     except sqlite3.Error as error:
         raise InputError(f"the history cannot be opened: {error}", path=path) from None
@@ -278,25 +331,6 @@ def _history(path: str | Path, *, create: bool) -> Iterator[sqlite3.Connection]:
         raise InputError(f"this is not the history of a probe ({error})", path=path) from None
     finally:
         connection.close()
-
-
-def _refuse_journal(place: Path) -> None:
-    """Wait for a writer that is at work; refuse what a broken one, or a stranger, left."""
-    # SQLite looks beside the file that a link points to.
-    real = place.resolve()
-    end = time.monotonic() + _WAIT_FOR_JOURNAL
-    for ending in ("-journal", "-wal"):
-        beside = real.with_name(real.name + ending)
-        while os.path.lexists(beside):
-            if time.monotonic() > end:
-                raise InputError(
-                    f"{beside.name} is beside the history: another program writes to it, or was "
-                    "interrupted, or the file comes from elsewhere. Opening the history could "
-                    "change or delete other files. Wait for the other program; if none runs, "
-                    "move that file away, or use a copy of the history that was kept",
-                    path=place,
-                )
-            time.sleep(0.02)
 
 
 def _prepare(connection: sqlite3.Connection, path: str | Path, *, create: bool) -> None:

@@ -29,6 +29,7 @@ from pretravel.identification.six_seat_fit import (
     SixSeatProblem,
     most_probable,
     oriented_starts,
+    promised_gain,
 )
 from pretravel.maps.basis import MapBasis, values_in_blocks
 from pretravel.maps.kind import KindOfMap, MapFit
@@ -185,7 +186,7 @@ def fit_physical(
     part = SixSeatProblem(observation.drawn(SEARCHED))
     starts = oriented_starts(part, scales)
     settled = [_settled(part, x, scales, repeats) for x in starts]
-    x, weighted = max(settled, key=lambda found: found[1].evidence)
+    x, weighted = max(settled, key=lambda found: _reached_evidence(part, *found))
     misfit = _misfit(part, x, weighted, repeats)
     if part.observation is not observation:
         x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
@@ -208,6 +209,11 @@ def _settled(
             break
         scales = weighted.scales[0]
     return x, weighted
+
+
+def _reached_evidence(problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales) -> float:
+    """The evidence of the linear model about x, less what that model promises and x has not."""
+    return weighted.evidence - promised_gain(problem, weighted.scales[0], x)
 
 
 def _concluded(

@@ -252,6 +252,30 @@ def most_probable(
     return np.asarray(found[0]), 0.5 * float(residuals @ residuals)
 
 
+def promised_gain(problem: SixSeatProblem, scales: PriorScales, x: FloatArray) -> float:
+    """How much smaller the cost would be if the model were linear about x.
+
+    Zero at a mode. Where the seat that lifts first changes, slopes jump, and a search can stop at
+    such an edge: what it finds there depends on rounding, and the linear model promises what no
+    probe keeps.
+
+    Parameters
+    ----------
+    problem : SixSeatProblem
+    scales : PriorScales
+    x : (u,) float
+
+    Returns
+    -------
+    float
+        As the cost of `most_probable`, a logarithm of a probability.
+    """
+    weighted = _Weighted(problem, scales)
+    residuals, slopes = weighted.residuals(x), weighted.jacobian(x)
+    left = residuals - slopes @ np.linalg.lstsq(slopes, residuals, rcond=None)[0]
+    return 0.5 * float(residuals @ residuals - left @ left)
+
+
 def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> list[FloatArray]:
     """The best fit from eight azimuths of the tripod, and the next if it is nearly as good."""
     start = problem.prior

@@ -26,9 +26,8 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.direction_means import DirectionMeans, Smoothing
 from pretravel.maps.observation import Places
-from pretravel.maps.spherical_harmonics import degrees_and_orders
+from pretravel.maps.spherical_harmonics import DirectionMeans, Smoothing, degrees_and_orders
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 
 LOBE_DEGREES = (15, 24)
@@ -86,6 +85,17 @@ class Amplitudes:
     mode: FloatArray
     points: FloatArray
     weights: FloatArray
+
+    @property
+    def first_harmonic_variance(self) -> float:
+        """Variance of a first harmonic across the axis, which touches take for a shift. [mm²]
+
+        As a shift, along each of two axes. Its size follows from that of the asymmetric harmonics
+        that touches do determine, by the same decay with the degree.
+        """
+        asymmetry = float(self.weights @ np.exp(2.0 * self.points[:, 2]))
+        at_degree_1 = asymmetry * 3.0 ** (2.0 * _DECAY)
+        return float(3.0 * at_degree_1 * MICROMETRE**2)  # n_x is 1/sqrt(3) of a harmonic
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,26 +163,6 @@ def ring_terms() -> IntArray:
     return np.array(
         [(m, sign * m) for m in range(2, RING_DEGREE + 1) for sign in (1, -1)], dtype=np.int64
     )
-
-
-def first_harmonic_variance(amplitudes: Amplitudes) -> float:
-    """Variance of a first harmonic across the axis, which touches take for a shift.
-
-    Its size follows from that of the asymmetric harmonics that touches do determine, by the same
-    decay with the degree.
-
-    Parameters
-    ----------
-    amplitudes : Amplitudes
-
-    Returns
-    -------
-    float
-        As a shift, along each of two axes. [mm²]
-    """
-    asymmetry = float(amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, 2]))
-    at_degree_1 = asymmetry * 3.0 ** (2.0 * _DECAY)
-    return float(3.0 * at_degree_1 * MICROMETRE**2)  # n_x is 1/sqrt(3) of a harmonic
 
 
 class _Problem:

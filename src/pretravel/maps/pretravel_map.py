@@ -369,3 +369,21 @@ Touch the reference there too, or allow extrapolation.
                 "Touch the reference there too, or allow extrapolation.",
                 inputs=("extrapolate",),
             )
+
+
+def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A map in directions spread over all that it supports.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    directions : (n, 3) float
+        Probe frame; the map's own nodes come first, of very many some thousands.
+    pretravel, standard_uncertainty : (n,) float each
+        [mm]
+    """
+    directions = pretravel_map.support.spread()
+    return directions, *pretravel_map._evaluate(directions, with_uncertainty=True)

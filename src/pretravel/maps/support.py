@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import checked_unit
+from pretravel.base.directions import checked_unit, fibonacci_cap, from_angles, polar_angle
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 
@@ -30,6 +30,8 @@ touches on the equator, one at the pole).
 MARGIN = 5.0 * DEGREE
 """Distance from the triangles up to which a direction is still supported. [rad]"""
 
+MOST_LOOKED_AT = 5000
+"""Touched directions in which a map is evaluated for a report; a map is smooth between them."""
 _SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
 _CHUNK = 8192
 _PAIRS = 100_000  # of a direction and an edge at a time
@@ -292,6 +294,14 @@ class DirectionSupport:
             np.where(cut_off, 0.0, distance[rows, place]),
         )
 
+    def spread(self) -> FloatArray:
+        """Directions spread over all that is supported, (n, 3): nodes first, some of very many."""
+        polar = float(polar_angle(self.nodes).max())
+        around = from_angles(polar, np.linspace(0.0, 2.0 * np.pi, 360))
+        candidates = np.concatenate([fibonacci_cap(800, polar), around])
+        supported = candidates[self.supports(candidates)]
+        return np.concatenate([some_directions(self.nodes), supported])
+
     def supports(self, directions: npt.ArrayLike, margin: float = MARGIN) -> BoolArray:
         """Whether each direction lies among the nodes, or within a margin of them.
 
@@ -307,3 +317,20 @@ class DirectionSupport:
         (m,) bool
         """
         return np.asarray(self.interpolation(directions)[2] <= margin)
+
+
+def some_directions(directions: FloatArray) -> FloatArray:
+    """Directions at which a map is looked at: all of up to `MOST_LOOKED_AT`, else so many drawn.
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+
+    Returns
+    -------
+    (m, 3) float
+    """
+    if len(directions) <= MOST_LOOKED_AT:
+        return directions
+    drawn = np.random.default_rng(0).permutation(len(directions))[:MOST_LOOKED_AT]
+    return np.asarray(directions[np.sort(drawn)])

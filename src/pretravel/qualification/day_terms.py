@@ -15,12 +15,11 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE, SECONDS_PER_MINUTE
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.change_tests import TouchesAndMap, separable_columns
 from pretravel.qualification.delay import SignalDelay, several_feeds, travel_per_second
 from pretravel.qualification.drift_over_time import DailyQuantity
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.probe_drift import slope_around_axis
 from pretravel.qualification.qualify import prepare

@@ -127,6 +127,7 @@ def separated_delay(
     """
     if not several_feeds(touches):
         return None, []
+    travel = float(np.mean(travel_per_second(touches)))
     total, current = 0.0, observation
     for _ in range(6):
         found = signal_delay(touches, fit_harmonic(current), current.repeats)
@@ -135,7 +136,7 @@ def separated_delay(
             break
         current = replace(observation, positions=at_rest(touches, total).positions @ rotation)
     delay = replace(found, delay=total)
-    if delay.u_delay * float(np.mean(travel_per_second(touches))) > COSTLY:
+    if delay.u_delay * travel > COSTLY:
         warning = (
             f"the touches were made at {delay.slowest:g} to {delay.fastest:g} mm/min, which does "
             "not determine the signal delay well enough (the feeds differ little, or change with "

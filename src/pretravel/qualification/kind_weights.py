@@ -16,9 +16,8 @@ from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.observation import Observation
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
 
 _LOG = logging.getLogger(__name__)

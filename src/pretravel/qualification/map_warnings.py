@@ -4,63 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import describe, fibonacci_cap, from_angles, polar_angle
+from pretravel.base.directions import describe, polar_angle
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import USUAL_U_DIAMETER, QualificationSetup
+from pretravel.maps.support import MOST_LOOKED_AT
 
-MOST_LOOKED_AT = 5000
-"""Touched directions in which a map is evaluated for a report; a map is smooth between them."""
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _BADLY_KNOWN = 1.0 * MICROMETRE
 """The assumption of the pretravel along the axis alone has 0.7 µm."""
 
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
-
-
-def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A map in directions spread over all that it supports.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    directions : (n, 3) float
-        Probe frame; the map's own nodes are among them, of very many some thousands.
-    pretravel, standard_uncertainty : (n,) float each
-        [mm]
-    """
-    polar = polar_angle(pretravel_map.support.nodes)
-    nodes = some_directions(pretravel_map.support.nodes)
-    spread = fibonacci_cap(800, float(polar.max()))
-    around = from_angles(polar.max(), np.linspace(0.0, 2.0 * np.pi, 360))
-    candidates = np.concatenate([spread, around])
-    directions = np.concatenate([nodes, candidates[pretravel_map.support.supports(candidates)]])
-    normals = directions @ pretravel_map.rotation.T
-    return directions, *pretravel_map.pretravel_and_uncertainty(normals, extrapolate=True)
-
-
-def some_directions(directions: FloatArray) -> FloatArray:
-    """Directions at which a map is looked at: all of up to `MOST_LOOKED_AT`, else so many drawn.
-
-    Parameters
-    ----------
-    directions : (n, 3) float
-
-    Returns
-    -------
-    (m, 3) float
-    """
-    if len(directions) <= MOST_LOOKED_AT:
-        return directions
-    drawn = np.random.default_rng(0).permutation(len(directions))[:MOST_LOOKED_AT]
-    return np.asarray(directions[np.sort(drawn)])
 
 
 def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
@@ -136,9 +93,8 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             f"{describe(directions[highest])}; probes deflect by 1 to 80 µm: check the diameters "
             "of reference and tip, the feed and the touches there"
         )
-    touched = some_directions(observation.group_directions) @ pretravel_map.rotation.T
-    at_touches = pretravel_map.standard_uncertainty(touched)
-    if u.max() > 5.0 * max(at_touches.max(), pretravel_map.single_touch):
+    at_nodes = u[: min(len(pretravel_map.support.nodes), MOST_LOOKED_AT)]
+    if u.max() > 5.0 * max(at_nodes.max(), pretravel_map.single_touch):
         found.append(
             f"between the touches u of the map grows to {u.max() / MICROMETRE:.1f} µm, at "
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"

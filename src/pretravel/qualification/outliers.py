@@ -17,7 +17,7 @@ from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
 from pretravel.maps.observation import Observation
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.within_directions import centred_within, tail_kurtosis
+from pretravel.qualification.within_directions import centred_within, dof_of_tails
 
 if TYPE_CHECKING:
     from pretravel.qualification.machine_effects import MachineEffects
@@ -32,7 +32,6 @@ KINKS = 1.4
 """Factor on the limits for directions: kinks of a map exceed the limits more often than noise.
 
 With it, one or two of 60 simulated good probes have a direction named."""
-_HEAVY = 0.05  # level at which tails are taken as heavy: limits are then wider
 GROSS = 20.0
 """Errors beyond this many standard deviations of a touch are tested in any case."""
 FEWEST_LEFT = 0.8
@@ -120,17 +119,6 @@ def _outlier_factor(count: int, dof: float = math.inf) -> float:
     return 1.2 * float(limit)
 
 
-def _tail_dof(values: FloatArray, groups: IntArray) -> float:
-    """Student's degrees of freedom of the scatter; infinite unless its tails are heavy.
-
-    Without the touch that lies furthest from its direction, which may be a gross error.
-    """
-    apart = np.abs(centred_within(values, groups))
-    kept = np.arange(len(values)) != int(np.argmax(apart))
-    tails = tail_kurtosis(values[kept], groups[kept])
-    return tails.student_dof if tails.p_value < _HEAVY else math.inf
-
-
 def repeat_outliers(
     observation: Observation, where: Callable[[int], str], step: float = 0.0
 ) -> list[Outlier]:
@@ -152,14 +140,16 @@ def repeat_outliers(
     if len(repeated) < 3:
         return []
     median = median_of_groups(values, groups)
-    squares = np.bincount(groups, centred_within(values, groups) ** 2)[repeated]
+    within = centred_within(values, groups)
+    tails = dof_of_tails(values, groups, within)
+    squares = np.bincount(groups, within**2)[repeated]
     free = count[repeated] - 1
     variance = squares / free
     # A few bad touches do not move the median over directions.
     unbias = np.median(2.0 * gammaincinv(0.5 * free, 0.5) / free)
     noise = math.sqrt(float(np.median(variance) / unbias))
     noise = math.hypot(noise, step / math.sqrt(12.0))
-    factor = _outlier_factor(len(values), _tail_dof(values, groups))
+    factor = _outlier_factor(len(values), tails)
     limit = max(factor * noise, 2.0 * step, 1e-9)
     # Of two touches either may be wrong; their difference scatters by the root of two more.
     apart = (

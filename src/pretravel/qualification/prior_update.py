@@ -391,8 +391,8 @@ def _refusal(
 ) -> str:
     """Which touch is wrong, or how far the probe has changed; and what to do."""
     beginning = (
-        f"these touches do not fit the old map (probability {p_value:.1g} for a probe that has "
-        "only drifted): "
+        f"these touches do not fit the old map (probability {p_value:.2g} for a probe that "
+        "has only drifted): "
     )
     row, size, left = _one_direction(observation, posterior)
     others = np.sum(observation.groups != observation.groups[row])

@@ -13,11 +13,10 @@ from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicMapFit
 from pretravel.maps.observation import Observation
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import STEEL_EXPANSION, USUAL_U_DIAMETER, QualificationSetup
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.outliers import Outlier
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -41,7 +41,7 @@ from pretravel.qualification.map_warnings import (
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
-from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
+from pretravel.qualification.qualification import PreparedTouches, Qualification
 from pretravel.touches import Touches, at_rest
 
 _LOG = logging.getLogger(__name__)
@@ -111,7 +111,7 @@ def qualify(
 def qualified(
     touches: Touches,
     setup: QualificationSetup,
-    kind: str | KindOfMap | Sequence[KindOfMap] = AUTO,
+    kind: str | KindOfMap | Collection[KindOfMap] = AUTO,
 ) -> Qualification:
     """As `qualify`, with reference, tip and conventions as one value.
 
@@ -119,7 +119,7 @@ def qualified(
     ----------
     touches : Touches
     setup : QualificationSetup
-    kind : str, KindOfMap or sequence of KindOfMap
+    kind : str, KindOfMap or several KindOfMap
         Several: their average.
 
     Returns
@@ -133,14 +133,13 @@ def qualified(
     """
     # For matrices of this size threads gain nothing, and cost much on a busy machine.
     with threadpool_limits(1, user_api="blas"):
-        if isinstance(kind, str) and kind != AUTO:
-            kind = kind_named(kind)
-        if isinstance(kind, KindOfMap):
-            return _mapped(prepare(touches, setup, kind), kind)
-        compared = tuple(kinds().values()) if isinstance(kind, str) else kind
-        fine = [each for each in compared if each.prior_weight > 1.0]
-        ready = prepare(touches, setup, fine[0] if fine else None)
-        return _on_average(ready, compared)
+        if isinstance(kind, str):
+            kind = kinds().values() if kind == AUTO else kind_named(kind)
+        alone = kind if isinstance(kind, KindOfMap) else None
+        compared = (kind,) if isinstance(kind, KindOfMap) else kind
+        fine = (each for each in compared if each.prior_weight > 1.0)
+        ready = prepare(touches, setup, alone or next(fine, None))
+        return _on_average(ready, compared) if alone is None else _mapped(ready, alone)
 
 
 def prepare(
@@ -214,7 +213,7 @@ def prepare(
     )
 
 
-def _on_average(ready: PreparedTouches, compared: Sequence[KindOfMap]) -> Qualification:
+def _on_average(ready: PreparedTouches, compared: Collection[KindOfMap]) -> Qualification:
     """A map of every kind, and the average of those that predict left-out directions."""
     made: dict[str, Qualification] = {}
     fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {}
@@ -238,6 +237,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     fit, centered = _fitted(ready, kind)
     repeatability = _repeatability(ready, fit)
     delay_effect, moved, longer = _effect_of_delay(ready, kind, fit, centered)
+    by_outliers = _effect_of_outliers(ready, kind, fit, centered)
     pretravel_map = _map(ready, kind, fit, centered, repeatability, delay_effect)
     about = replace(ready.whole, center=centered.center)
     observed = about.values + (pretravel_map.tip_radius - fit.observation.tip_radius)
@@ -263,7 +263,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         groups=ready.whole.groups,
         used=ready.used,
         outliers=ready.outliers,
-        effect_of_outliers=_effect_of_outliers(ready, kind, fit, centered),
+        effect_of_outliers=by_outliers,
         effects=ready.effects,
         delay=ready.delay,
         fit=fit,
@@ -282,17 +282,21 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
 
 def _fitted(ready: PreparedTouches, kind: KindOfMap) -> tuple[MapFit, CenteredFit]:
     """The fit, and its map and centre in the convention of the kind."""
-    observation, axial_pretravel = ready.observation, ready.setup.axial_pretravel
+    observation = ready.observation
     if not kind.fits_harmonics or ready.detail is None:
         fit = kind.fit(observation, observation.repeats)
     else:
         fit = kind.fit_near(ready.detail, observation, observation.repeats)
-    centered = kind.centered(fit, axial_pretravel)
+    centered = _centered(ready, kind, fit)
     if not kind.fits_harmonics:
         return fit, centered
     # Once more with the contact normals about the centre that was found.
     again = kind.refit(fit, replace(observation, center=centered.center))
-    return (fit, centered) if again is None else (again, kind.centered(again, axial_pretravel))
+    return (fit, centered) if again is None else (again, _centered(ready, kind, again))
+
+
+def _centered(ready: PreparedTouches, kind: KindOfMap, fit: MapFit) -> CenteredFit:
+    return kind.centered(fit, ready.setup.axial_pretravel)
 
 
 def _repeatability(ready: PreparedTouches, fit: MapFit) -> Scatter:
@@ -333,7 +337,7 @@ def _effect_of_delay(
         constant = fit.basis.constant
         assert constant is not None  # fitted maps contain one
         return mean * constant, np.zeros(3), mean
-    shifted = kind.centered(again, ready.setup.axial_pretravel)
+    shifted = _centered(ready, kind, again)
     return (
         shifted.coefficients - centered.coefficients,
         shifted.center - centered.center,
@@ -352,7 +356,7 @@ def _effect_of_outliers(
     except PretravelError:
         return math.inf
     directions = fit.observation.group_directions
-    moved = kind.centered(other, ready.setup.axial_pretravel)
+    moved = _centered(ready, kind, other)
     change = other.basis.value(directions, moved.coefficients)
     change = change - fit.basis.value(directions, centered.coefficients)
     shift = (moved.center - centered.center)[: fit.observation.axes]
@@ -451,54 +455,3 @@ def qualify_like(
     if earlier.kind == AveragedBasis.kind:
         return qualified(touches, setup)
     return qualified(touches, setup, kind_named(earlier.kind, **made.kind_settings))
-
-
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """A qualification, with the comparison of kinds that led to it; see `Qualification.scores`.
-
-    Attributes
-    ----------
-    qualification : Qualification
-    kind : str
-        Of the map: one kind, or averaged.
-    scores : tuple of KindScore
-        The largest weight first; empty where the kind was given.
-    """
-
-    qualification: Qualification
-    kind: str
-    scores: tuple[KindScore, ...]
-
-
-def choose(
-    touches: Touches,
-    setup: QualificationSetup,
-    kind: str | KindOfMap = AUTO,
-    *,
-    candidates: Sequence[KindOfMap] = (),
-) -> Choice:
-    """As `qualify`, whose result contains the comparison of kinds too.
-
-    Parameters
-    ----------
-    touches : Touches
-    setup : QualificationSetup
-    kind : str or KindOfMap
-    candidates : sequence of KindOfMap
-        Kinds with settings of their own, in place of those of the same name that ``auto``
-        compares.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    PretravelError
-        As `qualify`.
-    """
-    own = {each.name: each for each in candidates}
-    wanted = list((dict(kinds()) | own).values()) if kind == AUTO else kind
-    result = qualified(touches, setup, wanted)
-    return Choice(result, result.pretravel_map.kind, result.scores)

@@ -26,6 +26,9 @@ _CENTRE_WEIGHT = 0.01
 """Of the variance of the centre beside the mean variance of the map."""
 _PASSES = 20
 _ORDERS = 4000
+_EQUAL = 1e-8
+"""Relative difference below which two choices are equally good: mirror images of each other differ
+by rounding, which depends on the processor. The first is taken."""
 _FLAT = 0.05
 """Extent of the directions across a plane, over that along it, below which they lie in it."""
 
@@ -233,7 +236,7 @@ def _greedy(problem: _Problem, count: int) -> IntArray:
     for _ in range(count):
         gains = problem.gains(covariance)
         gains[chosen] = -np.inf
-        chosen.append(int(np.argmax(gains)))
+        chosen.append(_first_of_largest(gains))
         covariance = problem.touched(covariance, chosen[-1])
     return np.array(chosen, dtype=np.int64)
 
@@ -249,9 +252,9 @@ def _exchanged(problem: _Problem, chosen: IntArray) -> IntArray:
             gains = problem.gains(without)
             gains[others] = -np.inf
             gains[_in_one_plane(problem.candidates, others)] = -np.inf
-            candidate = int(np.argmax(gains))
+            candidate = _first_of_largest(gains)
             value = problem.value(without) - float(gains[candidate])
-            if value < best * (1.0 - 1e-9):
+            if value < best * (1.0 - _EQUAL):
                 best, chosen = value, chosen.copy()
                 chosen[position] = candidate
         if best > before * (1.0 - 1e-6):
@@ -259,8 +262,17 @@ def _exchanged(problem: _Problem, chosen: IntArray) -> IntArray:
     return chosen
 
 
+def _first_of_largest(gains: FloatArray) -> int:
+    return int(np.argmax(gains >= (1.0 - _EQUAL) * gains.max()))
+
+
 def _in_one_plane(candidates: FloatArray, others: IntArray) -> BoolArray:
-    """Whether each candidate lies in one plane with all of the others, (c,)."""
+    """Whether each candidate lies in one plane with all of the others, (c,).
+
+    Two others and any candidate do: then none is refused.
+    """
+    if len(others) < 3:
+        return np.zeros(len(candidates), dtype=bool)
     given = candidates[others]
     middle = given.mean(axis=0)
     extent, axes = np.linalg.svd(given - middle)[1:]
@@ -280,4 +292,5 @@ def _varied_order(directions: FloatArray) -> IntArray:
     orders = generator.permuted(np.tile(np.arange(len(directions)), (_ORDERS, 1)), axis=1)
     turns = np.diff(azimuth[orders], axis=1)
     uneven = sum(np.abs(np.exp(1j * k * turns).mean(axis=1)) ** 2 for k in (1, 2, 3))
-    return np.asarray(orders[int(np.argmin(uneven))], dtype=np.int64)
+    # An order and its reverse are equal.
+    return np.asarray(orders[int(np.argmax(uneven <= uneven.min() + _EQUAL))], dtype=np.int64)

@@ -19,6 +19,7 @@ _LEAST_INFORMATION = 1e-6
 """Of a column's variation, the share within directions below which it is rounding."""
 _LEAST_SINGULAR = 1e-3
 """Of columns of length one: smaller singular values belong to what is not determined."""
+_HEAVY = 0.05  # level at which tails are taken as heavy: limits are then wider
 _SETS, _NUMBERS = 999, 2_000_000
 _MOST_TESTED, _TESTED_REPEATS = 10_000, 8
 """Touches with which effects are tested for, and of them in a direction at least: with more touches
@@ -311,6 +312,23 @@ def tail_kurtosis(values: npt.ArrayLike, groups: npt.ArrayLike) -> Tails:
     p_value = _probability(reading, number)
     student = 4.0 + 6.0 / kurtosis if kurtosis > 6.0 / _MOST_DOF else float("inf")
     return Tails(kurtosis, student, p_value)
+
+
+def dof_of_tails(values: FloatArray, groups: IntArray, within: FloatArray) -> float:
+    """Student's degrees of freedom of the scatter; infinite unless its tails are heavy.
+
+    Without the touch that lies furthest from its direction, which may be a gross error.
+
+    Parameters
+    ----------
+    values : (n,) float
+    groups : (n,) int
+    within : (n,) float
+        From `centred_within`.
+    """
+    kept = np.arange(len(values)) != int(np.argmax(np.abs(within)))
+    tails = tail_kurtosis(values[kept], groups[kept])
+    return tails.student_dof if tails.p_value < _HEAVY else np.inf
 
 
 def _probability(reading: FloatArray, number: IntArray) -> float:

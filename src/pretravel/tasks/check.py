@@ -14,10 +14,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL, UNCERTAINTY
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
-    ALONG_Z,
     REFERENCE_SPHERE,
     SPHERE_FORM,
     U_DIAMETER,
+    UPRIGHT,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -66,19 +66,19 @@ _USED: Mapping[str, tuple[str, str]] = {
     "spindle": ("an orientation of the spindle", "spindle"),
     "ring": ("a ring", "ring"),
 }
-"""Other settings that not every standard uses, in words, and their names in `USES`."""
+"""Other settings that not every standard uses, in words, and their names in `Standard.uses`."""
 
 
 def _checks() -> list[str]:
-    from pretravel.laboratory.standards import CHECKS
+    from pretravel.laboratory.standards import STANDARDS
 
-    return list(CHECKS)
+    return list(STANDARDS)
 
 
 def _patterns() -> list[str]:
-    from pretravel.laboratory.standards import PATTERNS
+    from pretravel.laboratory.standards import patterns
 
-    return list(PATTERNS)
+    return list(patterns())
 
 
 def applies(standard: str, setting: str) -> bool:
@@ -87,11 +87,11 @@ def applies(standard: str, setting: str) -> bool:
     >>> applies("iso230-10", "size_limit_um"), applies("iso230-10", "diameter")
     (False, True)
     """
-    from pretravel.laboratory.standards import LIMITS_OF, USES
+    from pretravel.laboratory.standards import STANDARDS
 
     if setting in _LIMITED:
-        return not LIMITS_OF[standard].isdisjoint(_LIMITED[setting][1])
-    return setting not in _USED or _USED[setting][1] in USES[standard]
+        return not STANDARDS[standard].limits.isdisjoint(_LIMITED[setting][1])
+    return setting not in _USED or _USED[setting][1] in STANDARDS[standard].uses
 
 
 def _limit(label: str, text: str) -> Field:
@@ -190,7 +190,7 @@ class Check(TouchFiles, LaboratoryReport):
             label="Form error of the sphere",
         ),
     ] = None
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
     output: Annotated[
         Path | None,
         output("Figures: .csv or .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
@@ -285,13 +285,13 @@ iso230-10 does not use it
         statements: LaboratoryStatements | None,
     ) -> CheckedProbe:
         from pretravel.laboratory.standard_check import LimitOutcome
-        from pretravel.laboratory.standards import CHECKS
+        from pretravel.laboratory.standards import STANDARDS
         from pretravel.measurement.compensation import apply
         from pretravel.measurement.measured_sphere import measured_sphere
         from pretravel.qualification.own_touches import own_touches_warnings
 
         measured = readings.touches
-        result = CHECKS[self.standard](
+        result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,
             tip_diameter=self.tip_diameter,
@@ -470,16 +470,16 @@ class Pattern(Task):
         Field(help="Touches of each direction, one after the other.", range=(1, 1000)),
     ] = 1
     turn_deg: Turn = 0.0
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
 
     def run(self, progress: Progress = SILENT) -> PatternTargets:
         """The targets."""
         del progress
         from pretravel.files.plan_csv import pattern_table
-        from pretravel.laboratory.standards import PATTERNS
+        from pretravel.laboratory.standards import patterns
 
         columns = pattern_table(
-            PATTERNS[self.standard](),
+            patterns()[self.standard](),
             self.center,
             0.5 * self.diameter,
             0.5 * self.tip_diameter + self.clearance,

@@ -1,42 +1,175 @@
-"""Compare the corrections of controls with a map: errors that they leave, and their report."""
+"""Compare the errors that corrections leave of a map; or the designs of two probes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-import numpy.typing as npt
+from pretravel.base.errors import PretravelError
+from pretravel.tasks.fields import Reported, existing, output
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.measurement.comparison import Comparison, compare_corrections
-from pretravel.show.document import Document
-from pretravel.tasks.reports.comparison_report import comparison_document
-from pretravel.tasks.reports.lobes_report import lobes_sentence
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.measurement.comparison import Comparison
+    from pretravel.show.document import Document
+    from pretravel.tasks.compare_designs import DesignComparison
+
+
+class Compare(Reported):
+    """Compare the errors that corrections leave, from none to the full map; or two probes.
+
+    The corrections are none, one mean radius, two axis radii, four directions, eight sectors as
+    touched and as resampled, Woźniak's constant and the full map; the errors are those on the
+    equator, in all directions and on a part, in µm. With two probes (names of the catalogue or
+    .toml), their predicted force, pretravel and elastic parts are compared.
+
+    Example: pretravel compare map.json --part part.csv --plot compare.png
+    """
+
+    name = "compare"
+    group = "Measure"
+    example = "pretravel compare omp40-2 mine.toml -o designs.html"
+
+    map_file: Annotated[
+        str,
+        Field(
+            help="Map: .json or .csv; or a probe, whose map is predicted.",
+            label="Map",
+            positional=True,
+            metavar="MAP",
+            reads=existing,
+        ),
+    ]
+    other: Annotated[
+        str | None,
+        Field(
+            help="A second probe: both are described ones, and are compared.",
+            label="Second probe",
+            positional=True,
+            metavar="PROBE",
+            reads=existing,
+        ),
+    ] = None
+    part: Annotated[
+        Path | None,
+        Field(
+            help="Touches or targets of a part, to compare there too. Of a table the columns "
+            "nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
+            reads=True,
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output("Table: .csv, .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> ComparedMap | ComparedProbes:
+        """Read or predict the map and compare.
+
+        Returns
+        -------
+        ComparedMap
+            Or `ComparedProbes`, with a second probe.
+        """
+        from pretravel.files.readings import read_directions
+        from pretravel.tasks.map_argument import map_or_prediction
+
+        if self.other is not None:
+            return self._of_probes(self.other, progress)
+        with progress.working("comparing"):
+            pretravel_map = map_or_prediction(self.map_file)
+            normals = None if self.part is None else read_directions(self.part)
+            return self.compared(pretravel_map, normals)
+
+    def compared(
+        self, pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
+    ) -> ComparedMap:
+        """Compare corrections with a map; parameters and errors as `compare_corrections`."""
+        from pretravel.measurement.comparison import compare_corrections
+
+        return ComparedMap(self, pretravel_map, compare_corrections(pretravel_map, part_normals))
+
+    def _of_probes(self, other: str, progress: Progress) -> ComparedProbes:
+        from pretravel.tasks.compare_designs import compare_designs
+
+        names = self.map_file, other
+        maps = [name for name in names if Path(name).suffix.lower() not in (".toml", "")]
+        if maps:
+            raise PretravelError(
+                f"{maps[0]} is not the description of a probe. compare takes one map, or two "
+                "probes (names of pretravel probes, or .toml)"
+            )
+        if self.part is not None:
+            raise PretravelError(
+                "a part is compared with a map, not with two probes; leave it out",
+                inputs=("part",),
+            )
+        with progress.working("comparing"):
+            return ComparedProbes(self, compare_designs(*names))
 
 
 @dataclass(frozen=True, eq=False)
-class ComparedMap:
+class ComparedMap(Result):
     """Corrections compared with a map.
 
     Attributes
     ----------
+    task : Compare
     pretravel_map : PretravelMap
     comparison : Comparison
     """
 
+    task: Compare
     pretravel_map: PretravelMap
     comparison: Comparison
 
-    def document(self, map_name: str = "") -> Document:
-        """The report; `map_name` is that of the file."""
-        return comparison_document(self.comparison, map_name=map_name)
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.reports.comparison_report import comparison_document
+
+        return comparison_document(self.comparison, map_name=Path(self.task.map_file).name)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the errors, a row for each correction and place."""
+        del output
+        from pretravel.files.tables import write_table
+        from pretravel.tasks.reports.comparison_report import comparison_columns
+
+        write_table(path, comparison_columns(self.comparison))
 
     def sentence(self) -> str:
         """The result for a machinist: size of the lobes, and what corrections leave of them."""
+        from pretravel.tasks.reports.lobes_report import lobes_sentence
+
         return lobes_sentence(self.pretravel_map, self.comparison)
 
 
-def compare_map(
-    pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
-) -> ComparedMap:
-    """Compare corrections with a map; parameters and errors as `compare_corrections`."""
-    return ComparedMap(pretravel_map, compare_corrections(pretravel_map, part_normals))
+@dataclass(frozen=True, eq=False)
+class ComparedProbes(Result):
+    """Two probes and what is predicted of them.
+
+    Attributes
+    ----------
+    task : Compare
+    designs : DesignComparison
+    """
+
+    task: Compare
+    designs: DesignComparison
+
+    def document(self) -> Document:
+        """The report."""
+        assert self.task.other is not None
+        return self.designs.document((Path(self.task.map_file).name, Path(self.task.other).name))
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the predictions, a row for each direction."""
+        del output
+        from pretravel.files.tables import write_table
+        from pretravel.tasks.reports.design_comparison_report import design_comparison_columns
+
+        write_table(path, design_comparison_columns(self.designs.triggers))

@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from pretravel.tasks.long_tables import LongCompensation
     from pretravel.touches import Touches
 
-POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr")
-"""Endings of files of points; see `point_endings`."""
-
 
 class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     """Compensate touches to surface points with uncertainties."""
@@ -60,7 +57,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         output(
             "Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); or a page, .html or "
             ".pdf.",
-            *POINTS,
+            ".csv",
             *PAGES,
         ),
     ]
@@ -87,6 +84,12 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
     ] = False
     model: ModelName = "analytic"
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files.point_files import point_endings
+
+        return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
 
     def run(self, progress: Progress = SILENT) -> CompensatedTouches | LongCompensation:
         """Read the touches and the map, and determine the points.
@@ -169,7 +172,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
         return CompensatedTouches(
-            self, readings, measured, pretravel_map, nominal, points, errors, warnings, summary
+            self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
 
     def _long_table_compensated(
@@ -206,9 +209,9 @@ class CompensatedTouches(Result):
         In the frame of the touches as they were given.
     errors : PointErrors
         Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
-    warnings : tuple of str
     summary : TouchSummary
         Of the touches, which the warnings come from.
+    warnings : tuple of str
     """
 
     task: Compensate
@@ -218,8 +221,8 @@ class CompensatedTouches(Result):
     nominal: Surface | Part | None
     points: Points
     errors: PointErrors
-    warnings: tuple[str, ...]
     summary: TouchSummary
+    warnings: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report."""

@@ -12,7 +12,6 @@ from pretravel.base.quantities import (
     ANGLE,
     FEED,
     REFERENCE_DIAMETER,
-    TIP_BALL,
 )
 from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Task
 from pretravel.tasks.values import (
@@ -121,7 +120,6 @@ QualifiedMap: TypeAlias = Annotated[
     Path,
     Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
 ]
-TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
 ProbeName: TypeAlias = Annotated[
     str,
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
@@ -163,7 +161,7 @@ ProbeAxis: TypeAlias = Annotated[
         metavar="X,Y,Z",
     ),
 ]
-ALONG_Z = Vector(0, 0, 1)
+UPRIGHT = Vector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
     Field(
@@ -228,14 +226,16 @@ class PlacedPart(Task):
 
 # Reports
 
+Verbose: TypeAlias = Annotated[
+    bool, Field(help="Print the full report, not its key figures alone.")
+]
+
 
 class Reported(Task):
     """Settings of tasks that show a report."""
 
     plot: Annotated[Path | None, Field(help="Picture: .png, .svg or .pdf.", writes=PICTURES)] = None
-    verbose: Annotated[bool, Field(help="Print the full report, not its key figures alone.")] = (
-        False
-    )
+    verbose: Verbose = False
 
 
 def output(text: str, *endings: str) -> Field:
@@ -410,16 +410,37 @@ class TouchFiles(TouchTables):
         spindle : sequence of float or None
             Orientation of the spindle in each file. [rad]
         """
-        from pretravel.files.several_files import read_series
-        from pretravel.touches import with_feed
-
         options = self.reading_options(
             tip_diameter=tip_diameter,
             reference_diameter=reference_diameter,
             ring=ring,
             exclude=self.exclude,
         )
-        readings = read_series(self.files, options, spindle=spindle)
+        return self.read_with(options, progress, spindle=spindle)
+
+    def read_with(
+        self,
+        options: ReadingOptions,
+        progress: Progress = SILENT,
+        *,
+        file_format: str | None = None,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches as `read_touches` does, with more that is stated about the files.
+
+        Parameters
+        ----------
+        options : ReadingOptions
+        progress : Progress
+        file_format : str, optional
+            Detected when not given.
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        from pretravel.files.several_files import read_series
+        from pretravel.touches import with_feed
+
+        readings = read_series(self.files, options, file_format=file_format, spindle=spindle)
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)

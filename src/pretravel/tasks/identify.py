@@ -81,7 +81,7 @@ class IdentifiedProbe(Result):
         """Write the description, which is read once before."""
         del output
         from pretravel.base.whole_file import write_text
-        from pretravel.identification.description_text import identified_description
+        from pretravel.identification.probe_from_map import identified_description
         from pretravel.prediction.catalogue import parse_probe, source_text
 
         task = self.task

@@ -11,8 +11,8 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
-    ALONG_Z,
     SPHERE_FORM,
+    UPRIGHT,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.maps.provenance import QualificationSetup
     from pretravel.qualification.prior_update import MapUpdate
-    from pretravel.qualification.qualification import KindScore, Qualification
+    from pretravel.qualification.qualification import Qualification
     from pretravel.show.document import Document
 
 
@@ -118,7 +118,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
         ),
     ] = "contact"
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
     prior: Annotated[
         Path | None,
         Field(
@@ -165,12 +165,14 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.qualification.qualify import choose
+        from pretravel.maps.kinds import AUTO, kind_named, kinds
+        from pretravel.qualification.qualify import qualified
 
         wozniak = self.wozniak()
-        wished = wozniak if self.kind == wozniak.name else self.kind
-        choice = choose(readings.touches, self.setup(), wished, candidates=[wozniak])
-        return QualifiedProbe(self, readings, choice.qualification, tuple(choice.scores))
+        every = {**kinds(), wozniak.name: wozniak}
+        wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
+        found = qualified(readings.touches, self.setup(), wished or kind_named(self.kind))
+        return QualifiedProbe(self, readings, found)
 
     def wozniak(self) -> WozniakKind:
         """The kind wozniak with its settings, which no other kind has.
@@ -257,14 +259,11 @@ class QualifiedProbe(_MapResult):
     task : Qualify
     readings : FileReadings
     qualification : Qualification
-    scores : tuple of KindScore
-        How the kinds of map predict left-out directions, where the kind was chosen.
     """
 
     task: Qualify
     readings: FileReadings
     qualification: Qualification
-    scores: tuple[KindScore, ...] = ()
 
     @property
     def pretravel_map(self) -> PretravelMap:
@@ -280,7 +279,7 @@ class QualifiedProbe(_MapResult):
         report = qualification_document(
             self.qualification,
             touches_name=task.touches_name,
-            scores=self.scores,
+            scores=self.qualification.scores,
             warnings=[*self.readings.notes(), *task.statements_left_out(path)],
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and path.suffix.lower() not in PAGES,

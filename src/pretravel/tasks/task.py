@@ -23,7 +23,6 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
-    TypeVar,
     Union,
     dataclass_transform,
     get_args,
@@ -36,8 +35,8 @@ from pretravel.base.quantities import QuantityRange, limits
 
 if TYPE_CHECKING:
     from pretravel.show.document import Document
+    from pretravel.show.work_record import WorkRecord
 
-T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
@@ -63,6 +62,10 @@ class Progress:
         """State what is done within, for work that can be long."""
         del what
         return nullcontext()
+
+    def record(self) -> WorkRecord | None:
+        """What is done with what, for a page that the task itself writes."""
+        return None
 
 
 SILENT = Progress()
@@ -100,6 +103,8 @@ class Field:
         The value names files that are read; a callable gives the paths.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
+    in_run : bool
+        The run itself writes it, not the result afterwards.
     """
 
     help: str
@@ -116,6 +121,7 @@ class Field:
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
+    in_run: bool = False
 
 
 class Setting(NamedTuple):
@@ -352,6 +358,10 @@ class Task:
         """
         raise NotImplementedError
 
+    def further_files(self) -> Sequence[Path]:
+        """Files that are read beside those that the settings name one by one."""
+        return ()
+
     def endings(self, output: str) -> tuple[str, ...]:
         """Endings that a file of an output can have, where other settings decide that.
 
@@ -418,7 +428,7 @@ def written_files(task: Task) -> Iterator[tuple[Setting, Path]]:
 
 def read_files(task: Task) -> list[Path]:
     """The files that the settings name."""
-    found: list[Path] = []
+    found = list(task.further_files())
     for setting in settings_of(type(task)):
         value, reads = getattr(task, setting.name), setting.field.reads
         if value is None or not reads:
@@ -469,6 +479,8 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
+        if setting.field.in_run:
+            continue
         lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
@@ -477,7 +489,8 @@ def python_lines(task: Task) -> str:
 
 def _of_the_work(setting: Setting) -> bool:
     """Not an output that is written afterwards."""
-    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
+    field = setting.field
+    return field.in_run or field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:

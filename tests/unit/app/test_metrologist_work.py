@@ -15,7 +15,7 @@ from pretravel.app.screens.metrologist_work import (
     example_touches,
 )
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.standards import CHECKS
+from pretravel.laboratory.standards import STANDARDS
 from pretravel.tasks.task import command_line
 from tests.support.commands import rows, run
 
@@ -27,7 +27,7 @@ def _inputs(folder: Path, standard: str, **settings: SettingValue) -> Inputs:
     return Inputs({**EXAMPLE_SETTINGS, "standard": standard, **settings}, {"touches": (path,)})
 
 
-@pytest.mark.parametrize("standard", CHECKS)
+@pytest.mark.parametrize("standard", STANDARDS)
 def test_the_command_that_is_shown_finds_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, standard: str
 ) -> None:

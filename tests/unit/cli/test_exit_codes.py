@@ -22,7 +22,7 @@ from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 COMMAND = [sys.executable, "-c", "from pretravel.cli.main import run; run()"]
-YESTERDAY = b"\x89HDF\r\n\x1a\nthe map of yesterday"
+YESTERDAY = b'{"map": "of yesterday"}'
 
 
 @pytest.fixture(scope="module")

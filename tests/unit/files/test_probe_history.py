@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import struct
+import threading
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import InputError
+from pretravel.files import probe_history
 from pretravel.files.probe_history import check_history, read_history
-from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.support import DirectionSupport
 from pretravel.tasks.reports.history_report import history_document, history_view
-from pretravel.uncertainty.covariance import Covariance
 from tests.unit.files.test_files_of_version_1 import FOLDER
 
 
@@ -73,33 +70,89 @@ def test_a_history_in_which_no_size_is_known(tmp_path: Path) -> None:
     assert history_view(entries).charts[0].title.startswith("no verification has determined")
 
 
-def _with_crafted_journal(folder: Path) -> tuple[Path, Path]:
-    """A history with a rollback journal beside it that names a file as its super-journal."""
-    path, victim = _changed(folder), folder / "victim.txt"
-    victim.write_text("a file of the user\n")
-    content = path.read_bytes()
+def _hot_journal(history: Path, victim: Path) -> Path:
+    """A journal without pages that names a journal of several databases, which SQLite deletes after
+    it has rolled back (sqlite.org/fileformat.html, 3: the rollback journal)."""
+    content = history.read_bytes()
     page = int.from_bytes(content[16:18], "big")
-    magic, name = bytes.fromhex("d9d505f920a163d7"), str(victim).encode()
-    numbers = (0, 1, len(content) // page, 512, page)
-    header = magic + b"".join(number.to_bytes(4, "big") for number in numbers)
-    record = (2**30 // page + 1).to_bytes(4, "big") + name
-    record += len(name).to_bytes(4, "big") + sum(name).to_bytes(4, "big") + magic
-    path.with_name(path.name + "-journal").write_bytes(header.ljust(512, b"\0") + record)
-    return path, victim
+    magic = bytes.fromhex("d9d505f920a163d7")
+    header = magic + struct.pack(">IIIII", 0, 0, len(content) // page, 512, page)
+    name = str(victim).encode()
+    named = struct.pack(">I", 2**30 // page + 1) + name
+    named += struct.pack(">II", len(name), sum(name)) + magic
+    journal = history.with_name(history.name + "-journal")
+    journal.write_bytes(header.ljust(512, b"\0") + named)
+    return journal
 
 
-def test_a_journal_beside_the_history_deletes_no_file(tmp_path: Path) -> None:
-    """SQLite rolls such a journal back, and deletes the file that it names."""
-    path, victim = _with_crafted_journal(tmp_path)
-    try:
-        with pytest.raises(InputError, match="sqlite-journal is beside the history"):
+@pytest.fixture
+def victim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(probe_history, "_WAIT_FOR_JOURNAL", 0.05, raising=False)
+    path = tmp_path / "letters.txt"
+    path.write_text("dear reader")
+    return path
+
+
+def test_the_made_journal_deletes_a_file_where_sqlite_carries_it_out(
+    tmp_path: Path, victim: Path
+) -> None:
+    history = _changed(tmp_path)
+    _hot_journal(history, victim)
+    sqlite3.connect(history).execute("SELECT count(*) FROM verification").fetchone()
+    assert not victim.exists()
+
+
+def test_no_file_is_deleted_by_reading_a_history(tmp_path: Path, victim: Path) -> None:
+    """Also through a link, beside whose target SQLite looks for the journal."""
+    history = _changed(tmp_path)
+    journal, link = _hot_journal(history, victim), tmp_path / "other.sqlite"
+    link.symlink_to(history)
+    for path in (history, link):
+        with pytest.raises(InputError, match=r"beside the history is history.sqlite-journal: .*"):
             read_history(path)
-    finally:
-        assert victim.exists()
-    old = PretravelMap(
-        HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.independent([1e-8]),
-        DirectionSupport(sphere_pattern_25()), tip_radius=3.0, repeatability=3e-4,
-    )  # fmt: skip
-    with pytest.raises(InputError, match="sqlite-journal is beside the history"):
-        check_history(path, old)
+    assert victim.read_text() == "dear reader"
+    assert journal.exists()
+
+
+@pytest.mark.parametrize("ending", ["-journal", "-wal"])
+def test_a_history_with_an_unfinished_writing_is_not_added_to(
+    tmp_path: Path, victim: Path, ending: str
+) -> None:
+    history = _changed(tmp_path)
+    _hot_journal(history, victim).rename(tmp_path / f"history.sqlite{ending}")
+    with pytest.raises(InputError, match=rf"remove history.sqlite{ending}"):
+        check_history(history, None)  # type: ignore[arg-type]  # no map is looked at before
+    with (
+        pytest.raises(InputError, match=f"history.sqlite{ending}"),
+        probe_history._history(history, create=True),
+    ):
+        pass
     assert victim.exists()
+
+
+def test_a_reader_waits_for_a_writer(tmp_path: Path) -> None:
+    """Its journal is there for a moment."""
+    history = _changed(tmp_path)
+    journal = tmp_path / "history.sqlite-journal"
+    journal.write_bytes(b"")
+    threading.Timer(0.3, journal.unlink).start()
+    assert len(read_history(history)) == 2
+
+
+@pytest.mark.parametrize("name", ["50% of it?mode=rwc#1.sqlite", "Länge.sqlite"])
+def test_names_are_not_settings_of_sqlite(tmp_path: Path, name: str) -> None:
+    path = _changed(tmp_path).rename(tmp_path / name)
+    before = path.read_bytes()
+    assert len(read_history(path)) == 2
+    assert path.read_bytes() == before
+    assert [each.name for each in tmp_path.iterdir()] == [name]
+
+
+def test_a_history_in_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    path = _changed(tmp_path)
+    path.chmod(0o400)
+    tmp_path.chmod(0o500)
+    try:
+        assert len(read_history(path)) == 2
+    finally:
+        tmp_path.chmod(0o700)

@@ -12,13 +12,14 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25
 from pretravel.base.errors import DescriptionError, PretravelError
-from pretravel.identification.description_text import identified_description
-from pretravel.identification.free_numbers import FREE, free_numbers
 from pretravel.identification.probe_from_map import (
+    FREE,
     Identification,
     _directions_of_support,
     _numbers_at_limits,
     _uncertainty,
+    free_numbers,
+    identified_description,
     identify,
 )
 from pretravel.maps.kinds.mean import MeanBasis

@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.identification.physical import PhysicalMapFit, fit_physical
-from pretravel.identification.six_seat_fit import SixSeatProblem, most_probable
+from pretravel.identification.six_seat_fit import SixSeatProblem, most_probable, promised_gain
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
@@ -53,6 +53,36 @@ def test_u_covers_another_kind_of_probe(lobes: str) -> None:
     assert _error_over_u(found, _pretravel(lobes, BETWEEN)) < 1.5
     # Four lobes look like none in rings of four and eight touches, at some azimuths.
     assert any(SAID in warning for warning in found.warnings) or lobes == "four smooth lobes"
+
+
+def test_rounding_does_not_choose_between_starts() -> None:
+    """Searches that stop where the first seat changes have no evidence: what the linear model there
+    promises is not reached. Touches that differ by rounding give the same map."""
+    rng = np.random.default_rng(16)
+    pretravel = _pretravel("four edges", PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
+    values = []
+    for rounding in (0.0, 1e-13):
+        moved = pretravel + rounding * np.random.default_rng(5).normal(size=len(PATTERN))
+        found = qualify(sphere_touches(moved), 25.0, tip_diameter=6.0, kind="physical")
+        values.append(found.pretravel_map.pretravel(BETWEEN))
+    # The fit ends within 1e-5 of its parameters, the noise is 0.3 µm.
+    assert np.abs(values[1] - values[0]).max() < 1e-5
+
+
+def test_a_linear_model_promises_nothing_at_a_mode() -> None:
+    """Of a linear problem the gain is that of one step: from a mode moved a little, the quadratic
+    form of the step."""
+    found, problem = _fitted(0.05e-3), SixSeatProblem(_observed(0.05e-3))
+    scales = found.scales.scales[0]
+    best, cost = most_probable(problem, scales, found.unknowns)
+    assert promised_gain(problem, scales, best) == pytest.approx(0.0, abs=1e-6)
+    beside = best.copy()
+    beside[0] += 1e-5
+    whitened = problem.covariance(scales).whitened(problem.misses(beside)[0])
+    own = (beside - problem.prior)[problem.extra :] / problem.spread(scales.asymmetry)
+    higher = 0.5 * float(whitened @ whitened + own @ own) - cost
+    assert higher > 1e-3
+    assert promised_gain(problem, scales, beside) == pytest.approx(higher, rel=0.02)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -12,8 +12,8 @@ import pytest
 from pretravel.base.directions import grid
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map
-from pretravel.identification.free_numbers import FREE
 from pretravel.identification.probe_from_map import (
+    FREE,
     _directions_per_independent_error,
     _misfit,
     _with_nearest_rotation,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pretravel.identification.scale_likelihood import log_likelihoods
+from pretravel.identification.scale_weights import log_likelihoods
 
 
 @pytest.mark.parametrize("counts", [(3,), (2, 3, 5)])

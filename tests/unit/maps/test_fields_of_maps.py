@@ -14,7 +14,7 @@ from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.grid import effective_radius_table, map_grid
-from pretravel.maps.kind import MapFit
+from pretravel.maps.kind import MapFit, usual_shift_covariance
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
@@ -23,7 +23,6 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
 from pretravel.maps.support import DirectionSupport
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import mean_map
 

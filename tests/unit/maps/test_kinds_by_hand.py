@@ -20,11 +20,10 @@ from pretravel.base.directions import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.maps import direction_means
+from pretravel.maps import spherical_harmonics
 from pretravel.maps.basis import MapBasis, StoredBasis
-from pretravel.maps.direction_means import DirectionMeans, Smoothing
-from pretravel.maps.harmonic_regression import first_harmonic_variance, fit_harmonics
-from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.harmonic_regression import fit_harmonics
+from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
@@ -34,12 +33,13 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.observation import Observation, Places, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import (
+    DirectionMeans,
+    Smoothing,
     checked_terms,
     degrees_and_orders,
     real_spherical_harmonics,
 )
 from pretravel.maps.support import DirectionSupport
-from pretravel.maps.usual_shape import usual_shift_covariance
 
 NOTHING = Scatter(0.0, 0.0)
 POLE = np.array([[0.0, 0.0, 1.0]])
@@ -306,7 +306,7 @@ class TestHarmonicCentre:
             taken[(terms == (1, order)).all(axis=1)] -= to_shift[axis] / math.sqrt(3.0)
         covariance = posterior.covariance
         assert fit.shift == pytest.approx(to_shift @ posterior.coefficients, abs=1e-15)
-        unseen = first_harmonic_variance(posterior.amplitudes) * np.eye(3)[: seen.axes, : seen.axes]
+        unseen = posterior.amplitudes.first_harmonic_variance * np.eye(3)[: seen.axes, : seen.axes]
         if seen.axes == 3:
             unseen[2, 2] = 0.0
         expected = to_shift @ covariance @ to_shift.T + unseen
@@ -412,7 +412,7 @@ def test_blocks_of_directions_change_nothing(monkeypatch: pytest.MonkeyPatch) ->
     seen = _seen(n, groups)
     terms = degrees_and_orders(2)
     rows = real_spherical_harmonics(seen.directions, terms)
-    monkeypatch.setattr(direction_means, "_BLOCK", 11)
+    monkeypatch.setattr(spherical_harmonics, "_BLOCK", 11)
     means = DirectionMeans(seen.places, terms)
     count = np.bincount(groups).astype(np.float64)
     average = (groups == np.arange(40)[:, None]) / count[:, None]

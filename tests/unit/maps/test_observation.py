@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap
-from pretravel.maps.direction_means import DirectionMeans
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.maps.spherical_harmonics import DirectionMeans, real_spherical_harmonics
 
 
 def _observed(values: np.ndarray, groups: np.ndarray, directions: np.ndarray) -> Observation:

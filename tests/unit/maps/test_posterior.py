@@ -18,7 +18,6 @@ from pretravel.maps.harmonic_regression import (
     _by_touches,
     _given_amplitudes,
     _Problem,
-    first_harmonic_variance,
     fit_harmonics,
     sphere_terms,
 )
@@ -146,7 +145,7 @@ def test_asymmetry_across_the_axis_follows_from_that_of_higher_degrees() -> None
     """Of degree 3, exp(2 h) um²; of degree 1, by the power 2.5, 3^5 times that; n_x is a third of
     the square of a harmonic, so that its factor has three times the variance."""
     expected = 3.0 * 3.0**5 * (0.7 * np.exp(-4.0) + 0.3 * np.exp(-2.4)) * 1e-6
-    assert first_harmonic_variance(KEPT) == pytest.approx(expected, rel=1e-12)
+    assert KEPT.first_harmonic_variance == pytest.approx(expected, rel=1e-12)
 
 
 class TestAverage:

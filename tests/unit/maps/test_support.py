@@ -12,8 +12,8 @@ from pretravel.maps import support as module
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.map_warnings import map_warnings, some_directions
+from pretravel.maps.support import DirectionSupport, some_directions
+from pretravel.qualification.map_warnings import map_warnings
 from pretravel.uncertainty.covariance import Covariance
 
 

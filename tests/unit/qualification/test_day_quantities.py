@@ -16,7 +16,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Scatter
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.day_terms import (
@@ -27,7 +27,6 @@ from pretravel.qualification.day_terms import (
     day_terms,
     radius_beside,
 )
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.touch_order import between_predecessors
 from pretravel.qualification.verification import _robust_scatter, touches_beside_map, verify
 from pretravel.touches import Touches, at_rest

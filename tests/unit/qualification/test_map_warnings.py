@@ -13,16 +13,14 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.maps.support import DirectionSupport
+from pretravel.maps.support import DirectionSupport, some_directions
 from pretravel.qualification.map_warnings import (
     height_warnings,
     map_warnings,
-    over_support,
     repeat_warnings,
     setup_warnings,
-    some_directions,
 )
 from pretravel.uncertainty.covariance import Covariance
 

@@ -182,6 +182,16 @@ def test_a_plan_states_u_before_and_after_and_of_the_old_map() -> None:
     assert plan.u_after == pytest.approx(np.sqrt(np.diag(functions @ after @ functions.T)))
 
 
+def test_of_equal_directions_the_first_is_chosen() -> None:
+    """Equal but for rounding, which is another one on another processor."""
+    candidates, variances = fibonacci_cap(5, 1.5), np.array([1.0, 3.0, 2.0, 3.0, 3.0])
+    for later in (1.0 - 1e-13, 1.0 + 1e-13):
+        prior = np.diag(variances * np.array([1.0, 1.0, 1.0, later, later]))
+        problem = _Problem(candidates, np.eye(5), prior, np.eye(5), 0.1)
+        assert _greedy(problem, 4).tolist() == [1, 3, 4, 2]
+        assert _exchanged(problem, np.array([0])).tolist() == [1]
+
+
 def test_an_exchange_leaves_no_plan_in_one_plane() -> None:
     """Five directions of one circle and the pole, which is known best: the others are exchanged for
     the least known ones, and the pole stays."""

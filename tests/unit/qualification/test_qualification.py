@@ -11,10 +11,9 @@ import pytest
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.base.errors import PretravelError
 from pretravel.files.touches_csv import read_touches
-from pretravel.maps.harmonic_regression import first_harmonic_variance
+from pretravel.maps.kind import usual_shift_covariance
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicMapFit
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
@@ -162,7 +161,7 @@ class TestQualification:
             values.append(result.pretravel_map.pretravel(check))
             assert isinstance(result.fit, HarmonicMapFit)
             # The conventions are uncertain too, which no noise shows.
-            convention = first_harmonic_variance(result.fit.posterior.amplitudes) * np.ones(3)
+            convention = result.fit.posterior.amplitudes.first_harmonic_variance * np.ones(3)
             usual = usual_shift_covariance(result.fit.observation)[2, 2]
             convention[2] = usual if told is None else U_AXIAL_PRETRAVEL**2
             stated.append(

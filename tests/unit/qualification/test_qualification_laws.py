@@ -12,8 +12,8 @@ from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind
 from pretravel.maps.kinds.mean import MeanKind
+from pretravel.maps.pretravel_map import over_support
 from pretravel.maps.provenance import Origin, QualificationSetup
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
 from pretravel.qualification.qualify import qualified as qualify

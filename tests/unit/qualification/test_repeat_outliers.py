@@ -14,7 +14,8 @@ from pretravel.maps.observation import Observation
 from pretravel.qualification.outliers import (
     Outlier,
     _outlier_factor,
-    _tail_dof,
+    centred_within,
+    dof_of_tails,
     median_of_groups,
     repeat_outliers,
 )
@@ -113,11 +114,11 @@ def test_the_limit_has_the_tails_of_student_where_repeats_have() -> None:
     rest = np.arange(75) != 40
     tails = tail_kurtosis(heavy[rest], TRIPLES[rest])
     assert tails.p_value < 0.05
-    assert _tail_dof(heavy, TRIPLES) == tails.student_dof < 30.0
+    assert dof_of_tails(heavy, TRIPLES, centred_within(heavy, TRIPLES)) == tails.student_dof < 30.0
     even = np.random.default_rng(1).standard_normal(75)
     assert tail_kurtosis(even, TRIPLES).p_value > 0.1
     even[40] = 1000.0
-    assert _tail_dof(even, TRIPLES) == math.inf
+    assert dof_of_tails(even, TRIPLES, centred_within(even, TRIPLES)) == math.inf
 
 
 def test_medians_are_those_of_each_group() -> None:

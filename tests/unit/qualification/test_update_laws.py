@@ -202,7 +202,7 @@ def test_touches_with_a_probability_of_one_in_ten_thousand_are_refused(
     still = ProbeDrift(0.0, 0.0, 0.0, 0.0)
     if refused:
         with pytest.raises(
-            PretravelError, match=r"do not fit the old map \(probability 0.0001 for"
+            PretravelError, match=r"do not fit the old map \(probability 9.5e-05 for"
         ):
             update_map(given, old, 25.0, drift=still)
         return

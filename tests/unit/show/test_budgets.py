@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from pretravel.files.touches_csv import read_touches
+from pretravel.maps.pretravel_map import over_support
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import MACHINE
 from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.point_budget import point_budget, variances_along_normals
 from pretravel.measurement.point_errors import errors_of_points
-from pretravel.qualification.map_warnings import over_support
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
 from pretravel.qualification.qualify import qualify
 from pretravel.show.as_json import document_from_values, document_values

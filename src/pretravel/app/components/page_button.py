@@ -13,7 +13,7 @@ from pretravel.app.components.downloads import prepared_button
 from pretravel.app.jobs import Finished, Job, Work
 from pretravel.show.document import Document
 from pretravel.show.page import write_page
-from pretravel.show.work_record import InputFile, Setting, WorkRecord, record_now
+from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
 
 
 def page_button(
@@ -59,7 +59,7 @@ def work_record(job: Job, finished: Finished, command: str) -> WorkRecord:
         for file in finished.files[purpose]
     ]
     settings = [
-        Setting(name.replace("_", " "), str(finished.settings[name]), given=True)
+        StatedSetting(name.replace("_", " "), str(finished.settings[name]), given=True)
         for name in job.settings
         if name in finished.settings
     ]

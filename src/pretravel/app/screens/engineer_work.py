@@ -237,7 +237,7 @@ def fit(inputs: Inputs) -> FitResult | None:
 
 def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelError:
     from pretravel.show.work_record import input_file, record_now
-    from pretravel.tasks.compare import compare_map
+    from pretravel.tasks.compare import Compare
 
     try:
         left_out = settings.left_out
@@ -250,7 +250,7 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
     names = touch_names(path, whole)
     compared, problem = None, ""
     try:
-        compared = compare_map(qualified.pretravel_map)
+        compared = Compare(map_file=MAP_NAME).compared(qualified.pretravel_map)
     except PretravelError as error:  # a map that does not hold all around
         problem = str(error)
     touches = _touches_of(qualified, whole, np.isin(names, left_out), names)

@@ -17,7 +17,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.touches_csv import write_touches
 from pretravel.laboratory.iso230_10 import plane_pattern_36
-from pretravel.laboratory.standards import PATTERNS
+from pretravel.laboratory.standards import patterns
 from pretravel.probing.simulation import Latch, simulate
 from pretravel.probing.targets import Targets
 from pretravel.show.document import Document
@@ -90,7 +90,7 @@ def example_touches(standard: str) -> tuple[str, bytes]:
     if standard == "iso230-10-tip-offset":
         touches = _touches_at_two_orientations()
     else:
-        normals = PATTERNS[standard]()
+        normals = patterns()[standard]()
         repeats = 3 if standard == "iso230-10" else 1
         touches = _simulated(np.repeat(normals, repeats, axis=0), _CENTER, seed=1)
     with temporary_folder() as folder:

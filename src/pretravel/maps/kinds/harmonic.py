@@ -12,21 +12,24 @@ import numpy as np
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
-from pretravel.maps.direction_means import Smoothing
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
-    first_harmonic_variance,
     fit_harmonics,
     ring_terms,
     sphere_terms,
 )
-from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit, shifted_center
+from pretravel.maps.kind import (
+    CenteredFit,
+    KindOfMap,
+    MapFit,
+    shifted_center,
+    usual_shift_covariance,
+)
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
-from pretravel.maps.spherical_harmonics import checked_terms, real_spherical_harmonics
+from pretravel.maps.spherical_harmonics import Smoothing, checked_terms, real_spherical_harmonics
 from pretravel.maps.support import MARGIN, DirectionSupport
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
@@ -131,18 +134,19 @@ class HarmonicKind(KindOfMap):
 
     def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
         assert isinstance(fit, HarmonicMapFit)
-        observation = fit.observation
-        if axial_pretravel is not None and not observation.ring and observation.tip_known:
-            return _with_pretravel_at_pole(fit, axial_pretravel)
-        found = shifted_center(fit)
+        observation, found = fit.observation, shifted_center(fit)
         if observation.ring:
             return found
+        if axial_pretravel is not None and observation.tip_known:
+            return _with_pretravel_at_pole(fit, found.center, axial_pretravel)
         # The least-squares height, on request or because the level of the map is not known.
         usual = usual_shift_covariance(observation)[2, 2] * np.outer(_ALONG, _ALONG)
         return replace(found, center_covariance=found.center_covariance + usual)
 
 
-def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> CenteredFit:
+def _with_pretravel_at_pole(
+    fit: HarmonicMapFit, center: FloatArray, axial_pretravel: float
+) -> CenteredFit:
     at_pole = fit.basis.design(_POLE)[0]
     axial = float(at_pole @ fit.coefficients) - axial_pretravel
     covariance = fit.covariance.matrix
@@ -156,18 +160,17 @@ def _with_pretravel_at_pole(fit: HarmonicMapFit, axial_pretravel: float) -> Cent
         move[first_zonal] -= at_pole / math.sqrt(3.0)
     coefficients = fit.coefficients.copy()
     coefficients[first_zonal] -= axial / math.sqrt(3.0)
-    center = shifted_center(fit).center
-    center[2] -= axial
     mixed = np.outer(fit.shift_covariance_with_map @ at_pole, _ALONG)
+    gauge = _gauge(fit, axial_pretravel, u_pole, touched=touched)
     return CenteredFit(
-        center=center,
+        center=center - axial * _ALONG,
         center_covariance=fit.shift_covariance
         + mixed
         + mixed.T
         + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
         covariance=Covariance.full(move @ covariance @ move.T),
-        gauge=_gauge(fit, axial_pretravel, u_pole, touched=touched),
+        gauge=gauge,
     )
 
 
@@ -235,7 +238,7 @@ def fit_harmonic(
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
         shift_covariance=shift_of @ fit.covariance @ shift_of.T
-        + first_harmonic_variance(fit.amplitudes) * np.diag([1.0, 1.0, 0.0][: observation.axes]),
+        + fit.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0][: observation.axes]),
         residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
         dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,

@@ -11,9 +11,8 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
-from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 
 

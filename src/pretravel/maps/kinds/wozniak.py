@@ -16,10 +16,9 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, check_numbers
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.basis import MapBasis, StoredBasis
-from pretravel.maps.kind import KindOfMap, MapFit, shifted_center
+from pretravel.maps.kind import KindOfMap, MapFit, shifted_center, usual_shift_covariance
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
-from pretravel.maps.usual_shape import usual_shift_covariance
 from pretravel.uncertainty.covariance import Covariance
 
 FEWEST_TO_FIND_LOBES = 8

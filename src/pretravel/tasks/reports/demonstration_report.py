@@ -1,36 +1,26 @@
-"""Report, pictures and files of the demonstration on example data."""
+"""Report and pictures of the demonstration on example data."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import azimuth_angle
-from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.files.map_file import write_map
-from pretravel.files.point_files import write_points
 from pretravel.maps.kinds import kinds
 from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import series
 from pretravel.show.document import Column, Document, Picture, Section, Table
 from pretravel.show.formatting import value_text
-from pretravel.show.page import write_page
-from pretravel.show.style import save_picture_file
-from pretravel.show.work_record import WorkRecord
 from pretravel.tasks.reports.comparison_report import comparison_document, comparison_view
 from pretravel.tasks.reports.demonstration import (
     BEST,
     KindErrors,
     KindsCompared,
     MainJob,
-    compare_kinds_of_map,
-    do_main_job,
-    read_demonstration,
 )
 from pretravel.tasks.reports.points_picture import points_view
 from pretravel.tasks.reports.points_report import points_document
@@ -45,7 +35,7 @@ DEMONSTRATION_FILES = (
     "compare.png",
     "kp3_ring.png",
 )
-"""The files that `write_demonstration` writes."""
+"""The files that a demonstration writes."""
 _SPHERE_TEXT = (
     "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
     (
@@ -156,67 +146,6 @@ def demonstration_document(
         ),
         pictures=tuple(pictures),
     )
-
-
-def write_demonstration(
-    data: Path,
-    output: Path,
-    written: Callable[[Path], None],
-    record: WorkRecord | None = None,
-) -> Document:
-    """Do the main job on the example data, and write map, points, pictures and a page.
-
-    Each file is written as soon as what it shows is known.
-
-    Parameters
-    ----------
-    data : Path
-        Folder of the example data.
-    output : Path
-        Folder; made if it does not exist.
-    written : callable
-        Called with each file that is written.
-    record : WorkRecord or None
-        What was done with what, for the page.
-
-    Returns
-    -------
-    Document
-        That the page shows.
-
-    Raises
-    ------
-    PretravelError
-        Data that are missing or wrong; a folder that cannot be made.
-    """
-    touches = read_demonstration(data)
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise PretravelError(f"cannot make the folder {output}: {error.strerror}") from error
-    job = do_main_job(touches)
-    pictures = main_job_pictures(job)
-    _write_pictures(pictures, output, written)
-    write_points(output / "points.csv", job.points)
-    written(output / "points.csv")
-    write_map(output / "map.json", job.qualification.pretravel_map)
-    written(output / "map.json")
-    kinds = compare_kinds_of_map(touches, job.qualification)
-    more = kinds_pictures(kinds)
-    _write_pictures(more, output, written)
-    pictures |= more
-    document = demonstration_document(job, kinds, pictures.values())
-    files = ("points.csv", "map.json", *pictures)
-    write_page(output / "index.html", document, files, record=record)
-    return document
-
-
-def _write_pictures(
-    pictures: Mapping[str, Picture], output: Path, written: Callable[[Path], None]
-) -> None:
-    for name, picture in pictures.items():
-        save_picture_file(picture, output / name)
-        written(output / name)
 
 
 def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base.units import MICROMETRE
-from pretravel.identification.free_numbers import FREE
-from pretravel.identification.probe_from_map import Identification
+from pretravel.identification.probe_from_map import FREE, Identification
 from pretravel.show.chart import Axis, PlaneChart, Scale, View
 from pretravel.show.chart_marks import Dots, Rule
 from pretravel.show.direction_charts import angles_deg, chart_by_place, direction_words

@@ -9,7 +9,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.qualification.map_warnings import over_support
+from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.prior_update import FoundDrift, MapUpdate
 from pretravel.show.chart import Axis, PlaneChart, Scale, TopView, View
 from pretravel.show.chart_marks import Dots, Rule

@@ -10,9 +10,9 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.identification.physical import PhysicalMapFit
+from pretravel.maps.support import some_directions
 from pretravel.prediction.six_seats import IDEAL, PARAMETERS
 from pretravel.qualification.delay import SignalDelay
-from pretravel.qualification.map_warnings import some_directions
 from pretravel.qualification.qualification import (
     KindScore,
     Qualification,

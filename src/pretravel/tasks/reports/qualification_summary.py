@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import describe
 from pretravel.base.units import MICROMETRE
-from pretravel.qualification.map_warnings import over_support
+from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.qualification import KindScore, Qualification, radius_budget
 from pretravel.show.document import KeyFigure, Span
 from pretravel.show.formatting import decimals, number_text, value_text

@@ -1,0 +1,333 @@
+"""Convert files of touches, show how they are understood, and list the formats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import DISTANCE, TIP_BALL
+from pretravel.tasks.fields import TouchFilesWithFeed, output
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task, TextResult
+from pretravel.tasks.values import Vector, vector
+
+if TYPE_CHECKING:
+    from pretravel.controls.machine import Machine
+    from pretravel.files.file_format import FeatureResult, FileReadings, ReadingOptions
+    from pretravel.show.document import Document
+    from pretravel.touches import Touches
+
+_WIDTH = 80
+"""Of the lines of a text. [signs]"""
+
+
+def _formats() -> list[str]:
+    from pretravel.files.format_registry import FORMATS
+
+    return list(FORMATS)
+
+
+class Convert(TouchFilesWithFeed):
+    """Read a table or a file of a control, CMM or CAM system, and write touches.
+
+    Without -o it shows how the file is understood: its first rows, and what is missing.
+
+    Positions without normals are joined with the plan by geometry: each position lies on the
+    line of a target.
+    """
+
+    name = "convert"
+    group = "Files"
+    example = "pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv"
+
+    output: Annotated[
+        Path | None,
+        output(
+            "Touches: .csv, .parquet, .qif; .msr or .txt for Fusion. Without it, a preview; which "
+            "is also a page, .html or .pdf.",
+            ".csv",
+            ".parquet",
+            ".qif",
+            ".msr",
+            ".txt",
+            *PAGES,
+        ),
+    ] = None
+    file_format: Annotated[
+        str | None,
+        Field(
+            help="Format of the file (pretravel formats lists them); the default is detected.",
+            option="--from",
+            names=_formats,
+            metavar="FORMAT",
+            label="Format",
+        ),
+    ] = None
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="Machine file: tip diameter, and the overtravel, which identifies misses.",
+            reads=True,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None, Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
+    ] = None
+    offset: Annotated[
+        Vector | None,
+        Field(
+            help="Origin of the work coordinates in machine coordinates, in mm, for grbl logs.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
+    radius_taken_off: Annotated[
+        float | None,
+        Field(
+            help="DMIS: tip radius that was subtracted from its points, in mm; 0: tip centres.",
+            range=DISTANCE,
+        ),
+    ] = None
+    frame: Annotated[
+        Literal["work", "machine"] | None,
+        Field(help="Axes of the touches, where the work coordinates were rotated."),
+    ] = None
+
+    def run(
+        self, progress: Progress = SILENT
+    ) -> PreviewedFiles | ConvertedFeatures | ConvertedTouches:
+        """Read the files.
+
+        Returns
+        -------
+        PreviewedFiles
+            Without an output, or with a page.
+        ConvertedFeatures
+            Of a print-out without touches.
+        ConvertedTouches
+
+        Raises
+        ------
+        PretravelError
+            Files that cannot be read; a page of several files; rotated work coordinates and no
+            frame; features for a file that is no table.
+        """
+        from pretravel.files.machine_file import read_machine
+        from pretravel.files.source_file import opened
+        from pretravel.tasks.look import format_of_touches
+
+        files = self.files
+        machine = None if self.machine is None else read_machine(self.machine)
+        tip = self.tip_diameter
+        if tip is None and machine is not None:
+            tip = machine.tip_diameter
+        options = self._options(tip, machine)
+        if self.output is None or self.output.suffix.lower() in PAGES:
+            return self._previewed(files, options)
+        file = opened(files[0])
+        known = format_of_touches(file, options, file_format=self.file_format)
+        if known.parse_features is not None:
+            if self.output.suffix.lower() != ".csv":
+                raise PretravelError(
+                    "a print-out is converted to a table of features: -o features.csv"
+                )
+            return _features(known.parse_features(file, options))
+        stated = known.name if self.columns else self.file_format
+        readings = self.read_with(options, progress, file_format=stated)
+        radius = readings.tip_radius if tip is None else 0.5 * tip
+        touches = _in_frame(readings, self.frame)
+        warnings = (*_losses(touches, self.output), *readings.notes())
+        return ConvertedTouches(
+            touches, radius, f"{len(touches)} touches ({known.name})\n", warnings
+        )
+
+    def _options(self, tip_diameter: float | None, machine: Machine | None) -> ReadingOptions:
+        """What is stated about the files."""
+        from pretravel.controls.machine import work_turn
+
+        options = self.reading_options(tip_diameter=tip_diameter, exclude=self.exclude)
+        work = None if machine is None else machine.work
+        return replace(
+            options,
+            overtravel=None if machine is None else machine.overtravel,
+            offset=self.offset,
+            radius_taken_off=self.radius_taken_off,
+            rotation=None if work is None else work_turn(work),
+        )
+
+    def _previewed(self, files: Sequence[Path], options: ReadingOptions) -> PreviewedFiles:
+        """How the files are understood, and what is missing."""
+        from pretravel.show.terminal import terminal_text
+        from pretravel.tasks.look import look_at_touches
+
+        if self.output is not None and len(files) > 1:
+            raise PretravelError(
+                f"{self.output}: a page shows the preview of one file, and there are "
+                f"{len(files)}: name one"
+            )
+        lines, documents = [], []
+        for path in files:
+            looked = look_at_touches(path, options, file_format=self.file_format)
+            document = looked.document()
+            documents.append(document)
+            lines.append(f"{path}: format {looked.known.name}, {looked.known.what}")
+            lines.append(terminal_text(document, verbose=False))
+            if not looked.unit_known:
+                lines.append(
+                    "\nThe unit: add --units mm or --units inch, here and to the command that uses "
+                    "the file"
+                )
+        warnings = tuple(text for document in documents for text in document.warnings)
+        return PreviewedFiles(tuple(documents), "\n".join(lines) + "\n", warnings)
+
+
+@dataclass(frozen=True, eq=False)
+class PreviewedFiles(Result):
+    """How files are understood.
+
+    Attributes
+    ----------
+    documents : tuple of Document
+        The preview of each.
+    text : str
+        All of them.
+    cautions : tuple of str
+    """
+
+    documents: tuple[Document, ...]
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def page(self) -> Document:
+        """The preview of the one file."""
+        return self.documents[0]
+
+
+@dataclass(frozen=True, eq=False)
+class ConvertedFeatures(Result):
+    """Results of features from a print-out.
+
+    Attributes
+    ----------
+    features : tuple of FeatureResult
+    text : str
+    """
+
+    features: tuple[FeatureResult, ...]
+    text: str
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the table of features."""
+        del output
+        from pretravel.files.csv_table import write_csv_table
+
+        names = ("component", "feature", "quantity", "nominal", "actual", "deviation")
+        write_csv_table(path, {name: [getattr(f, name) for f in self.features] for name in names})
+
+
+def _features(features: Sequence[FeatureResult]) -> ConvertedFeatures:
+    count = len(features)
+    return ConvertedFeatures(
+        tuple(features),
+        f"{count} results of features (mm, degrees): no touches to compensate\n",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ConvertedTouches(Result):
+    """Touches of files.
+
+    Attributes
+    ----------
+    touches : Touches
+        In the axes that were asked for.
+    tip_radius : float or None
+        [mm]
+    text : str
+    cautions : tuple of str
+        What the output cannot contain, and irregularities of the files.
+    """
+
+    touches: Touches
+    tip_radius: float | None
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the touches."""
+        del output
+        from pretravel.files.readings import write_readings
+
+        write_readings(path, self.touches, self.tip_radius)
+
+
+def _in_frame(readings: FileReadings, frame: str | None) -> Touches:
+    """The touches in the machine's axes, or in work coordinates."""
+    import math
+
+    if abs(readings.rotation) > 1e-9 and frame is None:
+        turn = math.degrees(readings.rotation)
+        raise PretravelError(
+            f"the work coordinates were turned by {turn:g}°, which a table cannot state: the frame "
+            "machine rotates the touches to the machine's axes (to qualify); the frame work keeps "
+            f"them (then compensate with the placement 0,0,0,0,0,{turn:g})",
+            inputs=("frame",),
+        )
+    return readings.in_machine_axes().touches if frame == "machine" else readings.touches
+
+
+def _losses(touches: Touches, output: Path) -> list[str]:
+    """A warning of properties of the touches that the format of the output cannot contain."""
+    import numpy as np
+
+    from pretravel.files.logs.plain_labels import plain_labels
+    from pretravel.files.readings import written_format
+
+    if written_format(output).keeps_approaches_and_feeds:
+        return []
+    lost = []
+    if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
+        lost.append("approaches that are not along the normal")
+    if touches.feeds is not None:
+        lost.append("feeds")
+    if touches.spindle is not None:
+        lost.append("orientations of the spindle")
+    if touches.labels is not None and plain_labels(touches.labels) != touches.labels:
+        lost.append("signs of labels other than letters, digits, space, _ . -")
+    if not lost:
+        return []
+    ending = output.suffix.lower()
+    return [f"{ending} cannot contain {' and '.join(lost)}; the output is without them"]
+
+
+class Formats(Task):
+    """List the file formats, and how reading and writing of each was verified."""
+
+    name = "formats"
+    group = "Files"
+    example = "pretravel formats"
+
+    def run(self, progress: Progress = SILENT) -> TextResult:
+        """The list."""
+        del progress
+        import textwrap
+
+        from pretravel.files.format_registry import FORMATS
+
+        margin = 2 + max(map(len, FORMATS))
+        lines = []
+        for name, entry in FORMATS.items():
+            lines.append(f"{name:{margin}s}{entry.what}")
+            properties = {
+                "read as": entry.reads,
+                "written from": entry.writes,
+                "needs": entry.needs,
+                "verified against": entry.verified,
+                "refused": entry.refusal,
+            }
+            for what, text in properties.items():
+                wrapped = textwrap.wrap(f"{what}: {text}", _WIDTH) if text else []
+                lines += [" " * margin + line for line in wrapped]
+        return TextResult("\n".join(lines) + "\n")

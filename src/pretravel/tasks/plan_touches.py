@@ -1,0 +1,160 @@
+"""Plan the few touches on the reference that keep an old map good."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import REFERENCE_DIAMETER
+from pretravel.tasks.fields import QualifiedMap, Reported, output
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.values import Vector, vector
+
+if TYPE_CHECKING:
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.qualification.touch_plan import TouchPlan
+    from pretravel.show.document import Document
+
+
+class PlanTouches(Reported):
+    """Choose the few touches on the reference that keep an old map good.
+
+    Give the touches to pretravel qualify --prior.
+    """
+
+    name = "plan-touches"
+    group = "Qualify"
+    example = "pretravel plan-touches --map map.json --count 9 -o targets.csv"
+
+    map_file: QualifiedMap
+    count: Annotated[
+        int,
+        Field(help="Number of touches, each in its own direction.", range=(1, 100_000)),
+    ] = 9
+    normals: Annotated[
+        Path | None,
+        Field(
+            help="Directions for which the map is needed: touches or targets of a part, .csv with "
+            "nx,ny,nz. Without it, all directions of the map.",
+            reads=True,
+        ),
+    ] = None
+    history: Annotated[
+        Path | None,
+        Field(
+            help="History of the probe, .sqlite (see pretravel verify): how much it drifts. "
+            "Without it, a usual drift is assumed.",
+            reads=True,
+        ),
+    ] = None
+    diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the sphere, in mm; that of the map's qualification by default.",
+            range=REFERENCE_DIAMETER,
+        ),
+    ] = None
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere in the machine's frame, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = Vector(0, 0, 0)
+    clearance: Annotated[
+        float,
+        Field(
+            help="Distance of tip and sphere where a touch starts, in mm.",
+            range=(0.0, 10000.0),
+            unit="mm",
+        ),
+    ] = 5.0
+    output: Annotated[
+        Path | None, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> PlannedTouches:
+        """Choose the directions.
+
+        Raises
+        ------
+        PretravelError
+            A map of a ring; a count of touches that do not determine it.
+        """
+        del progress
+        from pretravel.files.history_drift import drift_of_history
+        from pretravel.files.map_file import read_map
+        from pretravel.files.probe_history import read_history
+        from pretravel.files.touches_csv import read_normals
+        from pretravel.qualification.probe_drift import ProbeDrift
+        from pretravel.qualification.touch_plan import plan_touches
+
+        old_map = read_map(self.map_file)
+        _refuse_ring(old_map)
+        history, normals = self.history, self.normals
+        drift = ProbeDrift() if history is None else drift_of_history(read_history(history))
+        wanted = None if normals is None else read_normals(normals)
+        plan = plan_touches(old_map, self.count, normals=wanted, drift=drift)
+        return PlannedTouches(self, old_map, plan)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedTouches(Result):
+    """A plan of touches with the map that it is for.
+
+    Attributes
+    ----------
+    task : PlanTouches
+    old_map : PretravelMap
+    plan : TouchPlan
+    """
+
+    task: PlanTouches
+    old_map: PretravelMap
+    plan: TouchPlan
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.reports.touch_plan_report import touch_plan_document
+
+        return touch_plan_document(self.plan, map_name=self.task.map_file.name)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the targets.
+
+        Raises
+        ------
+        PretravelError
+            Nothing states the diameter of the reference.
+        """
+        del output
+        from pretravel.files.csv_table import write_csv_table
+        from pretravel.files.plan_csv import pattern_table
+
+        retreat = self.old_map.tip_radius + self.task.clearance
+        radius = 0.5 * self._diameter()
+        center = self.task.center
+        write_csv_table(path, pattern_table(self.plan.normals, center, radius, retreat))
+
+    def _diameter(self) -> float:
+        setup = self.old_map.provenance.setup
+        if self.task.diameter is not None:
+            return self.task.diameter
+        if setup is None:
+            raise PretravelError(
+                "the map does not state the diameter of its reference; give it",
+                inputs=("diameter",),
+            )
+        return setup.diameter
+
+
+def _refuse_ring(old_map: PretravelMap) -> None:
+    setup = old_map.provenance.setup
+    if setup is not None and setup.ring:
+        raise PretravelError(
+            "this map was made in a ring gauge: its few directions are best touched evenly around; "
+            "qualify with a prior takes them"
+        )
