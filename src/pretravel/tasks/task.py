@@ -469,6 +469,12 @@ def python_lines(task: Task) -> str:
     >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25)))
     from pretravel.tasks.qualify import Qualify
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
+    from pathlib import Path
+    from pretravel.show.page import write_page
+    from pretravel.tasks.qualify import Qualify
+    result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    write_page(Path('report.html'), result.page(), template=result.template)
     """
     kind = type(task)
     stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
@@ -479,9 +485,16 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
+        place, ending = f"Path({str(path)!r})", path.suffix.lower()
         if setting.field.in_run:
             continue
-        lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
+        if setting.field.writes == PICTURES:
+            lines.append(f"result.picture(result.document(), {place})")
+        elif ending in PAGES and ending in setting.field.writes:
+            lines.insert(0, "from pretravel.show.page import write_page")
+            lines.append(f"write_page({place}, result.page(), template=result.template)")
+        else:
+            lines.append(f"result.write({setting.name!r}, {place})")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)
