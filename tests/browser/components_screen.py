@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 import math
 import os
+import sys
 import time
 import warnings
 from pathlib import Path
 from typing import Any
 
-import typer
 from nicegui import ui
 
 from pretravel.app.components.document_view import document_view, table_view
@@ -32,7 +32,7 @@ from pretravel.app.project import ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.shell import screen_page
 from pretravel.base.errors import PretravelError
-from pretravel.cli.app import app
+from pretravel.cli.main import app
 from pretravel.show.document import Column, Document, KeyFigure, Table
 from pretravel.tasks.qualify import Qualify
 
@@ -149,7 +149,7 @@ def main() -> None:
         "components", "Tests", "Every component", "What screens have.", "apps"
     )
     ui.page("/components")(lambda: screen_page(screen))
-    typer.run(app)
+    app(["app", *sys.argv[1:]])
 
 
 if __name__ == "__main__":

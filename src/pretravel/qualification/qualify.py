@@ -57,9 +57,9 @@ def qualify(
     """Qualify a probe on a reference sphere or ring, with any kind of map.
 
     Every touch determines how far the latched point is from the centre of the reference:
-    |P - c| = R + r - pretravel on a sphere, R - r + pretravel in a ring. A shift of the centre
-    looks like a first harmonic of the map, and touches on a sphere cannot separate the two: a
-    convention does. Across the axis a harmonic map has no first harmonic, as an even tripod has
+    ``|P - c| = R + r - pretravel`` on a sphere, ``R - r + pretravel`` in a ring. A shift of the
+    centre looks like a first harmonic of the map, and touches on a sphere cannot separate the two:
+    a convention does. Across the axis a harmonic map has no first harmonic, as an even tripod has
     none (kinds mean and sectors: the least-squares centre). Along the axis, where that centre lies
     5 to 15 um off, because pole and equator differ so much, the map is given the pretravel
     `QualificationSetup.axial_pretravel` at the pole. The error of the convention shifts map,
