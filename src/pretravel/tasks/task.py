@@ -191,7 +191,7 @@ class Setting(NamedTuple):
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
-        return f"{value:.12g}" if isinstance(value, float) else str(value)
+        return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
     def checked(self, value: Any) -> Any:
         """A value of the type of the field, within its limits.
@@ -454,7 +454,8 @@ def command_line(task: Task) -> str:
         value = getattr(task, setting.name)
         for each in value if setting.several else (value,):
             if setting.kind is bool:
-                words += [setting.option.partition("/")[0]]
+                yes, _, no = setting.option.partition("/")
+                words += [yes if each else no]
             elif setting.field.positional:
                 words += [setting.text(each)]
             else:
