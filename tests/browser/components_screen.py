@@ -27,8 +27,8 @@ from pretravel.app.components.layout import inputs_and_results, panel
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
-from pretravel.app.jobs import Inputs, Job, Work
-from pretravel.app.project import ScreenState
+from pretravel.app.jobs import Job, Work
+from pretravel.app.project import Inputs, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.shell import screen_page
 from pretravel.base.errors import PretravelError

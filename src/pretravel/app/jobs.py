@@ -15,38 +15,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pretravel.app.project import Listener, ScreenState, SettingValue, StoredFile
+from pretravel.app.project import Inputs, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 
 _PAUSE = 0.15
 """Time without a change before automatic work starts. [s]"""
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What a job computes from.
-
-    Attributes
-    ----------
-    settings : mapping of str to value
-        Those that were set; give the default with ``settings.get(name, default)``.
-    files : mapping of str to tuple of Path
-        Copies in a temporary folder, by purpose, with the names that the user gave them.
-    """
-
-    settings: Mapping[str, SettingValue]
-    files: Mapping[str, tuple[Path, ...]]
-
-    def file(self, purpose: str) -> Path:
-        """The only file of a purpose; `Job.needs` makes sure that it is there."""
-        return self.files[purpose][0]
-
-    def optional_file(self, purpose: str) -> Path | None:
-        """The only file of a purpose, or None."""
-        found = self.files.get(purpose, ())
-        return found[0] if found else None
 
 
 @dataclass(frozen=True)

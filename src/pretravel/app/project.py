@@ -8,6 +8,7 @@ import math
 import secrets
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from pretravel.base.errors import PretravelError
@@ -288,3 +289,28 @@ class Project:
     def _changed(self) -> None:
         for listener in tuple(self._listeners):
             listener()
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a job computes from.
+
+    Attributes
+    ----------
+    settings : mapping of str to value
+        Those that were set; give the default with ``settings.get(name, default)``.
+    files : mapping of str to tuple of Path
+        Copies in a temporary folder, by purpose, with the names that the user gave them.
+    """
+
+    settings: Mapping[str, SettingValue]
+    files: Mapping[str, tuple[Path, ...]]
+
+    def file(self, purpose: str) -> Path:
+        """The only file of a purpose; `Job.needs` makes sure that it is there."""
+        return self.files[purpose][0]
+
+    def optional_file(self, purpose: str) -> Path | None:
+        """The only file of a purpose, or None."""
+        found = self.files.get(purpose, ())
+        return found[0] if found else None

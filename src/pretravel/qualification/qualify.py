@@ -39,9 +39,10 @@ from pretravel.qualification.map_warnings import (
     setup_warnings,
 )
 from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import Outlier, gross_errors
+from pretravel.qualification.outliers import gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
+from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.touches import Touches, at_rest
 
 _LOG = logging.getLogger(__name__)

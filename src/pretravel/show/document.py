@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -199,6 +200,28 @@ class Picture:
         from pretravel.show.style import png_content
 
         return png_content(self.draw())
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture, whole or not at all; a PNG is drawn once for file and page.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in .png, .svg or .pdf.
+
+        Raises
+        ------
+        PretravelError
+            Another ending.
+        """
+        from pretravel.base.whole_file import whole_file
+        from pretravel.show.style import save
+
+        if Path(path).suffix.lower() != ".png":
+            save(self.draw(), path)
+            return
+        with whole_file(path) as temporary:
+            temporary.write_bytes(self.png)
 
 
 def _computed_picture(caption: str, view: View) -> Picture:

@@ -12,7 +12,6 @@ import numpy as np
 from pretravel.base.arrays import IntArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import whole_file
-from pretravel.show.document import Picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,27 +109,6 @@ def save(figure: Figure, path: str | Path) -> None:
             temporary.write_bytes(png_content(figure))
         else:
             figure.savefig(temporary)
-
-
-def save_picture_file(picture: Picture, path: str | Path) -> None:
-    """Write a picture of a report, whole or not at all; a PNG is drawn once for file and page.
-
-    Parameters
-    ----------
-    picture : Picture
-    path : str or Path
-        Ending in .png, .svg or .pdf.
-
-    Raises
-    ------
-    PretravelError
-        Another ending.
-    """
-    if Path(path).suffix.lower() != ".png":
-        save(picture.draw(), path)
-        return
-    with whole_file(path) as temporary:
-        temporary.write_bytes(picture.png)
 
 
 def some_rows(rows: IntArray, most: int = 5000) -> IntArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,16 +22,20 @@ from pretravel.tasks.fields import (
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
+    from pretravel.base.arrays import FloatArray
     from pretravel.files.file_format import FileReadings
+    from pretravel.files.long_table import LongTable
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.measurement.point_errors import PointErrors
     from pretravel.measurement.points import Points
-    from pretravel.measurement.points_summary import TouchSummary
+    from pretravel.measurement.points_summary import PointsSummary, TouchSummary
     from pretravel.show.document import Document
     from pretravel.surface.cad.part import Part
     from pretravel.surface.local_geometry import Surface
-    from pretravel.tasks.long_tables import LongCompensation
     from pretravel.touches import Touches
+_LOG = logging.getLogger(__name__)
+_DRAWN = 5000
+"""Points of a long table that pictures show."""
 
 
 class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
@@ -179,11 +185,13 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         self, pretravel_map: PretravelMap, nominal: Surface | Part | None, progress: Progress
     ) -> LongCompensation | None:
         """Compensate one long table part by part; the points are then in the output."""
-        from pretravel.tasks.long_tables import compensate_long_table, long_table_of
+        from pretravel.files.long_table import WRITTEN_IN_PARTS, long_table
 
         tip_diameter = 2.0 * pretravel_map.tip_radius
         options = self.reading_options(tip_diameter=tip_diameter, exclude=self.exclude)
-        table = long_table_of(self.files, options, self.output)
+        files, ending = self.files, self.output.suffix.lower()
+        alone = len(files) == 1 and ending in WRITTEN_IN_PARTS
+        table = long_table(files[0], options) if alone else None
         if table is None:
             return None
         with progress.working(f"compensating about {table.count:,} touches"):
@@ -260,3 +268,166 @@ class CompensatedTouches(Result):
             nominal_points=self.touches.nominal_points,
             tip_radius=made.tip_radius,
         )
+
+
+@dataclass(frozen=True)
+class CompensatedRows:
+    """What reports need of a part of a table, or of several.
+
+    Attributes
+    ----------
+    points : PointsSummary
+    touches : TouchSummary
+    drawn : tuple of Points
+        Some of the points, in equal distances, for pictures.
+    variances : tuple of mapping of str to (k,) float
+        Of these points along their normals, by source. [mm²]
+    """
+
+    points: PointsSummary
+    touches: TouchSummary
+    drawn: tuple[Points, ...]
+    variances: tuple[Mapping[str, FloatArray], ...]
+
+    def joined(self, other: CompensatedRows) -> CompensatedRows:
+        """Of both."""
+        return CompensatedRows(
+            self.points.joined(other.points),
+            self.touches.joined(other.touches),
+            self.drawn + other.drawn,
+            self.variances + other.variances,
+        )
+
+
+@dataclass(frozen=True)
+class LongCompensation(Result):
+    """The compensation of a long table, without its points, which are in the output.
+
+    Attributes
+    ----------
+    task : Compensate
+    table : LongTable
+    pretravel_map : PretravelMap
+    nominal : Surface, Part or None
+    found : CompensatedRows
+        Of the whole table.
+    warnings : tuple of str
+        Of the reader.
+    """
+
+    task: Compensate
+    table: LongTable
+    pretravel_map: PretravelMap
+    nominal: Surface | Part | None
+    found: CompensatedRows
+    warnings: tuple[str, ...]
+
+    @property
+    def reading(self) -> str:
+        """How the table was understood, where that is not plain."""
+        how = self.table.understood
+        return f"{len(self.found.points)} touches; {how}" if how else ""
+
+    def document(self) -> Document:
+        """The report; its pictures and its budget are those of some of the points."""
+        import numpy as np
+
+        from pretravel.measurement.compensation import compensation_warnings
+        from pretravel.measurement.point_budget import budget_of_variances
+        from pretravel.measurement.points import joined_points
+        from pretravel.show.document import Picture
+        from pretravel.tasks.reports.points_picture import points_view
+        from pretravel.tasks.reports.points_report import summary_document
+
+        task, drawn = self.task, joined_points(self.found.drawn)
+        title = f"{task.touches_name}, compensated"
+        placement = task.placement() if task.frame == "machine" else None
+        picture = Picture(
+            f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
+            "pretravel and uncertainty",
+            lambda: points_view(drawn, title, nominal=self.nominal, placement=placement),
+        )
+        variances = {
+            name: float(np.mean(np.concatenate([part[name] for part in self.found.variances])))
+            for name in self.found.variances[0]
+        }
+        dof = self.pretravel_map.repeatability_dof
+        budget = budget_of_variances(variances, dof, f"rms of {len(drawn)} of the points")
+        stated = compensation_warnings(self.found.touches, self.pretravel_map)
+        return summary_document(
+            self.found.points,
+            picture,
+            title=title,
+            warnings=[*self.warnings, *stated],
+            budgets=[budget],
+        )
+
+    def write(self, output: str, path: Path) -> None:
+        """Nothing: the points were written part by part."""
+
+
+def compensate_long_table(
+    table: LongTable,
+    pretravel_map: PretravelMap,
+    task: Compensate,
+    nominal: Surface | Part | None = None,
+) -> LongCompensation:
+    """Compensate a long table of touches part by part, and write the points.
+
+    Parameters
+    ----------
+    table : LongTable
+        From `long_table`.
+    pretravel_map : PretravelMap
+        In the axes of the machine.
+    task : Compensate
+        Its output is .csv or .parquet. The points are those of `Compensate.compensated`. They do
+        not state which errors they have in common, so that `measure` takes the largest uncertainty
+        that any correlation produces.
+    nominal : Surface, Part or None
+
+    Returns
+    -------
+    LongCompensation
+
+    Raises
+    ------
+    PretravelError
+        As `Compensate.compensated`; the output is then not written.
+    """
+    from pretravel.files.long_table import written_in_parts
+    from pretravel.files.point_tables import points_table
+    from pretravel.touches import with_feed
+
+    found: CompensatedRows | None = None
+    warnings: dict[str, None] = {}
+    with written_in_parts(task.output) as append:
+        for read in table.readings():
+            readings = replace(read, touches=with_feed(read.touches, task.feed))
+            result = task.compensated(readings, pretravel_map, nominal, shared=False)
+            append(points_table(result.points))
+            done = 0 if found is None else len(found.points)
+            part = _part_of(result, done, max(table.count // _DRAWN, 1))
+            found = part if found is None else found.joined(part)
+            warnings |= dict.fromkeys(readings.warnings)
+            done = len(found.points)
+            ratio = min(done / max(table.count, 1), 0.99)
+            _LOG.info("%d touches of about %d", done, table.count, extra={"done": ratio})
+    assert found is not None  # a table has rows
+    return LongCompensation(task, table, pretravel_map, nominal, found, tuple(warnings))
+
+
+def _part_of(result: CompensatedTouches, first_row: int, apart: int) -> CompensatedRows:
+    import numpy as np
+
+    from pretravel.measurement.point_budget import variances_along_normals
+    from pretravel.measurement.points_summary import PointsSummary
+    from pretravel.measurement.selection import points_at
+
+    some = np.arange(-first_row % apart, len(result.points), apart)
+    return CompensatedRows(
+        PointsSummary.of(result.points),
+        result.summary,
+        (points_at(result.points, some),) if len(some) else (),
+        (variances_along_normals(result.errors.at(some)),) if len(some) else (),
+    )

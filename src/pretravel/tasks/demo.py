@@ -139,8 +139,7 @@ class Demonstration(Result):
 
 
 def _write_pictures(pictures: Mapping[str, Picture], folder: Path) -> None:
-    from pretravel.show.style import save_picture_file
 
     for name, picture in pictures.items():
         _LOG.info("%s", name)
-        save_picture_file(picture, folder / name)
+        picture.save(folder / name)

@@ -71,10 +71,9 @@ class ShownProbe(Result):
     def picture(self, document: Document | None, path: Path) -> None:
         """Write the picture of the probe."""
         del document
-        from pretravel.show.style import save_picture_file
         from pretravel.tasks.reports.probe_report import probe_picture
 
-        save_picture_file(probe_picture(self.probe), path)
+        probe_picture(self.probe).save(path)
 
     def page(self) -> Document:
         """The report."""

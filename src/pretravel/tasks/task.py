@@ -272,10 +272,8 @@ class Result:
 
     def picture(self, document: Document | None, path: Path) -> None:
         """Write the main picture of the report."""
-        from pretravel.show.style import save_picture_file
-
         if document is not None:
-            save_picture_file(document.pictures[0], path)
+            document.pictures[0].save(path)
 
     def write(self, output: str, path: Path) -> None:
         """Write the values of one output.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.app.jobs import Inputs
+from pretravel.app.project import Inputs
 from pretravel.app.screens.engineer_settings import (
     EngineerSettings,
     export_name,

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
-from pretravel.app.jobs import Finished, Inputs, Job, Work
-from pretravel.app.project import ScreenState
+from pretravel.app.jobs import Finished, Job, Work
+from pretravel.app.project import Inputs, ScreenState
 from pretravel.base.errors import PretravelError
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import threading
 
-from pretravel.app.jobs import Inputs, Job, Work
-from pretravel.app.project import ScreenState
+from pretravel.app.jobs import Job, Work
+from pretravel.app.project import Inputs, ScreenState
 
 
 def test_changes_while_live_work_runs_are_taken_together_after_it() -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.app.jobs import Inputs
-from pretravel.app.project import SettingValue
+from pretravel.app.project import Inputs, SettingValue
 from pretravel.app.screens.metrologist_work import (
     EXAMPLE_SETTINGS,
     check_by_standard,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.app.jobs import Inputs
+from pretravel.app.project import Inputs
 from pretravel.app.screens.designer_work import start_text
 from pretravel.app.screens.part_work import compensate_part, measure_part
 from pretravel.base.errors import PretravelError

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import pytest
 
-from pretravel.app.jobs import Inputs, Job
+from pretravel.app.jobs import Job
+from pretravel.app.project import Inputs
 from pretravel.app.screens import laboratory, metrologist, part
 from pretravel.app.screens.engineer_settings import CONTROL, QUALIFICATION
 from pretravel.app.screens.engineer_work import EXPORT, FIT

@@ -21,13 +21,9 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.delay import several_feeds, signal_delay, travel_per_second
 from pretravel.qualification.machine_effects import MachineEffects, machine_effects, without_machine
 from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import (
-    Outlier,
-    _confirmed,
-    _left_out_distance,
-    direction_outliers,
-)
+from pretravel.qualification.outliers import _confirmed, _left_out_distance, direction_outliers
 from pretravel.qualification.qualify import prepare
+from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 

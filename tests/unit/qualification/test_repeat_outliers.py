@@ -11,12 +11,11 @@ from scipy import stats
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import describe, fibonacci_cap
 from pretravel.maps.observation import Observation
-from pretravel.qualification.outliers import (
+from pretravel.qualification.outliers import centred_within, dof_of_tails
+from pretravel.qualification.repeat_outliers import (
     Outlier,
-    _outlier_factor,
-    centred_within,
-    dof_of_tails,
     median_of_groups,
+    outlier_factor,
     repeat_outliers,
 )
 from pretravel.qualification.within_directions import tail_kurtosis
@@ -107,8 +106,8 @@ def test_several_touches_in_any_order_are_named() -> None:
 
 
 def test_the_limit_has_the_tails_of_student_where_repeats_have() -> None:
-    assert _outlier_factor(40) == pytest.approx(1.2 * stats.norm.ppf(1.0 - 0.005 / 40), rel=1e-9)
-    assert _outlier_factor(40, 6.0) == pytest.approx(1.2 * stats.t.ppf(1.0 - 0.005 / 40, 6.0))
+    assert outlier_factor(40) == pytest.approx(1.2 * stats.norm.ppf(1.0 - 0.005 / 40), rel=1e-9)
+    assert outlier_factor(40, 6.0) == pytest.approx(1.2 * stats.t.ppf(1.0 - 0.005 / 40, 6.0))
     heavy = np.random.default_rng(6).standard_t(3, 75)
     heavy[40] = 1000.0  # a gross error shows nothing of the others' tails
     rest = np.arange(75) != 40

@@ -23,9 +23,8 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.tasks import long_tables
-from pretravel.tasks.compensate import Compensate
-from pretravel.tasks.long_tables import compensate_long_table
+from pretravel.tasks import compensate
+from pretravel.tasks.compensate import Compensate, compensate_long_table
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import both_outputs
@@ -39,7 +38,7 @@ def _short_tables_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(files_long_table, name, number)
     usual = LongTable.readings
     monkeypatch.setattr(LongTable, "readings", lambda table, rows=90: usual(table, rows))
-    monkeypatch.setattr(long_tables, "_DRAWN", 50)
+    monkeypatch.setattr(compensate, "_DRAWN", 50)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pretravel.app.jobs import Inputs, Job
+from pretravel.app.jobs import Job
+from pretravel.app.project import Inputs
 from pretravel.app.screens.designer_form import (
     changes_of,
     designed_probe,

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.app.jobs import Inputs, Job
+from pretravel.app.jobs import Job
+from pretravel.app.project import Inputs
 from pretravel.app.screens.engineer_settings import (
     CONTROL,
     MAP_NAME,

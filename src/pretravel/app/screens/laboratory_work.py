@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.app.components.statements import STATEMENTS, stated
-from pretravel.app.jobs import Inputs
+from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.laboratory.certificate import LaboratoryStatements
 from pretravel.laboratory.rig import RigTouch, RigTrace

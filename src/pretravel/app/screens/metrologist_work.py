@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.app.components.statements import stated
-from pretravel.app.jobs import Inputs
+from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray
 from pretravel.base.frames import Placement, probe_rotation

@@ -29,8 +29,8 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
-from pretravel.app.jobs import WORKS, Inputs, Job, Work
-from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.jobs import WORKS, Job, Work
+from pretravel.app.project import Inputs, ScreenState, StoredFile
 from pretravel.app.screens.part_work import (
     FEATURE_FORM,
     PART_FORM,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app.jobs import Inputs
 from pretravel.app.own_description import own_map
+from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
