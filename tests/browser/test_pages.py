@@ -19,7 +19,7 @@ from matplotlib.image import imread
 from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.show.page import contents_text
 from pretravel.show.page_content import PageContent
-from pretravel.tasks.reports.certificate_report import TEMPLATE
+from pretravel.tasks.rig import CalibratedRig
 from tests.browser.workbench_server import CHROMIUM, FLAGS, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.show import test_subjects as subjects
@@ -32,7 +32,9 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Pages of all forms, by their name."""
     folder = tmp_path_factory.mktemp("pages")
     plain, attacked = plain_content(), attacked_content()
-    certificate = PageContent(subjects._certificate(), plain.record, template=TEMPLATE)
+    certificate = PageContent(
+        subjects._certificate(), plain.record, template=CalibratedRig.template
+    )
     texts = {
         "plain": contents_text([plain]),
         "attacked": contents_text([attacked]),

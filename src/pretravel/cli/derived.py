@@ -17,7 +17,6 @@ from pretravel.cli.files import check_files
 from pretravel.cli.running import note_inputs, record_of_command
 from pretravel.tasks.task import (
     FOLDER,
-    PAGES,
     PICTURES,
     PROGRAMS,
     Progress,
@@ -192,7 +191,7 @@ def deliver(task: Task) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import save_page, show
+    from pretravel.cli.showing import show
 
     inputs = read_files(task)
     progress = ShownProgress(inputs)
@@ -203,17 +202,17 @@ def deliver(task: Task) -> int:
         inputs,
         programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
+    if any(setting.is_report(path) for setting, path in outputs):
+        note_inputs(inputs)
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
-        ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
             with progress.working(f"drawing {path.name}"):
                 result.picture(report, path)
-        elif ending in PAGES and ending in setting.field.writes:
-            page = result.page()
-            if page is not None:
-                save_page(page, path, template=result.template)
+        elif setting.is_report(path):
+            with progress.working(f"writing {path.name}"):
+                result.write_report(path, record_of_command())
         else:
             result.write(setting.name, path)
     if result.text:

@@ -280,7 +280,7 @@ class QualifiedProbe(_MapResult):
             self.qualification,
             touches_name=task.touches_name,
             scores=self.qualification.scores,
-            warnings=[*self.readings.notes(), *task.statements_left_out(path)],
+            warnings=[*self.readings.notes(), *task.statements_left_out()],
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and path.suffix.lower() not in PAGES,
         )
@@ -318,7 +318,7 @@ class UpdatedProbe(_MapResult):
             self.update,
             touches_name=self.readings.touches.source or "",
             prior_name=task.prior.name,
-            warnings=[*self.readings.notes(), *task.statements_left_out(task.output)],
+            warnings=[*self.readings.notes(), *task.statements_left_out()],
         )
         return with_laboratory(report, task.statements())
 

@@ -1,4 +1,4 @@
-"""Bind the pages of several results into one."""
+"""Bind several results into one page."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
 
 
 class Report(Task):
-    """Bind the pages of several results into one, or make a PDF of a page.
+    """Bind several results into one page, or make a page of one.
 
-    Results, pictures and what was done with what are taken over; each page keeps its date.
+    Values, pictures and what was done with what are taken over; each result keeps its date.
     """
 
     name = "report"
     group = "Files"
-    example = "pretravel report qualify.html part.html bore.html -o report.pdf"
+    example = "pretravel report verify.json bore.json -o report.pdf"
 
-    pages: Annotated[
+    results: Annotated[
         tuple[Path, ...],
         Field(
-            help="Pages that pretravel wrote (-o page.html).",
+            help="Results that pretravel wrote (-o result.json).",
             positional=True,
-            metavar="PAGES",
+            metavar="RESULTS",
             reads=True,
         ),
     ]
@@ -35,13 +35,13 @@ class Report(Task):
     ] = None
 
     def run(self, progress: Progress = SILENT) -> BoundPages:
-        """Read the pages and write the one that contains them."""
+        """Read the results and write the page that contains them."""
         from pretravel.show.page import write_contents
-        from pretravel.show.page_content import read_page
+        from pretravel.show.result_file import read_result
 
-        contents = [content for page in self.pages for content in read_page(page)]
+        contents = [read_result(path) for path in self.results]
         several = len(contents) > 1
-        name = self.title or (", ".join(page.stem for page in self.pages) if several else "")
+        name = self.title or (", ".join(path.stem for path in self.results) if several else "")
         with progress.working(f"writing {self.output.name}"):
             write_contents(self.output, contents, title=name)
         count = f"{len(contents)} results" if several else "1 result"

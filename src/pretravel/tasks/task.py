@@ -105,6 +105,8 @@ class Field:
         The value names files that are read; a callable gives the paths.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
+    report_json : bool
+        Whether .json among them is the report as values, as `show.result_file` writes it.
     """
 
     help: str
@@ -121,6 +123,7 @@ class Field:
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
+    report_json: bool = False
 
 
 class Setting(NamedTuple):
@@ -187,6 +190,14 @@ class Setting(NamedTuple):
         if self.field.names is not None:
             return tuple(self.field.names())
         return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    def is_report(self, path: Path) -> bool:
+        """Whether a file of this output is the report: a page, or its values."""
+        ending = path.suffix.lower()
+        pages = () if self.field.writes == PICTURES else PAGES
+        return ending in self.field.writes and (
+            ending in pages or (ending == ".json" and self.field.report_json)
+        )
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
@@ -274,8 +285,23 @@ class Result:
         if document is not None:
             save_picture_file(document.pictures[0], path)
 
+    def write_report(self, path: Path, record: WorkRecord | None = None) -> None:
+        """Write the report: its values (.json), or a page (.html, .pdf).
+
+        Parameters
+        ----------
+        path : Path
+        record : WorkRecord or None
+            What was done with what.
+        """
+        from pretravel.show.result_file import write_report
+
+        page = self.page()
+        if page is not None:
+            write_report(path, page, record=record, template=self.template)
+
     def write(self, output: str, path: Path) -> None:
-        """Write the values of one output.
+        """Write the values of one output that is not the report.
 
         Parameters
         ----------
@@ -476,7 +502,10 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
-        lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
+        if setting.is_report(path):
+            lines.append(f"result.write_report(Path({str(path)!r}))")
+        else:
+            lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)

@@ -68,7 +68,8 @@ class Verify(TouchFilesWithFeed, Reported):
         ),
     ] = None
     output: Annotated[
-        Path | None, output("Result: .json; or a page, .html or .pdf.", ".json", *PAGES)
+        Path | None,
+        output("Report: .json, or a page, .html or .pdf.", ".json", *PAGES, report_json=True),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> VerifiedProbe:
@@ -162,12 +163,7 @@ class VerifiedProbe(Result):
         return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
-        """Write the result; the new map was written with its entry in the history."""
-        from pretravel.base.whole_file import write_json
-        from pretravel.tasks.reports.verification_report import verification_values
-
-        if output == "output":
-            write_json(path, verification_values(self.verification, self.task.decision))
+        """Nothing: the new map was written with its entry in the history."""
 
 
 @contextmanager

@@ -35,7 +35,7 @@ from pretravel.show.document import Document
 from pretravel.show.formatting import expanded_text, figure_text, value_text
 from pretravel.show.page import page_text
 from pretravel.show.terminal import terminal_text
-from pretravel.tasks.reports.certificate_report import TEMPLATE, certificate_document
+from pretravel.tasks.reports.certificate_report import certificate_document
 from pretravel.tasks.reports.comparison_report import comparison_document
 from pretravel.tasks.reports.feature_report import features_document
 from pretravel.tasks.reports.map_update_report import map_update_document
@@ -47,6 +47,7 @@ from pretravel.tasks.reports.rig_report import rig_document
 from pretravel.tasks.reports.separation_report import separation_document, separation_plan_document
 from pretravel.tasks.reports.standards_report import standards_document
 from pretravel.tasks.reports.touch_plan_report import touch_plan_document
+from pretravel.tasks.rig import CalibratedRig
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points, features
@@ -147,7 +148,7 @@ def _catalogue() -> Document:
 )
 def test_a_number_has_one_text(subject: Callable[[], Document]) -> None:
     document = subject()
-    template = TEMPLATE if subject is _certificate else "page.html"
+    template = CalibratedRig.template if subject is _certificate else "page.html"
     page = html.unescape(page_text(document, template=template))
     # Lines are broken on a terminal only.
     short, full = (

@@ -39,10 +39,8 @@ from pretravel.app.screens.laboratory_work import (
 )
 from pretravel.app.tasks import Task, Work
 from pretravel.base.units import MICROMETRE
-from pretravel.base.whole_file import write_json
 from pretravel.files.csv_table import write_csv_table
-from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.files.separation_csv import separation_json, separation_table
+from pretravel.files.separation_csv import separation_table
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.tasks.reports.rig_report import trace_view
 from pretravel.tasks.rig import CalibratedRig
@@ -142,9 +140,9 @@ def _rig_to_keep(work: Work) -> None:
             work, "rig.csv", "rig.csv",
             lambda path, result: result.rig.write("output", path),
         )  # fmt: skip
-        result_button(
-            work, "rig.json", "rig.json",
-            lambda path, result: result.rig.write("output", path),
+        page_button(
+            work, lambda result: result.rig.page(), lambda result: result.command,
+            name="rig.json", label="rig.json", template=CalibratedRig.template,
         )  # fmt: skip
 
 
@@ -261,10 +259,8 @@ def _separation_to_keep(work: Work) -> None:
             work, "separation.csv", "separation.csv",
             lambda path, result: write_csv_table(path, separation_table(result.separation)),
         )  # fmt: skip
-        result_button(
-            work, "separation.json", "separation.json",
-            lambda path, result: write_json(
-                path, with_laboratory_values(separation_json(result.separation), result.statements)
-            ),
+        page_button(
+            work, lambda result: result.document, lambda result: result.command,
+            name="separation.json", label="separation.json",
         )  # fmt: skip
     note("A reading is the error of the machine minus that of the probe.")
