@@ -8,16 +8,21 @@ as the meaning of a column, is beside the pages in TOML, and what is missing the
 from __future__ import annotations
 
 import ast
+import inspect
+import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
-import typer
 from sphinx.application import Sphinx
+
+from pretravel.cli.app import App
+from pretravel.tasks import GROUPS, task_named
+from pretravel.tasks.task import Setting, Task, settings_of
 
 HERE = Path(__file__).parent
 _MARK = re.compile(r"<!-- generated: (\S+) *(.*?) *-->")
@@ -59,51 +64,28 @@ def code(text: str) -> str:
 
 def commands(group: str) -> str:
     """Every command of a group of the help, with its arguments and options."""
-    from pretravel.cli.main import app
-
-    everything: Any = typer.main.get_command(app)
-    found = {n: c for n, c in everything.commands.items() if c.rich_help_panel == group}
-    if not found:
+    if group not in GROUPS:
         raise ValueError(f"the help has no group '{group}'")
-    sections = []
-    for name, command in found.items():
-        for own_name, own in _leaves(name, command):
-            sections.append(_command(own_name, own))
-    return "\n".join(sections)
+    tasks = [*map(task_named, GROUPS[group]), *([App] if App.group == group else ())]
+    return "\n".join(map(_command, tasks))
 
 
-def groups() -> set[str]:
-    """The groups of the help."""
-    from pretravel.cli.main import app
-
-    everything: Any = typer.main.get_command(app)
-    return {command.rich_help_panel for command in everything.commands.values()}
-
-
-def _leaves(name: str, command: Any) -> Iterator[tuple[str, Any]]:
-    inside = getattr(command, "commands", None)
-    if inside is None:
-        yield name, command
-        return
-    for own_name, own in inside.items():
-        yield from _leaves(f"{name} {own_name}", own)
-
-
-def _command(name: str, command: Any) -> str:
-    arguments = [p for p in command.params if p.param_type_name == "argument"]
-    options = [p for p in command.params if p.param_type_name == "option"]
-    used = " ".join(_in_usage(p) for p in arguments)
+def _command(task: type[Task]) -> str:
+    settings = settings_of(task)
+    arguments = [each for each in settings if each.field.positional]
+    options = [each for each in settings if not each.field.positional]
+    used = " ".join(_in_usage(each) for each in arguments)
     parts = [
-        f"## pretravel {name}",
-        _paragraphs(command.help or ""),
-        f"```\npretravel {name} [OPTIONS] {used}".rstrip() + "\n```",
-        re.sub(r"^Example: (.*)$", r"Example: `\1`", command.epilog or ""),
+        f"## pretravel {task.name}",
+        _paragraphs(inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0]),
+        f"```\npretravel {task.name} [OPTIONS] {used}".rstrip() + "\n```",
+        f"Example: `{task.example}`",
     ]
     if arguments:
-        rows = [(code(_metavar(p)), _meaning(p)) for p in arguments]
+        rows = [(code(_metavar(each)), _meaning(each)) for each in arguments]
         parts.append(table(("argument", "meaning"), rows))
     if options:
-        rows = [(_spellings(p), _value(p), _meaning(p)) for p in options]
+        rows = [(_spellings(each), _value(each), _meaning(each)) for each in options]
         parts.append(table(("option", "value", "meaning"), rows))
     return "\n\n".join(parts) + "\n"
 
@@ -115,45 +97,43 @@ def _paragraphs(text: str) -> str:
     return "".join(code(p) if i % 2 else _escaped(p) for i, p in enumerate(parts))
 
 
-def _metavar(parameter: Any) -> str:
-    return str(parameter.metavar or parameter.name).strip("{}")
+def _metavar(setting: Setting) -> str:
+    return setting.field.metavar or setting.plain_name
 
 
-def _in_usage(parameter: Any) -> str:
-    name = _metavar(parameter) + (" …" if parameter.nargs == -1 else "")
-    return name if parameter.required else f"[{name}]"
+def _in_usage(setting: Setting) -> str:
+    name = _metavar(setting) + (" …" if setting.several else "")
+    return name if setting.default is MISSING else f"[{name}]"
 
 
-def _spellings(parameter: Any) -> str:
-    return ", ".join(code(name) for name in (*parameter.opts, *parameter.secondary_opts))
+def _spellings(setting: Setting) -> str:
+    names = (*setting.option.split("/"), *filter(None, (setting.field.short,)))
+    return ", ".join(map(code, names))
 
 
-def _value(parameter: Any) -> str:
-    """What a value is: its choices, its range, or its type."""
-    if parameter.is_flag:
+def _value(setting: Setting) -> str:
+    """What a value is: its form, its choices, or its type with range and unit."""
+    if setting.kind is bool:
         return ""
-    if parameter.metavar:
-        return code(str(parameter.metavar))
-    kind = _without_none(parameter.type_descriptor.annotation)
-    if get_origin(kind) is list:
-        kind = get_args(kind)[0]
-    if get_origin(kind) is Literal:
-        return ", ".join(code(str(choice)) for choice in get_args(kind))
-    name = {float: "number", int: "integer", Path: "file", str: "text"}.get(kind, "value")
-    low, high = getattr(parameter, "min", None), getattr(parameter, "max", None)
-    if low is None and high is None:
-        return name
-    return f"{name}, {low if low is not None else '…'} to {high if high is not None else '…'}"
+    if setting.field.metavar:
+        return code(setting.field.metavar)
+    if setting.choices:
+        return ", ".join(map(code, setting.choices))
+    name = {float: "number", int: "integer", Path: "file", str: "text"}.get(setting.kind, "value")
+    low, high = setting.limits
+    limits = f", {low:.9g} to {high:.9g}" if low > -math.inf or high < math.inf else ""
+    return f"{name}{limits} {setting.unit}".rstrip()
 
 
-def _meaning(parameter: Any) -> str:
-    text = _escaped(parameter.help or "")
-    if parameter.required and parameter.param_type_name == "option":
-        text += " **Needed.**"
-    default = parameter.default
-    if default not in (None, False, True, "", ()) and not callable(default):
-        text += f" Default: {code(str(default))}."
-    return text
+def _meaning(setting: Setting) -> str:
+    text = _escaped(setting.field.help)
+    default = setting.default
+    if default is MISSING:
+        return text if setting.field.positional else f"{text} **Needed.**"
+    if default in (None, False, True, "", ()):
+        return text
+    values = default if setting.several else (default,)
+    return f"{text} Default: {', '.join(code(setting.text(each)) for each in values)}."
 
 
 def _escaped(text: str) -> str:
@@ -326,7 +306,7 @@ def interface(rooms: str) -> str:
     import pretravel
 
     wanted = rooms.split()
-    names = [n for n, home in pretravel._PUBLIC.items() if home.partition(".")[0] in wanted]
+    names = [n for n, home in public_names().items() if home.partition(".")[0] in wanted]
     blocks = []
     for name in names:
         value = getattr(pretravel, name)
@@ -338,6 +318,15 @@ def interface(rooms: str) -> str:
             f".. {kind}:: {name}{members}\n```"
         )
     return "\n\n".join(blocks)
+
+
+def public_names() -> dict[str, str]:
+    """The module of each public name, as the list of the package states it."""
+    import pretravel
+
+    stub = Path(pretravel.__file__).with_suffix(".pyi").read_text("utf-8")
+    imports = [node for node in ast.parse(stub).body if isinstance(node, ast.ImportFrom)]
+    return {each.name: node.module or "" for node in imports for each in node.names}
 
 
 # The gallery

@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 import math
 import os
+import sys
 import time
 import warnings
 from pathlib import Path
 from typing import Any
 
-import typer
 from nicegui import ui
 
 from pretravel.app.components.document_view import document_view, table_view
@@ -27,12 +27,12 @@ from pretravel.app.components.layout import inputs_and_results, panel
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import Inputs, Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.shell import screen_page
-from pretravel.app.tasks import Inputs, Task, Work
 from pretravel.base.errors import PretravelError
-from pretravel.cli.app import app
+from pretravel.cli.main import app
 from pretravel.show.document import Column, Document, KeyFigure, Table
 
 
@@ -82,11 +82,11 @@ def quick(inputs: Inputs) -> int:
     return len(inputs.files["texts"])
 
 
-LINES = Task(
+LINES = Job(
     "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
 )
-LONG = Task("long", wait_long, "Waiting", automatic=False, own_process=True)
-QUICK = Task("quick", quick, needs=("texts",), automatic=False, own_process=True)
+LONG = Job("long", wait_long, "Waiting", automatic=False, own_process=True)
+QUICK = Job("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
 def show(state: ScreenState) -> None:
@@ -148,7 +148,7 @@ def main() -> None:
         "components", "Tests", "Every component", "What screens have.", "apps"
     )
     ui.page("/components")(lambda: screen_page(screen))
-    typer.run(app)
+    app(["app", *sys.argv[1:]])
 
 
 if __name__ == "__main__":

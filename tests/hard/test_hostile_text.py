@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pretravel import toml_file
+from pretravel.base import toml_file
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.toml_file import parse_toml
 from pretravel.files import source_file

@@ -207,6 +207,8 @@ def deliver(task: Task) -> int:
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
+        if setting.field.in_run:
+            continue
         if setting.field.writes == PICTURES:
             with progress.working(f"drawing {path.name}"):
                 result.picture(report, path)

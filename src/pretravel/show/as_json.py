@@ -24,7 +24,7 @@ from pretravel.show.document import (
     Table,
 )
 from pretravel.show.view_values import register_views, view_values
-from pretravel.show.work_record import InputFile, Setting, WorkRecord
+from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
 from pretravel.uncertainty.gum import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
@@ -41,7 +41,7 @@ _TYPES = (
     Component,
     WorkRecord,
     InputFile,
-    Setting,
+    StatedSetting,
 )
 
 

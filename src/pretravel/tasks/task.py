@@ -23,7 +23,6 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
-    TypeVar,
     Union,
     dataclass_transform,
     get_args,
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
     from pretravel.show.document import Document
     from pretravel.show.work_record import WorkRecord
 
-T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
@@ -107,6 +105,8 @@ class Field:
         The value is a file that is written, with one of these endings.
     report_json : bool
         Whether .json among them is the report as values, as `show.result_file` writes it.
+    in_run : bool
+        The run itself writes it, not the result afterwards.
     """
 
     help: str
@@ -124,6 +124,7 @@ class Field:
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
     report_json: bool = False
+    in_run: bool = False
 
 
 class Setting(NamedTuple):
@@ -234,10 +235,12 @@ class Setting(NamedTuple):
     def _number(self, value: Any) -> float:
         try:
             number = self.kind(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             self._refuse(value, "it must be a number")
         if isinstance(value, bool) or not math.isfinite(number):
             self._refuse(value, "it must be a finite number")
+        if number != float(value):
+            self._refuse(value, "it must be a whole number")
         low, high = self.limits
         if not low <= number <= high:
             self._refuse(value, f"it must lie between {low:g} and {high:g}")
@@ -502,6 +505,8 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
+        if setting.field.in_run:
+            continue
         if setting.is_report(path):
             lines.append(f"result.write_report(Path({str(path)!r}))")
         else:
@@ -513,7 +518,8 @@ def python_lines(task: Task) -> str:
 
 def _of_the_work(setting: Setting) -> bool:
     """Not an output that is written afterwards."""
-    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
+    field = setting.field
+    return field.in_run or field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:

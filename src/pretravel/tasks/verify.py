@@ -65,6 +65,7 @@ class Verify(TouchFilesWithFeed, Reported):
         Field(
             help="Qualify again with the new touches and write the new map: .json.",
             writes=_COMPLETE_MAPS,
+            in_run=True,
         ),
     ] = None
     output: Annotated[
@@ -161,9 +162,6 @@ class VerifiedProbe(Result):
     def page(self) -> Document:
         """The report, with how the files were understood."""
         return with_reading(self.document(), self.readings)
-
-    def write(self, output: str, path: Path) -> None:
-        """Nothing: the new map was written with its entry in the history."""
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.screens.engineer_settings import (
     EngineerSettings,
     command_lines,
@@ -17,7 +18,6 @@ from pretravel.app.screens.engineer_settings import (
     python_lines,
 )
 from pretravel.app.screens.engineer_work import export, fit
-from pretravel.app.tasks import Inputs
 from pretravel.files.map_file import read_map
 from pretravel.tasks.example_data import example_folder
 from tests.support.commands import run
@@ -43,12 +43,12 @@ def exported(folder: Path, to: str) -> dict[str, bytes]:
 
 
 SETTINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "defaults": ({**DIAMETERS, "control": "fanuc"}, {}),
+    "defaults": ({**DIAMETERS, "export_to": "fanuc"}, {}),
     "many": (
         {
             **DIAMETERS, "kind": "wozniak", "lobe_azimuth_deg": 31.0, "u_diameter_um": 0.15,
             "u_temperature": 0.5, "sphere_form_um": 0.08, "axial_pretravel_um": 1.2,
-            "control": "renishaw", "export_units": "inch", "export_base": 520.0,
+            "export_to": "renishaw", "export_units": "inch", "export_base": 520.0,
             "export_criterion": "rms", "export_form": "table",
         },
         {

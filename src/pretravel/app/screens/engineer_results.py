@@ -24,6 +24,7 @@ from pretravel.app.components.layout import (
 from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import command_lines, python_lines
 from pretravel.app.screens.engineer_touches import touches_table
@@ -38,7 +39,6 @@ from pretravel.app.screens.engineer_work import (
     TouchesPicture,
     TriedMap,
 )
-from pretravel.app.tasks import WORKS, Work
 from pretravel.show.chart import PolarChart, SpaceChart
 from pretravel.show.chart_plotly import plotly_figure
 
@@ -180,9 +180,7 @@ def _part(state: ScreenState) -> None:
         return
     with folded("Try the map on a part", opened=bool(state.files["part"])):
         file_drop(state, "part", "Touches on a part, to compensate with this map")
-        work = outcome(
-            state, PART, lambda made: document_view(made.compensated.document(made.name))
-        )
+        work = outcome(state, PART, lambda made: document_view(made.document))
         kept(work, lambda: _points_to_keep(work))
 
 
