@@ -17,6 +17,7 @@ from pretravel.cli.files import check_files
 from pretravel.cli.running import note_inputs, record_of_command
 from pretravel.tasks.task import (
     FOLDER,
+    PAGES,
     PICTURES,
     PROGRAMS,
     Progress,
@@ -183,6 +184,13 @@ class ShownProgress(Progress):
         return record_of_command()
 
 
+def _endings(task: Task, setting: Setting, path: Path) -> tuple[str, ...]:
+    """Those that an output can have: where a page is one, the values of the report too."""
+    allowed = task.endings(setting.name)
+    pages = set(PAGES) <= set(allowed)
+    return (*allowed, ".json") if pages and setting.is_report(path) else allowed
+
+
 def deliver(task: Task) -> int:
     """Do a task as a command does: check its files, run it, write and show what it made.
 
@@ -196,7 +204,7 @@ def deliver(task: Task) -> int:
     inputs = read_files(task)
     progress = ShownProgress(inputs)
     outputs = list(written_files(task))
-    named = [(path, task.endings(setting.name)) for setting, path in outputs]
+    named = [(path, _endings(task, setting, path)) for setting, path in outputs]
     check_files(
         [each for each in named if each[1] != FOLDER],
         inputs,

@@ -104,8 +104,7 @@ def read_result(path: str | Path) -> PageContent:
         raise InputError("its content is not complete JSON", path=path) from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(
-            "it is no result of pretravel, as check, compare, measure, rig, separate and verify "
-            "write it (-o result.json)",
+            "it is no result of pretravel: write it with -o NAME.report.json",
             path=path,
         )
     if content.get("version") != VERSION:

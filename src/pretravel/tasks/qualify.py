@@ -23,7 +23,7 @@ from pretravel.tasks.fields import (
     output,
     with_reading,
 )
-from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, length_or_none
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ class QualifiedProbe(_MapResult):
             scores=self.qualification.scores,
             warnings=[*self.readings.notes(), *task.statements_left_out()],
             excluded=_left_out(task.exclude, self.readings),
-            saved=path is not None and path.suffix.lower() not in PAGES,
+            saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )
         return with_laboratory(report, task.statements())
 

@@ -17,12 +17,13 @@ class Report(Task):
 
     name = "report"
     group = "Files"
-    example = "pretravel report verify.json bore.json -o report.pdf"
+    example = "pretravel report qualify.report.json bore.json -o report.pdf"
 
     results: Annotated[
         tuple[Path, ...],
         Field(
-            help="Results that pretravel wrote (-o result.json).",
+            help="Results that pretravel wrote: -o NAME.report.json on every command with a page, "
+            "-o NAME.json where it is the report.",
             positional=True,
             metavar="RESULTS",
             reads=True,
@@ -45,11 +46,15 @@ class Report(Task):
 
         contents = [read_result(path) for path in self.results]
         several = len(contents) > 1
-        name = self.title or (", ".join(path.stem for path in self.results) if several else "")
+        name = self.title or (", ".join(map(_name, self.results)) if several else "")
         with progress.working(f"writing {self.output.name}"):
             write_contents(self.output, contents, title=name)
         count = f"{len(contents)} results" if several else "1 result"
         return BoundPages(f"{self.output}: {count}\n")
+
+
+def _name(path: Path) -> str:
+    return path.name.removesuffix(".json").removesuffix(".report")
 
 
 @dataclass(frozen=True)

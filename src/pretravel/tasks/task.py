@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
+REPORT_VALUES = ".report.json"
+"""End of the name of a report's values, on every output that can be a page."""
 PROGRAMS = (".ngc", ".nc", ".gcode", ".tap")
 """Of programs for machines: text, also with the ending .nc."""
 FOLDER = ("",)
@@ -194,11 +196,10 @@ class Setting(NamedTuple):
 
     def is_report(self, path: Path) -> bool:
         """Whether a file of this output is the report: a page, or its values."""
-        ending = path.suffix.lower()
-        pages = () if self.field.writes == PICTURES else PAGES
-        return ending in self.field.writes and (
-            ending in pages or (ending == ".json" and self.field.report_json)
-        )
+        if self.field.in_run or not set(PAGES) <= set(self.field.writes):
+            return False
+        own = (".json",) if self.field.report_json else ()
+        return path.name.lower().endswith((*PAGES, REPORT_VALUES, *own))
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
