@@ -208,6 +208,7 @@ def _of_type(value: Any, kind: type[Any]) -> Any:
 
 def _text(value: Any, _: Any) -> str:
     text: str = _of_type(value, str)
+    text.encode()  # halves of characters, which no file can contain, are refused
     return text
 
 
@@ -234,7 +235,7 @@ def _tuple_or_number(value: Any) -> float | tuple[float, ...]:
 
 def _figure_value(value: Any, _: Any) -> FigureValue:
     if isinstance(value, str):
-        return value
+        return _text(value, str)
     if isinstance(value, dict) and "low" in value:
         return Span(_number(value["low"]), _number(value["high"]))
     return _tuple_or_number(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any, get_args, get_origin
 
@@ -96,9 +96,23 @@ def register_views(converter: Converter) -> None:
         found: View = whole(values, kind)
         if not 1 <= len(found.charts) <= _MOST_CHARTS or found.columns < 1:
             raise ValueError("no charts, or too many")
+        if not all(abs(number) <= LARGEST_NUMBER for number in _numbers(found)):
+            raise ValueError("a number is not finite, or too large")
         return found
 
     converter.register_structure_hook(View, view)
+
+
+def _numbers(part: Any) -> Iterator[float]:
+    """The numbers of a view, without those of its arrays."""
+    if isinstance(part, float):
+        yield part
+    elif isinstance(part, tuple):
+        for each in part:
+            yield from _numbers(each)
+    elif is_dataclass(part):
+        for field in fields(part):
+            yield from _numbers(getattr(part, field.name))
 
 
 def _is_array(kind: Any) -> bool:

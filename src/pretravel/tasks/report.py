@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+from pretravel.base.errors import InputError
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
+
+if TYPE_CHECKING:
+    from pretravel.show.page_content import PageContent
 
 
 class Report(Task):
@@ -42,15 +46,29 @@ class Report(Task):
     def run(self, progress: Progress = SILENT) -> BoundPages:
         """Read the results and write the page that contains them."""
         from pretravel.show.page import write_contents
-        from pretravel.show.result_file import read_result
 
-        contents = [read_result(path) for path in self.results]
+        contents = [_drawn(path, progress) for path in self.results]
         several = len(contents) > 1
         name = self.title or (", ".join(map(_name, self.results)) if several else "")
         with progress.working(f"writing {self.output.name}"):
             write_contents(self.output, contents, title=name)
         count = f"{len(contents)} results" if several else "1 result"
         return BoundPages(f"{self.output}: {count}\n")
+
+
+def _drawn(path: Path, progress: Progress) -> PageContent:
+    """A result with its pictures: values of a stranger can be such that nothing can be drawn."""
+    from pretravel.show.page_content import picture_figures
+    from pretravel.show.result_file import read_result
+
+    content = read_result(path)
+    try:
+        with progress.working(f"drawing {path.name}"):
+            for picture in content.document.pictures:
+                _ = picture.png, picture_figures(picture)
+    except (ValueError, ArithmeticError, IndexError, TypeError) as error:
+        raise InputError("a picture of it cannot be drawn", path=path) from error
+    return content
 
 
 def _name(path: Path) -> str:

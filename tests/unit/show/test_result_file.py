@@ -137,6 +137,9 @@ def _places(values: Any, key: str) -> list[dict[str, Any]]:
         ("triangles", [[0, 1, 3]], "not those of a report"),
         ("triangles", [[0, 1, 1e999]], "not those of a report"),
         ("polar_deg", [0.0], "not those of a report"),
+        ("caption", "\ud800", "not those of a report"),
+        ("low", None, "not those of a report"),  # of a scale of colours
+        ("azimuth_deg", [0.0, None, 240.0], "a picture of it cannot be drawn"),
     ],
 )
 def test_a_changed_file_is_refused(tmp_path: Path, key: str, changed: object, words: str) -> None:
