@@ -34,6 +34,7 @@ from pretravel.app.shell import screen_page
 from pretravel.base.errors import PretravelError
 from pretravel.cli.main import app
 from pretravel.show.document import Column, Document, KeyFigure, Table
+from pretravel.tasks.qualify import Qualify
 
 
 def count_lines(inputs: Inputs) -> Document:
@@ -121,7 +122,7 @@ def refused(path: Path) -> None:
 
 def show_lines(document: Document) -> None:
     document_view(document)
-    same_elsewhere("pretravel example 'a b'", "import pretravel")
+    same_elsewhere(Qualify(touches="a b.csv", diameter=25.0))
 
 
 def product(document: Document) -> dict[str, Any]:

@@ -43,12 +43,19 @@ _LONGEST = 120.0
 
 @dataclass(frozen=True)
 class WritingCommand:
-    """A command line; ``{}`` is the folder of its inputs and outputs."""
+    """A command line; ``{}`` is the folder of its inputs and outputs.
+
+    Attributes
+    ----------
+    kept : tuple of str
+        What a run that fails leaves, so that the next one goes on where it ended.
+    """
 
     name: str
     line: str
     outputs: tuple[str, ...]
     needs: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
 
     def arguments(self, folder: Path) -> list[str]:
         """The words after ``pretravel``."""
@@ -62,7 +69,8 @@ COMMANDS = tuple(
     for row in (
         ("qualify", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean -o {{0}}/map.json "
          "--plot {0}/map.png"), ("map.json", "map.png")),
-        ("study", "preload-and-seats --workers 1 -o {0}/study.nc", ("study.nc",)),
+        ("study", "preload-and-seats --workers 1 -o {0}/study.nc", ("study.nc",), (),
+         ("study.nc.journal",)),
         ("qualify:csv", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind mean "
          "-o {0}/mean.csv"), ("mean.csv",)),
         ("qualify:harmonic", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
@@ -213,7 +221,8 @@ class Folder:
         wrong = [name for name in self.outputs if not self._whole(name)]
         if code not in allowed:
             wrong.append(f"exit code {code}")
-        if kind != "kill" and (more := self._litter()):
+        more = [name for name in self._litter() if name not in self.command.kept]
+        if kind != "kill" and more:
             wrong.append(f"left: {', '.join(more)}")
         return "; ".join(wrong)
 

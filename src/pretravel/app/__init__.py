@@ -37,7 +37,7 @@ a task (`pretravel.tasks`): fields, commands and Python lines are made from its 
 
     def show_result(result: QualifyResult) -> None:
         document_view(result.made.document())
-        same_elsewhere(command_line(result.same), python_lines(result.same))
+        same_elsewhere(result.same)
 
     def to_keep(work: Work) -> None:      # made once: the buttons stay while results come
         result_button(

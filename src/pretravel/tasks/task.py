@@ -203,7 +203,7 @@ class Setting(NamedTuple):
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
-        return f"{value:.12g}" if isinstance(value, float) else str(value)
+        return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
     def checked(self, value: Any) -> Any:
         """A value of the type of the field, within its limits.
@@ -481,7 +481,8 @@ def command_line(task: Task) -> str:
         value = getattr(task, setting.name)
         for each in value if setting.several else (value,):
             if setting.kind is bool:
-                words += [setting.option.partition("/")[0]]
+                yes, _, no = setting.option.partition("/")
+                words += [yes if each else no]
             elif setting.field.positional:
                 words += [setting.text(each)]
             else:
@@ -496,6 +497,12 @@ def python_lines(task: Task) -> str:
     >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25)))
     from pretravel.tasks.qualify import Qualify
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
+    from pathlib import Path
+    from pretravel.show.page import write_page
+    from pretravel.tasks.qualify import Qualify
+    result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    write_page(Path('report.html'), result.page(), template=result.template)
     """
     kind = type(task)
     stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
@@ -506,12 +513,15 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
+        place = f"Path({str(path)!r})"
         if setting.field.in_run:
             continue
-        if setting.is_report(path):
-            lines.append(f"result.write_report(Path({str(path)!r}))")
+        if setting.field.writes == PICTURES:
+            lines.append(f"result.picture(result.document(), {place})")
+        elif setting.is_report(path):
+            lines.append(f"result.write_report({place})")
         else:
-            lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
+            lines.append(f"result.write({setting.name!r}, {place})")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)

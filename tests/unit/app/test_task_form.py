@@ -99,7 +99,7 @@ def test_choices_of_forms_have_words_for_names_that_exist() -> None:
     ):
         setting = by_name(task)[name]
         assert setting.field.words is not None
-        assert set(setting.field.words) - {""} == set(setting.choices)
+        assert set(setting.field.words) - {""} <= set(setting.choices)
 
 
 def test_the_command_of_the_rig_finds_the_same_with_moved_marks_and_traces_left_out(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -49,7 +48,8 @@ from pretravel.app.screens.designer_work import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
-from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.compare import Compare
+from pretravel.tasks.task import command_line
 
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
@@ -355,18 +355,12 @@ def _downloads(state: ScreenState, work: Work) -> None:
 def _same(result: ComparedDesigns | None) -> None:
     from pretravel.tasks.predict import Predict
 
-    other = result.other_name if result else FIRST_START
     predict = Predict(probe=DESIGN_FILE, output=Path("design-map.csv"))
-    same_elsewhere(
-        f"{_compare_command(other)}\n{command_line(predict)}",
-        "from pretravel.tasks.compare_designs import compare_designs\n"
-        f"found = compare_designs({other!r}, {DESIGN_FILE!r})\n"
-        f"print(found.document(('A', 'B')).verdict)\n{python_lines(predict)}",
-    )
+    same_elsewhere(_comparing(result.other_name if result else FIRST_START), predict)
 
 
-def _compare_command(other: str) -> str:
-    return shlex.join(["pretravel", "compare", other, DESIGN_FILE, "-o", "design.html"])
+def _comparing(other: str) -> Compare:
+    return Compare(map_file=other, other=DESIGN_FILE, output=Path("design.html"))
 
 
 def _write_map(path: Path, result: ComparedDesigns) -> None:
@@ -381,5 +375,5 @@ def _write_page(path: Path, result: ComparedDesigns) -> None:
         description = folder / DESIGN_FILE
         description.write_text(result.text(), encoding="utf-8")
         read = replace(input_file(description, "PROBE"), name=description.name)
-    command = _compare_command(result.other_name)
+    command = command_line(_comparing(result.other_name))
     write_page(path, result.document(), record=record_now(command, [read]))

@@ -26,7 +26,7 @@ from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.screens.engineer_settings import command_lines, python_lines
+from pretravel.app.screens.engineer_settings import tasks_of
 from pretravel.app.screens.engineer_touches import touches_table
 from pretravel.app.screens.engineer_work import (
     EXPORT,
@@ -195,4 +195,4 @@ def _same(state: ScreenState) -> None:
     fit, export = WORKS.of(state, FIT).result, WORKS.of(state, EXPORT).result
     if fit is not None:
         settings = fit.settings if export is None else export.settings
-        same_elsewhere(command_lines(fit.name, settings), python_lines(fit.name, settings))
+        same_elsewhere(*tasks_of(fit.name, settings))

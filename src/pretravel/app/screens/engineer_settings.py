@@ -1,18 +1,18 @@
-"""What the engineer typed and chose, and the command and Python lines that mean the same."""
+"""What the engineer typed and chose, and the tasks that do the same."""
 
 from __future__ import annotations
 
 import hashlib
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pretravel.app.task_form import TaskForm
-from pretravel.tasks import task
+from pretravel.tasks.compare import Compare
 from pretravel.tasks.export import Export, applies
 from pretravel.tasks.qualify import Qualify
+from pretravel.tasks.task import Task
 from pretravel.tasks.values import StatedColumns
 
 if TYPE_CHECKING:
@@ -125,8 +125,8 @@ class EngineerSettings:
         return Export(map_file=Path(MAP_NAME), output=Path(export_name(to)), **used)
 
 
-def command_lines(file: str, settings: EngineerSettings) -> str:
-    """The commands that do the same as the screen, one a line.
+def tasks_of(file: str, settings: EngineerSettings) -> tuple[Task, ...]:
+    """The tasks that do the same as the screen, one after the other.
 
     Parameters
     ----------
@@ -134,15 +134,15 @@ def command_lines(file: str, settings: EngineerSettings) -> str:
         Name of the file of touches.
     settings : EngineerSettings
 
-    >>> print(command_lines("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})))
+    >>> from pretravel.tasks.task import command_line
+    >>> for task in tasks_of("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})):
+    ...     print(command_line(task))
     pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json
     pretravel compare map.json
     """
+    export = (settings.export(),) if settings.control else ()
     qualify = settings.qualify(Path(file), settings.left_out)
-    lines = [task.command_line(qualify), shlex.join(["pretravel", "compare", MAP_NAME])]
-    if settings.control:
-        lines.append(task.command_line(settings.export()))
-    return "\n".join(lines)
+    return (qualify, Compare(map_file=MAP_NAME), *export)
 
 
 def export_name(to: str) -> str:
@@ -158,21 +158,3 @@ def export_name(to: str) -> str:
         "heidenhain": "heidenhain.3DTC",
     }
     return names.get(to, to)
-
-
-def python_lines(file: str, settings: EngineerSettings) -> str:
-    """The Python lines that make the same map and the same comparison.
-
-    Parameters
-    ----------
-    file : str
-    settings : EngineerSettings
-    """
-    lines = [
-        task.python_lines(settings.qualify(Path(file), settings.left_out)),
-        "import pretravel",
-        "comparison = pretravel.compare_corrections(result.pretravel_map)",
-    ]
-    if settings.control:
-        lines.append(task.python_lines(settings.export()))
-    return "\n".join(lines)

@@ -19,10 +19,10 @@ from pretravel.app.screens.engineer_settings import (
     OF_FILE,
     QUALIFICATION,
     EngineerSettings,
-    command_lines,
     file_mark,
 )
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.tasks.task import command_line
 
 if TYPE_CHECKING:
     from pretravel.base.arrays import BoolArray, FloatArray
@@ -271,7 +271,7 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
         costs,
         problem,
         record_now(
-            command_lines(path.name, settings).splitlines()[0],
+            command_line(settings.qualify(Path(path.name), left_out)),
             [replace(input_file(path, "TOUCHES"), name=path.name)],
         ),
     )

@@ -43,7 +43,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.tasks.reports.rig_report import trace_view
 from pretravel.tasks.rig import CalibratedRig
-from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.task import command_line
 from pretravel.tasks.values import trace_mark
 
 RIG = Job(
@@ -144,7 +144,7 @@ def _rig_to_keep(work: Work) -> None:
 
 def _same(result: RigResult | SeparationResult | None) -> None:
     if result is not None:
-        same_elsewhere(command_line(result.same), python_lines(result.same))
+        same_elsewhere(result.same)
 
 
 def _trace_chooser(state: ScreenState, result: RigResult) -> None:

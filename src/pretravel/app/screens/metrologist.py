@@ -35,7 +35,7 @@ from pretravel.app.screens.metrologist_work import (
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
 from pretravel.tasks.check import applies
-from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.task import command_line
 
 CHECK = Job(
     "check",
@@ -132,4 +132,4 @@ def _to_keep(work: Work) -> None:
 def _definitions(result: CheckResult | None) -> None:
     if result is not None:
         note("The definitions are recalled, not checked against the texts of the standards.")
-        same_elsewhere(command_line(result.same), python_lines(result.same))
+        same_elsewhere(result.same)

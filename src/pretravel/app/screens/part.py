@@ -48,7 +48,7 @@ from pretravel.show.document import KeyFigure
 from pretravel.show.formatting import decimals, signed_decimals
 from pretravel.tasks.example_data import example_folder
 from pretravel.tasks.reports.budget_report import budget_table
-from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.task import command_line
 
 COMPENSATION = Job(
     "compensate",
@@ -158,7 +158,7 @@ def _to_keep(work: Work) -> None:
 
 def _same(result: PartResult | None) -> None:
     if result is not None:
-        same_elsewhere(command_line(result.same), python_lines(result.same))
+        same_elsewhere(result.same)
 
 
 def _clickable(state: ScreenState, figure: dict[str, Any], description: str) -> None:
