@@ -203,6 +203,7 @@ _TOML_WORDS = (
     b"a.b = 1", b"[tripod.radius_mm]", b'"\\ud800"', b"0xff", b"[" * 2000,
 )  # fmt: skip
 
+
 def _result(path: Path) -> object:
     """A result that is read, with its pictures for the scripts of a page."""
     content = read_result(path)

@@ -499,10 +499,9 @@ def python_lines(task: Task) -> str:
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
     >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
     from pathlib import Path
-    from pretravel.show.page import write_page
     from pretravel.tasks.qualify import Qualify
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
-    write_page(Path('report.html'), result.page(), template=result.template)
+    result.write_report(Path('report.html'))
     """
     kind = type(task)
     stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
