@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from pretravel.tasks.example_data import example_folder
 from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
+from tests.support.results import data_of
 
 TRACES = sorted((example_folder() / "rig").glob("*.csv"))
 READINGS = example_folder() / "redundancy_24x24.csv"
@@ -39,11 +39,11 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     settled(page)
     after = float(place.input_value())
     assert after < before - 0.1
-    mine = json.loads(downloaded(page, "rig.json", tmp_path).read_text())
+    mine = data_of(downloaded(page, "rig.json", tmp_path))
     command = page.locator(".copy-button").first.get_attribute("data-copy")
     mark = command.split("--mark ")[1].split()[0]
     run("rig", *TRACES, "--mark", mark, "-o", tmp_path / "by_command.json")
-    assert mine == json.loads((tmp_path / "by_command.json").read_text())
+    assert mine == data_of(tmp_path / "by_command.json")
     folder = tmp_path / "lines"
     folder.mkdir()
     run_shown_lines(page, folder, TRACES)
@@ -69,6 +69,6 @@ def test_a_separation_is_that_of_the_command_line(
     page.wait_for_selector(".verdict")
     settled(page)
     assert serious_problems(page) == []
-    mine = json.loads(downloaded(page, "separation.json", tmp_path).read_text())
+    mine = data_of(downloaded(page, "separation.json", tmp_path))
     run("separate", READINGS, "-o", tmp_path / "by_command.json")
-    assert mine == json.loads((tmp_path / "by_command.json").read_text())
+    assert mine == data_of(tmp_path / "by_command.json")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from pretravel.app.screens.metrologist_work import example_touches
 from tests.browser.screens import downloaded, drop, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
+from tests.support.results import data_of
 
 
 @pytest.fixture
@@ -36,12 +36,11 @@ def test_the_figures_are_those_of_the_command_line(
     page.wait_for_selector("text=0.065")  # µm: half the form error of the sphere
     settled(page)
     assert serious_problems(page) == []
-    mine = json.loads(downloaded(page, "check.json", tmp_path).read_text())
+    mine = data_of(downloaded(page, "check.json", tmp_path))
     by_command = tmp_path / "by_command.json"
     run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6, "--form-limit", 2,
         "--sphere-form", 0.13, "-o", by_command, code=3)  # fmt: skip
-    theirs = json.loads(by_command.read_text())
-    assert mine == theirs
+    assert mine == data_of(by_command)
     folder = tmp_path / "lines"
     folder.mkdir()
     run_shown_lines(page, folder, [touches], code=3)

@@ -24,8 +24,8 @@ from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_plan, read_targets
 from pretravel.prediction.catalogue import description_text, load_probe, rewritten
-from pretravel.show.page import contents_text
-from pretravel.show.page_content import content_values, packed_values, read_page
+from pretravel.show.page_content import picture_figures
+from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere
@@ -203,27 +203,15 @@ _TOML_WORDS = (
     b"a.b = 1", b"[tripod.radius_mm]", b'"\\ud800"', b"0xff", b"[" * 2000,
 )  # fmt: skip
 
-_DOT = (
-    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGA"
-    "WjR9awAAAABJRU5ErkJggg=="
-)
+
+def _result(path: Path) -> object:
+    """A result that is read, with its pictures for the scripts of a page."""
+    content = read_result(path)
+    return [picture_figures(picture) for picture in content.document.pictures]
 
 
-def _page(path: Path) -> object:
-    """A page that is read, and written again."""
-    return contents_text(read_page(path), title="Bound")
-
-
-def _page_sample() -> bytes:
-    """The parts of a page that are read."""
-    content = plain_content(3)
-    values = json.dumps(content_values([content]))
-    packed = packed_values({"figures": {"picture-0-0": []}})
-    return (
-        f'<!doctype html><title>a</title><img id="picture-0-0" src="{_DOT}" alt="a">\n'
-        f'<script type="application/json" id="content">{values}</script>\n'
-        f'<script type="text/plain" id="charts">{packed}</script>\n'
-    ).encode()
+def _result_sample() -> bytes:
+    return json.dumps(result_values(plain_content(3))).encode()
 
 
 TEXT_READERS: tuple[Reader, ...] = (
@@ -284,9 +272,9 @@ TEXT_READERS: tuple[Reader, ...] = (
         (b"T1 P1 D6.0 Z100.0 ;mill\nT2 P2 Z+.5\nT99 P3 D6.0 Z101.5 ;probe\n",),
     ),
     Reader(
-        "page",
-        at_a_path(_page, "page.html"),
-        (_page_sample(),),
+        "result",
+        at_a_path(_result, "result.json"),
+        (_result_sample(),),
         (b"</script>", b"<!--", b"null", b"[]", b"{}", b'{"infinite":1}', b"1e999", b"[" * 2000),
     ),
     Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),

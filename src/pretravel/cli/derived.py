@@ -184,6 +184,13 @@ class ShownProgress(Progress):
         return record_of_command()
 
 
+def _endings(task: Task, setting: Setting, path: Path) -> tuple[str, ...]:
+    """Those that an output can have: where a page is one, the values of the report too."""
+    allowed = task.endings(setting.name)
+    pages = set(PAGES) <= set(allowed)
+    return (*allowed, ".json") if pages and setting.is_report(path) else allowed
+
+
 def deliver(task: Task) -> int:
     """Do a task as a command does: check its files, run it, write and show what it made.
 
@@ -192,30 +199,30 @@ def deliver(task: Task) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import save_page, show
+    from pretravel.cli.showing import show
 
     inputs = read_files(task)
     progress = ShownProgress(inputs)
     outputs = list(written_files(task))
-    named = [(path, task.endings(setting.name)) for setting, path in outputs]
+    named = [(path, _endings(task, setting, path)) for setting, path in outputs]
     check_files(
         [each for each in named if each[1] != FOLDER],
         inputs,
         programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
+    if any(setting.is_report(path) for setting, path in outputs):
+        note_inputs(inputs)
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
         if setting.field.in_run:
             continue
-        ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
             with progress.working(f"drawing {path.name}"):
                 result.picture(report, path)
-        elif ending in PAGES and ending in setting.field.writes:
-            page = result.page()
-            if page is not None:
-                save_page(page, path, template=result.template)
+        elif setting.is_report(path):
+            with progress.working(f"writing {path.name}"):
+                result.write_report(path, record_of_command())
         else:
             result.write(setting.name, path)
     if result.text:

@@ -8,7 +8,6 @@ from pathlib import Path
 from pretravel.base.errors import PretravelError
 from pretravel.base.file_kinds import refuse_other_kinds
 from pretravel.base.whole_file import is_stream
-from pretravel.cli.running import note_inputs
 from pretravel.tasks.task import PAGES
 
 
@@ -25,8 +24,7 @@ def check_files(
     outputs : pairs of path and endings
         Paths that will be written (None: no such output), and the endings that they may have.
     inputs : paths
-        Files that are read; none of them may be overwritten (None: no such input). Where a page is
-        an output, their checksums are noted for it.
+        Files that are read; none of them may be overwritten (None: no such input).
     programs : bool
         The outputs are programs of machines, as for `refuse_other_kinds`.
 
@@ -68,14 +66,3 @@ def check_files(
             )
         refuse_other_kinds([path], programs=programs)
         seen.add(resolved)
-    if any(is_page(path) and ".html" in endings for path, endings in outputs):
-        note_inputs(inputs)
-
-
-def is_page(path: Path | None) -> bool:
-    """Whether an output is a page for people, not a file of values.
-
-    >>> is_page(Path("map.json")), is_page(Path("map.html")), is_page(None)
-    (False, True, False)
-    """
-    return path is not None and path.suffix.lower() in PAGES

@@ -1,4 +1,4 @@
-"""Measured features as a table, and as JSON."""
+"""Measured features as a table."""
 
 from __future__ import annotations
 
@@ -96,41 +96,3 @@ def _column(values: list[Any]) -> npt.ArrayLike:
     if any(isinstance(value, float) for value in values):
         return np.array([math.nan if value is None else value for value in values])
     return ["" if value is None else value for value in values]
-
-
-def features_json(features: Sequence[InspectedFeature]) -> dict[str, Any]:
-    """Measured features as values of JSON: quantities with their budgets, covariance, residuals."""
-    return {
-        "association": "least squares (Gaussian)",
-        "coverage_factor": COVERAGE_FACTOR,
-        "features": [_feature_values(inspected) for inspected in features],
-    }
-
-
-def _feature_values(inspected: InspectedFeature) -> dict[str, Any]:
-    feature = inspected.feature
-    association = feature.association
-    return {
-        "feature": feature.label,
-        "kind": feature.kind,
-        "side": feature.side,
-        "u_machine_mm": feature.errors.machine,
-        "correlation_of_points_stated": feature.errors.correlation_known,
-        "direction": None if association.direction is None else association.direction.tolist(),
-        "u_direction_deg": None if feature.u_direction is None else feature.u_direction / DEGREE,
-        "position_mm": association.point.tolist(),
-        "position_determined_along": association.located_along.tolist(),
-        "position_covariance_mm2": feature.located_covariance.tolist(),
-        "form_by_errors_alone_mm": feature.form.noise,
-        "form_bias_mm": feature.form.bias,
-        "quantities": [
-            {key: row[key] for key in row if key not in ("feature", "kind")}
-            for row in feature_rows(inspected)
-        ],
-        "budgets": {
-            q.name: {cause: u / (DEGREE if q.angle else 1.0) for cause, u in q.parts.items()}
-            for q in feature.quantities
-        },
-        "labels": list(feature.points.labels),
-        "residuals_mm": association.residuals.tolist(),
-    }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from pretravel.base.toml_file import TomlStructure, read_toml
 from pretravel.laboratory.certificate import (
@@ -41,25 +40,6 @@ def _where(table: str) -> str:
     if table in REPORT_TABLES:
         return "every report" + (" and the certificate" if table in CERTIFICATE_TABLES else "")
     return "certificate"
-
-
-def laboratory_values(statements: LaboratoryStatements) -> dict[str, dict[str, str | None]]:
-    """The statements of a report for JSON, by table and key; None where nothing is stated.
-
-    >>> laboratory_values(LaboratoryStatements())["measurement"]
-    {'operator': None, 'date': None}
-    """
-    values: dict[str, dict[str, str | None]] = {}
-    for statement in statements.of_report():
-        values.setdefault(statement.table, {})[statement.key] = statement.text or None
-    return values
-
-
-def with_laboratory_values(
-    values: dict[str, Any], statements: LaboratoryStatements | None
-) -> dict[str, Any]:
-    """A result for JSON, with the statements of a laboratory where there are any."""
-    return values if statements is None else values | {"laboratory": laboratory_values(statements)}
 
 
 def read_laboratory(path: str | Path) -> LaboratoryStatements:

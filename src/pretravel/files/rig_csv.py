@@ -1,11 +1,10 @@
-"""Traces and budgets of a calibration rig from CSV files, and its results as columns or JSON."""
+"""Traces and budgets of a calibration rig from CSV files, and its results as columns."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,13 +17,7 @@ from pretravel.files.meant_files import files_meant
 from pretravel.files.source_file import shortened
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
-from pretravel.laboratory.rig_calibration import (
-    DirectionPerformance,
-    RigCalibration,
-    Spread,
-    azimuth_of,
-)
-from pretravel.uncertainty.gum import Budget
+from pretravel.laboratory.rig_calibration import azimuth_of
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
@@ -143,92 +136,6 @@ def rig_table(
         "left_out": [(not_used or {}).get(touch.trace, "") for touch in touches],
         "note": ["; ".join(touch.notes) for touch in touches],
     }
-
-
-def rig_json(calibration: RigCalibration, budget: Budget) -> dict[str, Any]:
-    """A calibration as a JSON document: overall, by direction, by touch, and its budget.
-
-    Returns
-    -------
-    dict
-        Lengths in µm, except r0 to r3; None where a value is unknown.
-    """
-    lost = calibration.with_outliers
-    columns = {
-        name: np.asarray(values).tolist()
-        for name, values in rig_table(calibration.touches, calibration.not_used).items()
-    }
-    touches = [
-        {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in zip(columns, row, strict=True)
-        }
-        for row in zip(*columns.values(), strict=True)
-    ]
-    return {
-        **_overall_json(calibration),
-        "expanded_uncertainty_um": _um(budget.expanded()),
-        "coverage_factor": budget.coverage_factor(),
-        "outliers": [
-            {
-                "trace": outlier.trace,
-                "distance_um": _um(outlier.distance),
-                "limit_um": _um(outlier.limit),
-                "message": outlier.message,
-            }
-            for outlier in calibration.outliers
-        ],
-        "excluded": list(calibration.excluded),
-        "with_outliers": None if lost is None else _overall_json(lost),
-        "directions": [_direction_json(direction) for direction in calibration.directions],
-        "budget": [
-            {
-                "source": row["source"],
-                "type": row["evaluation"],
-                "contribution_um": _um(float(row["contribution"])),
-                "share": row["share"],
-            }
-            for row in budget.rows()
-        ],
-        "touches": touches,
-    }
-
-
-def _overall_json(calibration: RigCalibration) -> dict[str, Any]:
-    return {
-        "pretravel_um": _um(calibration.pretravel),
-        "u_pretravel_um": _um(calibration.u_pretravel),
-        "anisotropy_um": _um(calibration.anisotropy),
-        "anisotropy_interval_um": [_um(float(end)) for end in calibration.anisotropy_interval],
-        "repeatability_um": _spread_json(calibration.repeatability),
-        "hysteresis_um": _um(calibration.hysteresis),
-        "largest_hysteresis_um": _um(calibration.largest_hysteresis),
-        "coverage_probability": calibration.probability,
-    }
-
-
-def _direction_json(direction: DirectionPerformance) -> dict[str, Any]:
-    known = math.isfinite(direction.azimuth)
-    return {
-        "name": direction.name,
-        "azimuth_deg": math.degrees(direction.azimuth) if known else None,
-        "count": direction.count,
-        "pretravel_um": _um(direction.pretravel),
-        "u_pretravel_um": _um(direction.u_pretravel),
-        "repeatability_um": _spread_json(direction.repeatability),
-        "pretravel_range_um": _um(direction.pretravel_range),
-        "trigger_range_um": _um(direction.trigger_range),
-        "hysteresis_um": _um(direction.hysteresis),
-        "u_hysteresis_um": _um(direction.u_hysteresis),
-    }
-
-
-def _spread_json(spread: Spread) -> dict[str, float | None]:
-    return {"value": _um(spread.value), "low": _um(spread.low), "high": _um(spread.high)}
-
-
-def _um(value: float) -> float | None:
-    return value / MICROMETRE if math.isfinite(value) else None
 
 
 def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:

@@ -1,9 +1,8 @@
-"""Readings of a multi-step test from CSV files, and separations and plans as columns or JSON."""
+"""Readings of a multi-step test from CSV files, and separations and plans as columns."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -100,42 +99,6 @@ def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
         "variance_um2": np.concatenate([result.machine_variance, result.probe_variance]) / square,
         "u_variance_um2": np.concatenate([result.u_machine_variance, result.u_probe_variance])
         / square,
-    }
-
-
-def separation_json(result: Separation) -> dict[str, Any]:
-    """A separation as a JSON document, with the variance of every pair.
-
-    Returns
-    -------
-    dict
-        pair_variance_um2 has a row for each machine direction.
-    """
-    columns = {
-        name: np.asarray(values).tolist() for name, values in separation_table(result).items()
-    }
-    pairs = result.machine_variance[:, None] + result.probe_variance[None, :]
-    return {
-        "method": result.method,
-        "degrees_of_freedom": result.dof,
-        "readings_used": len(result.residuals),
-        "outliers": [
-            {
-                "reading": outlier.row + 1,
-                "machine_index": outlier.machine,
-                "probe_index": outlier.probe,
-                "distance_um": outlier.distance / MICROMETRE,
-                "limit_um": outlier.limit / MICROMETRE,
-                "message": outlier.message,
-            }
-            for outlier in result.outliers
-        ],
-        "excluded_readings": [row + 1 for row in result.excluded],
-        "notes": list(result.notes),
-        "directions": [
-            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
-        ],
-        "pair_variance_um2": (pairs / MICROMETRE**2).tolist(),
     }
 
 

@@ -1,16 +1,13 @@
-"""Figures of a standard's test, as a table and as JSON."""
+"""Figures of a standard's test as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy.typing as npt
 
 from pretravel.base.units import MICROMETRE
-from pretravel.files.budget_values import budget_values
 from pretravel.laboratory.standard_check import StandardCheck
-from pretravel.measurement.measured_sphere import MeasuredSphere
 
 
 def standard_figures(check: StandardCheck) -> list[dict[str, Any]]:
@@ -43,33 +40,3 @@ def standard_table(check: StandardCheck) -> dict[str, npt.ArrayLike]:
     """The figures of a test as columns of a table; a cell of what is not stated is empty."""
     rows = standard_figures(check)
     return {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]}
-
-
-def standard_json(
-    check: StandardCheck, sphere: MeasuredSphere | None = None, warnings: Sequence[str] = ()
-) -> dict[str, Any]:
-    """A test as values of JSON.
-
-    Parameters
-    ----------
-    check : StandardCheck
-    sphere : MeasuredSphere, optional
-        Through all touches, compensated.
-    warnings : sequence of str
-
-    Returns
-    -------
-    dict
-        standard, conformity_stated, why_no_conformity, figures, budgets (of the test values, and
-        of the diameter of the sphere), notes, warnings.
-    """
-    budgets = [*check.budgets, *(() if sphere is None else (sphere.budget,))]
-    return {
-        "standard": check.standard,
-        "conformity_stated": not check.why_no_conformity,
-        "why_no_conformity": list(check.why_no_conformity),
-        "figures": standard_figures(check),
-        "budgets": [budget_values(budget) for budget in budgets],
-        "notes": list(check.notes),
-        "warnings": list(warnings),
-    }

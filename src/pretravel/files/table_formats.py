@@ -68,7 +68,7 @@ NETCDF = FileFormat(
 
 JSON = FileFormat(
     name="json",
-    what="JSON (.json): a map; points as a list of rows",
+    what="JSON (.json): a map; points as a list of rows; a result as its report",
     reads="maps",
     writes="maps, points, results",
     verified="round trips",

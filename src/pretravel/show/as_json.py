@@ -11,6 +11,7 @@ from cattrs import BaseValidationError, Converter, override
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
 from pretravel.base.errors import PretravelError
+from pretravel.show.chart import View
 from pretravel.show.document import (
     Column,
     Digits,
@@ -22,6 +23,7 @@ from pretravel.show.document import (
     Span,
     Table,
 )
+from pretravel.show.view_values import register_views, view_values
 from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
 from pretravel.uncertainty.gum import Budget, Component
 
@@ -49,7 +51,7 @@ def document_values(document: Document) -> dict[str, Any]:
     Parameters
     ----------
     document : Document
-        Of its pictures, the captions are kept.
+        Its pictures are computed.
 
     Returns
     -------
@@ -73,7 +75,6 @@ def document_from_values(values: Mapping[str, Any]) -> Document:
     Returns
     -------
     Document
-        Its pictures have captions only.
 
     Raises
     ------
@@ -123,6 +124,7 @@ def _structured(values: Mapping[str, Any], kind: type[Any]) -> Any:
         TypeError,
         ValueError,
         AttributeError,
+        KeyError,
     ) as error:
         raise PretravelError("the values are not those of a report") from error
 
@@ -134,7 +136,7 @@ def _converter() -> Converter:
     converter.register_unstructure_hook(FigureValue, _plain)
     converter.register_unstructure_hook(float | str, _plain)
     converter.register_unstructure_hook(float | tuple[float, ...] | None, _plain)
-    converter.register_unstructure_hook(Picture, lambda picture: picture.caption)
+    converter.register_unstructure_hook(Picture, _picture_values)
     converter.register_structure_hook(str, _text)
     converter.register_structure_hook(bool, lambda value, _: _of_type(value, bool))
     converter.register_structure_hook(int, _whole)
@@ -144,9 +146,15 @@ def _converter() -> Converter:
     converter.register_structure_hook(
         float | tuple[float, ...] | None, lambda value, _: _tuple_or_number(value)
     )
-    converter.register_structure_hook(
-        Picture, lambda value, _: Picture(_text(value, str), _not_drawn)
-    )
+    register_views(converter)
+    read_view = converter.get_structure_hook(View)
+
+    def picture(value: Any, _: Any) -> Picture:
+        if set(value) != {"caption", "view"}:
+            raise ValueError("no picture")
+        return Picture.of(_text(value["caption"], str), read_view(value["view"], View))
+
+    converter.register_structure_hook(Picture, picture)
     for kind in _TYPES:
         converter.register_unstructure_hook(
             kind,
@@ -176,8 +184,8 @@ def _converter() -> Converter:
     return converter
 
 
-def _not_drawn() -> Any:
-    raise PretravelError("a picture of values has a caption only")
+def _picture_values(picture: Picture) -> dict[str, Any]:
+    return {"caption": picture.caption, "view": view_values(picture.view)}
 
 
 def _plain(value: Any) -> Any:
@@ -200,6 +208,7 @@ def _of_type(value: Any, kind: type[Any]) -> Any:
 
 def _text(value: Any, _: Any) -> str:
     text: str = _of_type(value, str)
+    text.encode()  # halves of characters, which no file can contain, are refused
     return text
 
 
@@ -226,7 +235,7 @@ def _tuple_or_number(value: Any) -> float | tuple[float, ...]:
 
 def _figure_value(value: Any, _: Any) -> FigureValue:
     if isinstance(value, str):
-        return value
+        return _text(value, str)
     if isinstance(value, dict) and "low" in value:
         return Span(_number(value["low"]), _number(value["high"]))
     return _tuple_or_number(value)

@@ -6,11 +6,11 @@ render it. Numbers stay numbers here: `formatting` alone turns them into text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -159,6 +159,20 @@ class Table:
     explanation: str = ""
     detail: bool = False
 
+    @staticmethod
+    def of(columns: Mapping[str, Any], title: str = "") -> Table:
+        """A table of the columns of a file, whose names contain their units.
+
+        >>> Table.of({"trace": ["a"], "r0_mm": np.array([1.5])}).columns[1].values
+        (1.5,)
+        """
+        return Table(tuple(_file_column(*each) for each in columns.items()), title)
+
+
+def _file_column(name: str, values: Any) -> Column:
+    cells = np.asarray(values, dtype=object).tolist()
+    return Column(name, tuple(each if isinstance(each, str) else float(each) for each in cells))
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -176,7 +190,12 @@ class Picture:
 
     def __reduce__(self) -> tuple[object, ...]:
         """What another process gets: the caption, and what the picture shows."""
-        return _computed_picture, (self.caption, self.view)
+        return Picture.of, (self.caption, self.view)
+
+    @staticmethod
+    def of(caption: str, view: View) -> Picture:
+        """A picture of a view that has been computed."""
+        return Picture(caption, lambda: view)
 
     @cached_property
     def view(self) -> View:
@@ -224,10 +243,6 @@ class Picture:
             temporary.write_bytes(self.png)
 
 
-def _computed_picture(caption: str, view: View) -> Picture:
-    return Picture(caption, lambda: view)
-
-
 @dataclass(frozen=True)
 class Section:
     """A part of a document under a heading.
@@ -270,6 +285,8 @@ class Document(ShownInNotebooks):
         What limits the trust in the result.
     budgets : tuple of Budget
         Uncertainty budgets of results in mm, the main one first.
+    data : tuple of Table
+        Values for programs: a file of results contains them, a page and a terminal do not.
     """
 
     title: str
@@ -281,6 +298,7 @@ class Document(ShownInNotebooks):
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     budgets: tuple[Budget, ...] = ()
+    data: tuple[Table, ...] = ()
 
     def __repr__(self) -> str:
         return (

@@ -1,7 +1,7 @@
 """A document as one HTML file that opens anywhere: text, tables, pictures and scripts in it.
 
 The page needs no network: a policy in it forbids everything from elsewhere. Every text is escaped.
-Its values are also in it as JSON, for its scripts and for `page_content.read_page`.
+The values of its tables are also in it as JSON, for its scripts.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ from pretravel.show.formatting import (
 from pretravel.show.glossary import words_used
 from pretravel.show.page_content import (
     PageContent,
-    charts_of,
     content_values,
     image_address,
     packed_values,
@@ -260,7 +259,7 @@ def page_environment() -> Environment:
     }
     environment.filters |= {
         "addition": addition_text,
-        "charts_of": charts_of,
+        "charts_of": lambda picture: len(picture.charts),
         "expanded": expanded_text,
         "heading": heading_text,
         "name_of": _name,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL, UNCERTAINTY
@@ -193,7 +193,13 @@ class Check(TouchFiles, LaboratoryReport):
     axis: ProbeAxis = UPRIGHT
     output: Annotated[
         Path | None,
-        output("Figures: .csv or .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
+        output(
+            "Figures: .csv; the report: .json, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
     ] = None
 
     @property
@@ -375,7 +381,7 @@ class CheckedProbe(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
-        left_out = self.task.statements_left_out(self.task.output, kept_in=(".json",))
+        left_out = self.task.statements_left_out()
         return self.report(self.task.touches_name, [*self._lacking(), *left_out])
 
     def page(self) -> Document:
@@ -395,25 +401,13 @@ class CheckedProbe(Result):
         )
         return with_laboratory(report, self.statements)
 
-    def values(self, warnings: Sequence[str] = ()) -> dict[str, Any]:
-        """The figures for JSON, with what the laboratory states."""
-        from pretravel.files.laboratory_file import with_laboratory_values
-        from pretravel.files.standard_figures import standard_json
-
-        found = standard_json(self.result, self.sphere, [*self.warnings, *warnings])
-        return with_laboratory_values(found, self.statements)
-
     def write(self, output: str, path: Path) -> None:
         """Write the figures."""
         del output
-        from pretravel.base.whole_file import write_json
         from pretravel.files.csv_table import write_csv_table
         from pretravel.files.standard_figures import standard_table
 
-        if path.suffix.lower() == ".csv":
-            write_csv_table(path, standard_table(self.result))
-        else:
-            write_json(path, self.values(self._lacking()))
+        write_csv_table(path, standard_table(self.result))
 
     def _lacking(self) -> tuple[str, ...]:
         options = {name: setting.option for name, setting in by_name(Check).items()}

@@ -64,7 +64,13 @@ class Compare(Reported):
     ] = None
     output: Annotated[
         Path | None,
-        output("Table: .csv, .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
+        output(
+            "Table: .csv; the report: .json, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> ComparedMap | ComparedProbes:
@@ -136,10 +142,10 @@ class ComparedMap(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the errors, a row for each correction and place."""
         del output
-        from pretravel.files.tables import write_table
+        from pretravel.files.csv_table import write_csv_table
         from pretravel.tasks.reports.comparison_report import comparison_columns
 
-        write_table(path, comparison_columns(self.comparison))
+        write_csv_table(path, comparison_columns(self.comparison))
 
     def sentence(self) -> str:
         """The result for a machinist: size of the lobes, and what corrections leave of them."""
@@ -169,7 +175,7 @@ class ComparedProbes(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the predictions, a row for each direction."""
         del output
-        from pretravel.files.tables import write_table
+        from pretravel.files.csv_table import write_csv_table
         from pretravel.tasks.reports.design_comparison_report import design_comparison_columns
 
-        write_table(path, design_comparison_columns(self.designs.triggers))
+        write_csv_table(path, design_comparison_columns(self.designs.triggers))

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import DISTANCE, TIP_BALL
 from pretravel.tasks.fields import TouchFilesWithFeed, output
-from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task, TextResult
+from pretravel.tasks.task import (
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Result,
+    Task,
+    TextResult,
+    by_name,
+)
 from pretravel.tasks.values import Vector, vector
 
 if TYPE_CHECKING:
@@ -124,7 +133,7 @@ class Convert(TouchFilesWithFeed):
         if tip is None and machine is not None:
             tip = machine.tip_diameter
         options = self._options(tip, machine)
-        if self.output is None or self.output.suffix.lower() in PAGES:
+        if self.output is None or by_name(Convert)["output"].is_report(self.output):
             return self._previewed(files, options)
         file = opened(files[0])
         known = format_of_touches(file, options, file_format=self.file_format)

@@ -13,7 +13,7 @@ from pretravel.base.quantities import (
     FEED,
     REFERENCE_DIAMETER,
 )
-from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Task
+from pretravel.tasks.task import PICTURES, SILENT, Field, Progress, Task, by_name
 from pretravel.tasks.values import (
     Angles,
     StatedColumns,
@@ -238,7 +238,7 @@ class Reported(Task):
     verbose: Verbose = False
 
 
-def output(text: str, *endings: str) -> Field:
+def output(text: str, *endings: str, report_json: bool = False) -> Field:
     """The description of the main output, ``-o``.
 
     Parameters
@@ -247,8 +247,10 @@ def output(text: str, *endings: str) -> Field:
         Help.
     endings : str
         Of the files; `PAGES` among them for a page.
+    report_json : bool
+        Whether .json among them is the report as values.
     """
-    return Field(help=text, writes=endings, short="-o")
+    return Field(help=text, writes=endings, short="-o", report_json=report_json)
 
 
 class LaboratoryReport(Reported):
@@ -269,17 +271,11 @@ class LaboratoryReport(Reported):
 
         return None if self.lab is None else read_laboratory(self.lab)
 
-    def statements_left_out(self, output: Path | None, kept_in: tuple[str, ...] = ()) -> list[str]:
-        """A warning where nothing that is shown or written contains the laboratory's statements.
-
-        Parameters
-        ----------
-        output : Path or None
-        kept_in : tuple of str
-            Endings of outputs that contain them, beside pages.
-        """
-        ending = "" if output is None else output.suffix.lower()
-        if self.lab is None or self.verbose or ending in (*PAGES, *kept_in):
+    def statements_left_out(self) -> list[str]:
+        """A warning where nothing that is shown or written contains the laboratory's statements."""
+        setting = by_name(type(self))["output"]
+        output: Path | None = getattr(self, "output", None)
+        if self.lab is None or self.verbose or (output is not None and setting.is_report(output)):
             return []
         contained = "a page (-o page.html) and the full report (--verbose) contain what it states"
         if output is None:

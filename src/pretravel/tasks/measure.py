@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.units import MICROMETRE
@@ -151,11 +151,12 @@ class Measure(LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Results: .csv, .parquet or .json; or a page, .html or .pdf.",
+            "Quantities: .csv, .parquet; the report: .json, or a page, .html or .pdf.",
             ".csv",
             ".parquet",
             ".json",
             *PAGES,
+            report_json=True,
         ),
     ] = None
 
@@ -258,28 +259,17 @@ class MeasuredFeatures(Result):
                 "u contains the errors of probing alone; a verdict also needs those of the "
                 "machine's geometry, of temperature and clamping: --u-machine"
             )
-        warnings += task.statements_left_out(task.output, kept_in=(".json",))
+        warnings += task.statements_left_out()
         report = features_document(self.features, points_name=task.points.name, warnings=warnings)
         return with_laboratory(report, task.statements())
 
     def write(self, output: str, path: Path) -> None:
-        """Write the features: quantities as columns, or all values as JSON."""
+        """Write the features: quantities as columns."""
         del output
-        from pretravel.base.whole_file import write_json
         from pretravel.files.feature_results import features_table
         from pretravel.files.tables import write_table
 
-        if path.suffix.lower() == ".json":
-            write_json(path, self.values())
-        else:
-            write_table(path, features_table(self.features))
-
-    def values(self) -> dict[str, Any]:
-        """The features for JSON, with what the laboratory states."""
-        from pretravel.files.feature_results import features_json
-        from pretravel.files.laboratory_file import with_laboratory_values
-
-        return with_laboratory_values(features_json(self.features), self.task.statements())
+        write_table(path, features_table(self.features))
 
 
 def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:

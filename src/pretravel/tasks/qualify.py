@@ -23,7 +23,7 @@ from pretravel.tasks.fields import (
     output,
     with_reading,
 )
-from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, length_or_none
 
 if TYPE_CHECKING:
@@ -280,9 +280,9 @@ class QualifiedProbe(_MapResult):
             self.qualification,
             touches_name=task.touches_name,
             scores=self.qualification.scores,
-            warnings=[*self.readings.notes(), *task.statements_left_out(path)],
+            warnings=[*self.readings.notes(), *task.statements_left_out()],
             excluded=_left_out(task.exclude, self.readings),
-            saved=path is not None and path.suffix.lower() not in PAGES,
+            saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )
         return with_laboratory(report, task.statements())
 
@@ -318,7 +318,7 @@ class UpdatedProbe(_MapResult):
             self.update,
             touches_name=self.readings.touches.source or "",
             prior_name=task.prior.name,
-            warnings=[*self.readings.notes(), *task.statements_left_out(task.output)],
+            warnings=[*self.readings.notes(), *task.statements_left_out()],
         )
         return with_laboratory(report, task.statements())
 

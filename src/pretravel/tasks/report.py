@@ -1,30 +1,35 @@
-"""Bind the pages of several results into one."""
+"""Bind several results into one page."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+from pretravel.base.errors import InputError
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
+
+if TYPE_CHECKING:
+    from pretravel.show.page_content import PageContent
 
 
 class Report(Task):
-    """Bind the pages of several results into one, or make a PDF of a page.
+    """Bind several results into one page, or make a page of one.
 
-    Results, pictures and what was done with what are taken over; each page keeps its date.
+    Values, pictures and what was done with what are taken over; each result keeps its date.
     """
 
     name = "report"
     group = "Files"
-    example = "pretravel report qualify.html part.html bore.html -o report.pdf"
+    example = "pretravel report qualify.report.json bore.json -o report.pdf"
 
-    pages: Annotated[
+    results: Annotated[
         tuple[Path, ...],
         Field(
-            help="Pages that pretravel wrote (-o page.html).",
+            help="Results that pretravel wrote: -o NAME.report.json on every command with a page, "
+            "-o NAME.json where it is the report.",
             positional=True,
-            metavar="PAGES",
+            metavar="RESULTS",
             reads=True,
         ),
     ]
@@ -39,17 +44,35 @@ class Report(Task):
     ] = None
 
     def run(self, progress: Progress = SILENT) -> BoundPages:
-        """Read the pages and write the one that contains them."""
+        """Read the results and write the page that contains them."""
         from pretravel.show.page import write_contents
-        from pretravel.show.page_content import read_page
 
-        contents = [content for page in self.pages for content in read_page(page)]
+        contents = [_drawn(path, progress) for path in self.results]
         several = len(contents) > 1
-        name = self.title or (", ".join(page.stem for page in self.pages) if several else "")
+        name = self.title or (", ".join(map(_name, self.results)) if several else "")
         with progress.working(f"writing {self.output.name}"):
             write_contents(self.output, contents, title=name)
         count = f"{len(contents)} results" if several else "1 result"
         return BoundPages(f"{self.output}: {count}\n")
+
+
+def _drawn(path: Path, progress: Progress) -> PageContent:
+    """A result with its pictures: values of a stranger can be such that nothing can be drawn."""
+    from pretravel.show.page_content import picture_figures
+    from pretravel.show.result_file import read_result
+
+    content = read_result(path)
+    try:
+        with progress.working(f"drawing {path.name}"):
+            for picture in content.document.pictures:
+                _ = picture.png, picture_figures(picture)
+    except (ValueError, ArithmeticError, IndexError, TypeError) as error:
+        raise InputError("a picture of it cannot be drawn", path=path) from error
+    return content
+
+
+def _name(path: Path) -> str:
+    return path.name.removesuffix(".json").removesuffix(".report")
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL
 from pretravel.tasks.fields import LaboratoryReport, output
-from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import MovedMark, trace_mark
 
 if TYPE_CHECKING:
@@ -49,10 +49,11 @@ class Rig(LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Touches, .csv; the whole result, .json; or a certificate, .html or .pdf.",
+            "Touches: .csv; the certificate: .json with all values, or a page, .html or .pdf.",
             ".csv",
             ".json",
             *PAGES,
+            report_json=True,
         ),
     ] = None
     budget: Annotated[
@@ -220,12 +221,15 @@ class CalibratedRig(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
-        left_out = self.task.statements_left_out(self.task.output, kept_in=(".json",))
+        left_out = self.task.statements_left_out()
         return self.report([*self._lacking(), *left_out])
 
     def page(self) -> Document:
         """The calibration certificate, with what keeps it from being one to hand out."""
-        return self.certificate([*self._lacking()])
+        from pretravel.tasks.reports.rig_report import rig_data
+
+        data = rig_data(self.calibration, self.touches, self.budget)
+        return replace(self.certificate([*self._lacking()]), data=data)
 
     def report(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
@@ -251,26 +255,16 @@ class CalibratedRig(Result):
         )
         return certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
 
-    def values(self) -> dict[str, Any]:
-        """The calibration for JSON, with what the laboratory states."""
-        from pretravel.files.laboratory_file import with_laboratory_values
-        from pretravel.files.rig_csv import rig_json
-
-        return with_laboratory_values(rig_json(self.calibration, self.budget), self.statements)
-
     def write(self, output: str, path: Path) -> None:
-        """Write the map, or the touches or the whole result."""
-        from pretravel.base.whole_file import write_json
+        """Write the map, or the touches."""
         from pretravel.files.map_file import write_map
         from pretravel.laboratory.rig_map import rig_map
 
         if output == "map_file":
             tip_radius = 0.5 * (self.task.tip_diameter or 0.0)
             write_map(path, rig_map(self.calibration, self.components, tip_radius))
-        elif path.suffix.lower() == ".csv":
-            _write_touches(path, self.touches, self.calibration)
         else:
-            write_json(path, self.values())
+            _write_touches(path, self.touches, self.calibration)
 
     def _lacking(self) -> Iterator[str]:
         """Statements that the laboratory did not make, as warnings."""
@@ -282,7 +276,7 @@ class CalibratedRig(Result):
                 "the budget is that of Ren 2020, Table 2, of another laboratory; give your own "
                 "with --budget"
             )
-        if task.output is None or task.output.suffix.lower() not in PAGES:
+        if task.output is None or not by_name(Rig)["output"].is_report(task.output):
             return
         if fields := (self.statements or LaboratoryStatements()).missing:
             yield (

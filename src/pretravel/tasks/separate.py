@@ -98,7 +98,13 @@ class Separate(LaboratoryReport):
     ] = ()
     output: Annotated[
         Path | None,
-        output("Result: .csv or .json, or a page, .html or .pdf.", ".csv", ".json", *PAGES),
+        output(
+            "Errors and variances: .csv; the report: .json, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> SeparatedErrors:
@@ -160,23 +166,17 @@ class SeparatedErrors(Result):
             self.separation,
             readings_name=task.readings.name,
             pairs=task.pair,
-            warnings=task.statements_left_out(task.output, kept_in=(".json",)),
+            warnings=task.statements_left_out(),
         )
         return with_laboratory(report, self.statements)
 
     def write(self, output: str, path: Path) -> None:
         """Write the errors and variances."""
         del output
-        from pretravel.base.whole_file import write_json
         from pretravel.files.csv_table import write_csv_table
-        from pretravel.files.laboratory_file import with_laboratory_values
-        from pretravel.files.separation_csv import separation_json, separation_table
+        from pretravel.files.separation_csv import separation_table
 
-        if path.suffix.lower() == ".csv":
-            write_csv_table(path, separation_table(self.separation))
-        else:
-            values = separation_json(self.separation)
-            write_json(path, with_laboratory_values(values, self.statements))
+        write_csv_table(path, separation_table(self.separation))
 
 
 class PlanSeparation(Task):

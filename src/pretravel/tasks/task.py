@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
+REPORT_VALUES = ".report.json"
+"""End of the name of a report's values, on every output that can be a page."""
 PROGRAMS = (".ngc", ".nc", ".gcode", ".tap")
 """Of programs for machines: text, also with the ending .nc."""
 FOLDER = ("",)
@@ -103,6 +105,8 @@ class Field:
         The value names files that are read; a callable gives the paths.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
+    report_json : bool
+        Whether .json among them is the report as values, as `show.result_file` writes it.
     in_run : bool
         The run itself writes it, not the result afterwards.
     """
@@ -121,6 +125,7 @@ class Field:
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
+    report_json: bool = False
     in_run: bool = False
 
 
@@ -188,6 +193,13 @@ class Setting(NamedTuple):
         if self.field.names is not None:
             return tuple(self.field.names())
         return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    def is_report(self, path: Path) -> bool:
+        """Whether a file of this output is the report: a page, or its values."""
+        if self.field.in_run or not set(PAGES) <= set(self.field.writes):
+            return False
+        own = (".json",) if self.field.report_json else ()
+        return path.name.lower().endswith((*PAGES, REPORT_VALUES, *own))
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
@@ -275,8 +287,23 @@ class Result:
         if document is not None:
             document.pictures[0].save(path)
 
+    def write_report(self, path: Path, record: WorkRecord | None = None) -> None:
+        """Write the report: its values (.json), or a page (.html, .pdf).
+
+        Parameters
+        ----------
+        path : Path
+        record : WorkRecord or None
+            What was done with what.
+        """
+        from pretravel.show.result_file import write_report
+
+        page = self.page()
+        if page is not None:
+            write_report(path, page, record=record, template=self.template)
+
     def write(self, output: str, path: Path) -> None:
-        """Write the values of one output.
+        """Write the values of one output that is not the report.
 
         Parameters
         ----------
@@ -470,10 +497,9 @@ def python_lines(task: Task) -> str:
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
     >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
     from pathlib import Path
-    from pretravel.show.page import write_page
     from pretravel.tasks.qualify import Qualify
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
-    write_page(Path('report.html'), result.page(), template=result.template)
+    result.write_report(Path('report.html'))
     """
     kind = type(task)
     stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
@@ -484,14 +510,13 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
-        place, ending = f"Path({str(path)!r})", path.suffix.lower()
+        place = f"Path({str(path)!r})"
         if setting.field.in_run:
             continue
         if setting.field.writes == PICTURES:
             lines.append(f"result.picture(result.document(), {place})")
-        elif ending in PAGES and ending in setting.field.writes:
-            lines.insert(0, "from pretravel.show.page import write_page")
-            lines.append(f"write_page({place}, result.page(), template=result.template)")
+        elif setting.is_report(path):
+            lines.append(f"result.write_report({place})")
         else:
             lines.append(f"result.write({setting.name!r}, {place})")
     if len(lines) > 2:

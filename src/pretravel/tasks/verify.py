@@ -69,7 +69,8 @@ class Verify(TouchFilesWithFeed, Reported):
         ),
     ] = None
     output: Annotated[
-        Path | None, output("Result: .json; or a page, .html or .pdf.", ".json", *PAGES)
+        Path | None,
+        output("Report: .json, or a page, .html or .pdf.", ".json", *PAGES, report_json=True),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> VerifiedProbe:
@@ -161,14 +162,6 @@ class VerifiedProbe(Result):
     def page(self) -> Document:
         """The report, with how the files were understood."""
         return with_reading(self.document(), self.readings)
-
-    def write(self, output: str, path: Path) -> None:
-        """Write the result."""
-        del output
-        from pretravel.base.whole_file import write_json
-        from pretravel.tasks.reports.verification_report import verification_values
-
-        write_json(path, verification_values(self.verification, self.task.decision))
 
 
 @contextmanager

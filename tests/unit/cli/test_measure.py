@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shlex
 from pathlib import Path
@@ -17,6 +16,7 @@ from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import around
+from tests.support.results import data_of
 
 DIAMETERS = {"bore1": 20.010, "bore2": 19.995}
 """True diameters of the part. [mm]"""
@@ -99,13 +99,19 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     assert page.read_text(encoding="utf-8").count("<img") == 4
     assert picture.read_bytes().startswith(b"\x89PNG")
     run(*command, "-o", values, code=3)
-    (bore,) = json.loads(values.read_text())["features"]
-    assert bore["side"] == "inside"
-    by_name = {row["quantity"]: row for row in bore["quantities"]}
+    found = data_of(values)
+    (bore,) = found["Features"]
+    assert (bore["kind"], bore["side"], bore["coverage_factor"]) == ("bore", "inside", 2.0)
+    by_name = {row["quantity"]: row for row in found["Quantities"]}
     assert by_name["position"]["verdict"] == "within the tolerance, machine not in u"
     assert by_name["roundness"]["verdict"] == "within the tolerance, machine not in u"
-    parts = bore["budgets"]["diameter"]
-    assert by_name["diameter"]["u"] == pytest.approx(np.sqrt(sum(u**2 for u in parts.values())))
+    parts = [row["u"] for row in found["Sources"] if row["quantity"] == "diameter"]
+    assert by_name["diameter"]["u"] == pytest.approx(np.linalg.norm(parts))
+    # Across the axis of a bore there are two directions: a matrix of 2 x 2 (JCGM 102).
+    assert len(found["Covariances of positions"]) == 4
+    residuals = [row["residual_mm"] for row in found["Residuals"]]
+    assert [row["label"] for row in found["Residuals"]] == [f"bore1-{i + 1}" for i in range(12)]
+    assert np.ptp(residuals) == pytest.approx(by_name["roundness"]["value"], abs=1e-12)
 
 
 def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path) -> None:

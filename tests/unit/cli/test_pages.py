@@ -77,3 +77,31 @@ class TestPdf:
             pytest.skip("no browser and no weasyprint on this machine")
         run("probes", "omp40-2", "-o", tmp_path / "p.pdf")
         assert (tmp_path / "p.pdf").read_bytes()[:5] == b"%PDF-"
+
+
+def test_every_report_can_be_bound_from_its_values(tmp_path: Path) -> None:
+    """Of qualify .json is the map, of probes it is nothing; .report.json is the report of both."""
+    made = tmp_path / "q.report.json"
+    command = ["qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean"]
+    text = run(*command, "-o", made)
+    assert "write the map to a file" in text
+    run("probes", "omp40-2", "-o", tmp_path / "p.report.json")
+    run("report", made, tmp_path / "p.report.json", "-o", tmp_path / "all.html")
+    page = html.unescape((tmp_path / "all.html").read_text(encoding="utf-8"))
+    assert "<title>q, p</title>" in page
+    assert hashlib.sha256(Path(SPHERE).read_bytes()).hexdigest() in page
+    assert f"--kind mean -o {made}" in page
+    run(*command, "-o", tmp_path / "direct.html")
+    direct = (tmp_path / "direct.html").read_text(encoding="utf-8")
+    assert set(re.findall(r'src="(data:image/.*?)"', direct)) < set(
+        re.findall(r'src="(data:image/.*?)"', page)
+    )
+    run("probes", "omp40-2", "-o", tmp_path / "p.json", code=2)
+    assert "no result of pretravel" in run(
+        "report", _map_of(command, tmp_path), "-o", tmp_path / "no.html", code=2
+    )
+
+
+def _map_of(command: list[object], folder: Path) -> Path:
+    run(*command, "-o", folder / "map.json")
+    return folder / "map.json"

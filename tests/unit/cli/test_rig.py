@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -10,9 +9,10 @@ import numpy as np
 import pytest
 
 from pretravel.files.csv_table import read_csv_table
-from pretravel.show.page_content import read_page
+from pretravel.show.result_file import read_result
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
+from tests.support.results import data_of
 
 TRACES = sorted((EXAMPLES / "rig").glob("*.csv"))
 
@@ -55,10 +55,19 @@ class TestRig:
 
     def test_json(self, tmp_path: Path) -> None:
         run("rig", *TRACES, "-o", tmp_path / "rig.json")
-        document = json.loads((tmp_path / "rig.json").read_text())
-        assert [d["azimuth_deg"] for d in document["directions"]] == pytest.approx([0, 60, 90])
-        assert len(document["touches"]) == len(TRACES)
-        assert document["repeatability_um"]["low"] < document["repeatability_um"]["value"]
+        found = data_of(tmp_path / "rig.json")
+        assert [d["azimuth_deg"] for d in found["Directions"]] == pytest.approx([0, 60, 90])
+        touches = found["Touches"]
+        assert [touch["trace"] for touch in touches] == [path.stem for path in TRACES]
+        assert touches[0]["pretravel_um"] == pytest.approx(
+            1e3 * (touches[0]["r1_mm"] - touches[0]["r0_mm"]), abs=1e-9
+        )
+        (overall,) = found["Performance"]
+        assert overall["repeatability_low_um"] < overall["repeatability_um"]
+        (budget,) = found["Budgets"]
+        assert budget["expanded_um"] == pytest.approx(
+            budget["coverage_factor"] * budget["combined_um"]
+        )
 
     def test_certificate_states_what_a_laboratory_must(self, tmp_path: Path) -> None:
         template = run("laboratory")
@@ -77,8 +86,9 @@ class TestRig:
     def test_a_certificate_warns_of_what_it_lacks_and_begins_with_results(
         self, tmp_path: Path
     ) -> None:
-        run("rig", *TRACES, "-o", tmp_path / "certificate.html")
-        (content,) = read_page(tmp_path / "certificate.html")
+        run("rig", *TRACES, "-o", tmp_path / "certificate.json")
+        content = read_result(tmp_path / "certificate.json")
+        assert content.template == "certificate.html"
         shown = " ".join(content.document.warnings)
         assert "of another laboratory" in shown
         assert "fields of the certificate are not stated" in shown
@@ -110,7 +120,7 @@ class TestRig:
 
         run("rig", *TRACES, "-o", tmp_path / "rig.json", "--map", tmp_path / "map.json",
             "--tip-diameter", 6)  # fmt: skip
-        directions = json.loads((tmp_path / "rig.json").read_text())["directions"]
+        directions = data_of(tmp_path / "rig.json")["Directions"]
         made = read_map(tmp_path / "map.json")
         n = from_angles(np.full(3, np.pi / 2), np.radians([d["azimuth_deg"] for d in directions]))
         assert made.pretravel(n) * 1e3 == pytest.approx([d["pretravel_um"] for d in directions])
@@ -131,12 +141,12 @@ class TestRig:
         assert "rig_000_3 lies" in text
         assert "instead of" in text
         run("rig", *TRACES, "-o", tmp_path / "good.json")
-        found = json.loads((tmp_path / "rig.json").read_text())
-        good = json.loads((tmp_path / "good.json").read_text())
-        assert found["directions"] == good["directions"]
-        assert [outlier["trace"] for outlier in found["outliers"]] == ["rig_000_3"]
-        worse = found["with_outliers"]["repeatability_um"]["value"]
-        assert worse > 10.0 * found["repeatability_um"]["value"]
+        found, good = (data_of(tmp_path / name) for name in ("rig.json", "good.json"))
+        assert found["Directions"] == good["Directions"]
+        assert [outlier["trace"] for outlier in found["Outliers"]] == ["rig_000_3"]
+        without, contained = found["Performance"]
+        assert (without["outliers"], contained["outliers"]) == ("left out", "contained")
+        assert contained["repeatability_um"] > 10.0 * without["repeatability_um"]
         run("rig", *TRACES, bad, "--exclude", "rig_090_1", "-o", tmp_path / "rig.csv")
         reasons = {row["trace"]: row["left_out"] for row in rows(tmp_path / "rig.csv")}
         assert (reasons["rig_000_3"], reasons["rig_090_1"]) == ("outlier", "excluded")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
+from tests.support.results import data_of
 
 READINGS = EXAMPLES / "redundancy_24x24.csv"
 
@@ -34,8 +34,19 @@ class TestSeparate:
         run("separate", READINGS, "-o", tmp_path / "s.html", "--plot", tmp_path / "s.png")
         assert "data:image/" in (tmp_path / "s.html").read_text()
         run("separate", READINGS, "--method", "least-squares", "-o", tmp_path / "s.json")
-        document = json.loads((tmp_path / "s.json").read_text())
-        assert np.array(document["pair_variance_um2"]).shape == (24, 24)
+        found = data_of(tmp_path / "s.json")
+        machine, probe = found["Directions"][6], found["Directions"][24 + 11]
+        (pair,) = (
+            row
+            for row in found["Variances of pairs"]
+            if (row["machine_index"], row["probe_index"]) == (7, 12)
+        )
+        assert len(found["Variances of pairs"]) == 24 * 24
+        assert pair["variance_um2"] == pytest.approx(
+            machine["variance_um2"] + probe["variance_um2"], rel=1e-12
+        )
+        (overall,) = found["Separation"]
+        assert (overall["method"], overall["readings_used"]) == ("least-squares", 24 * 24)
 
     def test_a_gross_error_is_named_and_left_out(self, tmp_path: Path) -> None:
         lines = READINGS.read_text().splitlines()
@@ -45,13 +56,13 @@ class TestSeparate:
         dirty.write_text("\n".join(lines) + "\n")
         text = run("separate", dirty, "-o", tmp_path / "s.json").replace("\n  ", " ")
         assert "machine 7 with probe 12" in text
-        found = json.loads((tmp_path / "s.json").read_text())
-        assert [(o["machine_index"], o["probe_index"]) for o in found["outliers"]] == [(7, 12)]
-        assert found["outliers"][0]["distance_um"] == pytest.approx(40.0, abs=4.0)
+        found = data_of(tmp_path / "s.json")
+        assert [(o["machine_index"], o["probe_index"]) for o in found["Outliers"]] == [(7, 12)]
+        assert found["Outliers"][0]["distance_um"] == pytest.approx(40.0, abs=4.0)
         run("separate", dirty, "--exclude", "7,12", "-o", tmp_path / "e.json")
-        excluded = json.loads((tmp_path / "e.json").read_text())
-        assert excluded["directions"] == found["directions"]
-        assert len(excluded["excluded_readings"]) == 1
+        excluded = data_of(tmp_path / "e.json")
+        assert excluded["Directions"] == found["Directions"]
+        assert len(excluded["Excluded readings"]) == 1
         assert "--exclude" in run("separate", READINGS, "--exclude", "7,99", code=2)
 
     @pytest.mark.parametrize(

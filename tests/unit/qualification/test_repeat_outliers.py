@@ -11,14 +11,13 @@ from scipy import stats
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import describe, fibonacci_cap
 from pretravel.maps.observation import Observation
-from pretravel.qualification.outliers import centred_within, dof_of_tails
 from pretravel.qualification.repeat_outliers import (
     Outlier,
     median_of_groups,
     outlier_factor,
     repeat_outliers,
 )
-from pretravel.qualification.within_directions import tail_kurtosis
+from pretravel.qualification.within_directions import centred_within, dof_of_tails, tail_kurtosis
 from pretravel.touches import Touches
 
 S = 3e-4  # mm

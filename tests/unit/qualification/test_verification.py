@@ -35,6 +35,7 @@ from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
 from tests.support.pictures import coloured_share
+from tests.support.results import data_of
 
 REPEATS = 3
 NOISE = 3e-4
@@ -334,7 +335,9 @@ class TestHistory:
         # Exit code 3 means changed; the message is still on stdout.
         run("verify", tmp_path / "bent.csv", *common, "--history", probe,
             "--accept", tmp_path / "new.json", "-o", tmp_path / "v.json", code=3)  # fmt: skip
-        assert '"changed": true' in (tmp_path / "v.json").read_text()
+        (found,) = data_of(tmp_path / "v.json")["Verification"]
+        assert (found["changed"], found["decision"]) == (1.0, "accepted new.json")
+        assert found["size_um"] == pytest.approx(2.0, abs=4.0 * found["u_size_um"])
         run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.json", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
         assert "accepted new.json" in told

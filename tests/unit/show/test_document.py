@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +107,11 @@ def test_json_has_numbers_not_text() -> None:
     assert values["figures"][1]["value"] == {"low": 1.0, "high": 2.5}
     assert values["tables"][0]["columns"][1]["values"] == [1.0, None]
     assert values["warnings"] == ["a warning <script>"]
+
+
+def test_values_for_programs_are_in_json_alone() -> None:
+    data = (Table.of({"trace": ["secret"], "r0_mm": np.array([1.25]), "count": [3]}, "Touches"),)
+    document = replace(DOCUMENT, data=data)
+    assert document_values(document)["data"][0]["columns"][2] == {"name": "count", "values": [3.0]}
+    assert terminal_text(document, verbose=True) == terminal_text(DOCUMENT, verbose=True)
+    assert page_text(document) == page_text(DOCUMENT)

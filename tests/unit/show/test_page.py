@@ -1,4 +1,4 @@
-"""What a page contains: it is whole, needs no network, shows attacks as text, is read back."""
+"""What a page contains: it is whole, needs no network, shows attacks as text."""
 
 from __future__ import annotations
 
@@ -6,25 +6,15 @@ import base64
 import hashlib
 import json
 import re
-from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
-from pretravel.base.errors import PretravelError
-from pretravel.show.as_json import document_values
 from pretravel.show.document import Document, KeyFigure
 from pretravel.show.glossary import glossary, words_used
-from pretravel.show.page import LARGEST, contents_text, page_text, write_contents
-from pretravel.show.page_content import (
-    PageContent,
-    packed_values,
-    picture_figures,
-    read_page,
-    unpacked_values,
-)
-from tests.support.commands import both_outputs, run
+from pretravel.show.page import LARGEST, contents_text, page_text
+from pretravel.show.page_content import PageContent
 from tests.support.pages import ATTACK, attacked_content, plain_content
 
 NOMENCLATURE = Path(__file__).parents[3] / "docs" / "nomenclature.md"
@@ -121,107 +111,6 @@ def test_warnings_are_directly_below_the_verdict_and_figures_have_u_and_k() -> N
     assert "U (k = 2)" in page
     assert '<th scope="row">--diameter</th><td class="words">25 (Diameter of the sphere)' in page
     assert '<td class="number expanded">0.50 µm</td>' in page  # 2 · 0.25
-
-
-@cache
-def plain_text() -> str:
-    """The page of the plain content, drawn once."""
-    return contents_text([plain_content()])
-
-
-class TestReadingBack:
-    def test_reports_records_and_pictures_are_the_same(self, tmp_path: Path) -> None:
-        write_contents(tmp_path / "a.html", [plain_content()])
-        (found,) = read_page(tmp_path / "a.html")
-        first = plain_content()
-        assert document_values(found.document) == document_values(first.document)
-        assert found.record == first.record
-        assert picture_figures(found.document.pictures[0]) == picture_figures(
-            first.document.pictures[0]
-        )
-        write_contents(tmp_path / "b.html", [found])
-        assert (tmp_path / "b.html").read_bytes() == (tmp_path / "a.html").read_bytes()
-
-    def test_an_attack_is_text_again(self, tmp_path: Path) -> None:
-        write_contents(tmp_path / "a.html", [attacked_content()])
-        contents = read_page(tmp_path / "a.html")
-        assert contents[0].document.title == ATTACK
-        assert ATTACK not in contents_text([*contents, *contents], title=ATTACK)
-
-    def test_several_are_bound_with_one_plotly(self, tmp_path: Path) -> None:
-        for name in ("a.html", "b.html"):
-            write_contents(tmp_path / name, [plain_content(3)])
-        run("report", tmp_path / "a.html", tmp_path / "b.html", "-o", tmp_path / "all.html")
-        page = (tmp_path / "all.html").read_text(encoding="utf-8")
-        assert page.count('id="plotly"') == 1
-        assert len(page.encode()) < LARGEST
-        assert page.count("a warning</li>") == 2
-        assert len(read_page(tmp_path / "all.html")) == 2
-
-    def test_the_picture_of_an_older_page_is_kept_when_it_cannot_be_turned(
-        self, tmp_path: Path
-    ) -> None:
-        text = plain_text()
-        text = re.sub(r'<script type="text/plain" id="charts">.*?</script>', "", text, flags=re.S)
-        (tmp_path / "a.html").write_text(text, encoding="utf-8")
-        (found,) = read_page(tmp_path / "a.html")
-        assert "data:image/" in contents_text([found])
-        assert 'id="plotly"' not in contents_text([found])
-
-    @pytest.mark.parametrize(
-        ("before", "after", "words"),
-        [
-            ('"title":"The probe', '"titel":"The probe', "not those of a report"),
-            ('"values":["P3",', '"values":[', "not those of a report"),  # a shorter column
-            ('"size":5124', f'"size":{10**400}', "not those of a report"),
-            ('"format":"pretravel page"', '"format":"other"', "no page of pretravel"),
-            ('"version":1', '"version":7', "another version"),
-            ('{"format"', "[" * 100_000 + '{"format"', "not complete"),
-            ("data:image/", "https://example.com/", "picture of it is missing"),
-            ('"count":', '"count":1000000000,"more":', "not those of a report"),
-            ('"reports":[', '"reports":7,"other":[', "a part of it is missing"),
-            ("page.html", "../secret.html", "another form"),
-        ],
-    )
-    def test_a_changed_page_is_refused(
-        self, tmp_path: Path, before: str, after: str, words: str
-    ) -> None:
-        text = plain_text()
-        assert before in text or before == '"count":'
-        if before == '"count":':
-            before, after = '"unit":"µm"', '"unit":"µm","digits":{"count":1000000000}'
-        (tmp_path / "a.html").write_text(text.replace(before, after), encoding="utf-8")
-        message = run("report", tmp_path / "a.html", "-o", tmp_path / "b.html", code=2)
-        assert words in message
-        assert "a.html" in message
-
-    @pytest.mark.parametrize(
-        ("change", "words"),
-        [
-            ({"data": [{"type": "image"}], "layout": {}}, "unknown kinds"),
-            ({"data": [], "layout": {"title": {"text": "<a href='x'>x</a>"}}}, "HTML"),
-            ({"data": [], "layout": {"images": [{"source": "https://example.com"}]}}, "images"),
-            ({"data": [], "layout": {}, "config": {}}, "another form"),
-            ({"data": 3, "layout": {}}, "missing"),
-        ],
-    )
-    def test_charts_of_strangers_are_checked(
-        self, tmp_path: Path, change: object, words: str
-    ) -> None:
-        text = plain_text()
-        packed = re.search(r'id="charts">(.*?)</script>', text, re.S)
-        assert packed is not None
-        charts = unpacked_values(packed[1].strip())
-        charts["figures"]["picture-0-0"] = [change]
-        text = text.replace(packed[1], packed_values(charts))
-        (tmp_path / "a.html").write_text(text, encoding="utf-8")
-        with pytest.raises(PretravelError, match=words):
-            read_page(tmp_path / "a.html")
-
-    def test_a_page_of_another_program_is_refused(self, tmp_path: Path) -> None:
-        (tmp_path / "a.html").write_text("<h1>hello</h1>", encoding="utf-8")
-        _, error = both_outputs("report", tmp_path / "a.html", "-o", tmp_path / "b.html", code=2)
-        assert "it is no page of pretravel" in error
 
 
 class TestGlossary:

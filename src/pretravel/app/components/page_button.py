@@ -12,7 +12,7 @@ from nicegui import ui
 from pretravel.app.components.downloads import prepared_button
 from pretravel.app.jobs import Finished, Job, Work
 from pretravel.show.document import Document
-from pretravel.show.page import write_page
+from pretravel.show.result_file import write_report
 from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
 
 
@@ -25,7 +25,7 @@ def page_button(
     label: str = "Page",
     template: str = "page.html",
 ) -> ui.button:
-    """A button that gives a report as a page, to keep, to print or to send.
+    """A button that gives a report as a page, or its values (.json): to keep, print or send.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def page_button(
     name, label : str
         Of the file, and on the button.
     template : str
-        A name of `write_page`.
+        The form of the page.
     """
 
     async def newest() -> Callable[[Path], object]:
@@ -44,7 +44,7 @@ def page_button(
 
         def write(path: Path) -> None:
             record = work_record(work.job, finished, command(finished.result))
-            write_page(path, document(finished.result), record=record, template=template)
+            write_report(path, document(finished.result), record=record, template=template)
 
         return write
 

@@ -132,8 +132,14 @@ def _rig_to_keep(work: Work) -> None:
             work, lambda result: result.certificate, lambda result: command_line(result.same),
             name="certificate.html", label="Certificate (page)", template=CalibratedRig.template,
         )  # fmt: skip
-        for name in ("rig.csv", "rig.json"):
-            result_button(work, name, name, lambda path, result: result.rig.write("output", path))
+        result_button(
+            work, "rig.csv", "rig.csv",
+            lambda path, result: result.rig.write("output", path),
+        )  # fmt: skip
+        page_button(
+            work, lambda result: result.rig.page(), lambda result: command_line(result.same),
+            name="rig.json", label="rig.json", template=CalibratedRig.template,
+        )  # fmt: skip
 
 
 def _same(result: RigResult | SeparationResult | None) -> None:
@@ -250,8 +256,12 @@ def _separation_to_keep(work: Work) -> None:
             work, lambda result: result.document, lambda result: command_line(result.same),
             name="separation.html",
         )  # fmt: skip
-        for name in ("separation.csv", "separation.json"):
-            result_button(
-                work, name, name, lambda path, result: result.separated.write("output", path)
-            )
+        result_button(
+            work, "separation.csv", "separation.csv",
+            lambda path, result: result.separated.write("output", path),
+        )  # fmt: skip
+        page_button(
+            work, lambda result: result.document, lambda result: command_line(result.same),
+            name="separation.json", label="separation.json",
+        )  # fmt: skip
     note("A reading is the error of the machine minus that of the probe.")

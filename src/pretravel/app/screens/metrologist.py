@@ -32,7 +32,6 @@ from pretravel.app.screens.metrologist_work import (
     check_by_standard,
     example_touches,
 )
-from pretravel.base.whole_file import write_json
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
 from pretravel.tasks.check import applies
@@ -120,9 +119,9 @@ def _to_keep(work: Work) -> None:
             work, lambda result: result.document, lambda result: command_line(result.same),
             name="certificate.html", label="Certificate (page)",
         )  # fmt: skip
-        result_button(
-            work, "check.json", "check.json",
-            lambda path, result: write_json(path, result.checked.values()),
+        page_button(
+            work, lambda result: result.document, lambda result: command_line(result.same),
+            name="check.json", label="check.json",
         )  # fmt: skip
         result_button(
             work, "check.csv", "check.csv",

@@ -71,6 +71,26 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     )
 
 
+def budgets_data(budgets: Sequence[Budget]) -> Table:
+    """Budgets of lengths for programs: combined and expanded uncertainty, k, degrees of freedom.
+
+    >>> from pretravel.uncertainty.gum import Component
+    >>> table = budgets_data([Budget((Component("scale", "B", 3e-4),), "diameter")])
+    >>> [column.values[0] for column in table.columns[:2]]
+    ['diameter', 0.3]
+    """
+    return Table.of(
+        {
+            "result": [budget.result for budget in budgets],
+            "combined_um": [budget.combined / MICROMETRE for budget in budgets],
+            "expanded_um": [budget.expanded() / MICROMETRE for budget in budgets],
+            "coverage_factor": [budget.coverage_factor() for budget in budgets],
+            "degrees_of_freedom": [budget.effective_dof for budget in budgets],
+        },
+        "Budgets",
+    )
+
+
 def _numbers(budget: Budget, key: str, factor: float = 1.0) -> list[float]:
     """A column of a budget; its last two cells, combined and expanded, are empty."""
     return [*(factor * float(row[key]) for row in budget.rows()), math.nan, math.nan]

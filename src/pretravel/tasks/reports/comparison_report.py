@@ -58,6 +58,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
         pictures=(Picture("Errors left by corrections", lambda: comparison_view(result, title)),),
+        data=(Table.of(comparison_columns(result), "Errors left"),),
     )
 
 

@@ -69,6 +69,7 @@ def design_comparison_document(
                 "description. Angles are in the frame of each probe."
             ),
         ),
+        data=(Table.of(design_comparison_columns(triggers), "Predictions"),),
     )  # fmt: skip
 
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
 
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.files.feature_results import features_table
 from pretravel.measurement.conformity import Conformity, ConformityVerdict, verdict_words
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
@@ -69,7 +73,64 @@ def features_document(
         notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
         warnings=(*warnings, *_warnings(measured)),
         budgets=budgets,
+        data=_data(features),
     )
+
+
+def _data(features: Sequence[InspectedFeature]) -> tuple[Table, ...]:
+    """All values, for programs: quantities with their sources, covariances, residuals."""
+    measured = [inspected.feature for inspected in features]
+    nothing = np.full(3, math.nan)
+    directions = [f.association.direction for f in measured]
+    axes = np.array([nothing if d is None else d for d in directions])
+    places = np.array([f.association.point for f in measured])
+    turns = [math.nan if f.u_direction is None else f.u_direction / DEGREE for f in measured]
+    each = {
+        "feature": [f.label for f in measured],
+        "kind": [f.kind for f in measured],
+        "side": [f.side or "" for f in measured],
+        "coverage_factor": [COVERAGE_FACTOR] * len(measured),
+        "u_machine_mm": [f.errors.machine for f in measured],
+        "correlation_of_points_stated": [f.errors.correlation_known for f in measured],
+        **{f"direction_{name}": axes[:, i] for i, name in enumerate("xyz")},
+        "u_direction_deg": turns,
+        **{f"{name}_mm": places[:, i] for i, name in enumerate("xyz")},
+        "form_by_errors_alone_mm": [f.form.noise for f in measured],
+        "form_bias_mm": [f.form.bias for f in measured],
+    }
+    sources = [
+        (f.label, q.name, cause, u / (DEGREE if q.angle else 1.0), "deg" if q.angle else "mm")
+        for f in measured
+        for q in f.quantities
+        for cause, u in q.parts.items()
+    ]
+    axis_pairs = [
+        (f.label, *f.association.located_along[i], *f.association.located_along[k], covariance)
+        for f in measured
+        for (i, k), covariance in np.ndenumerate(f.located_covariance)
+    ]
+    residuals = [
+        (f.label, label, residual)
+        for f in measured
+        for label, residual in zip(
+            f.points.labels or [""] * len(f.points), f.association.residuals, strict=True
+        )
+    ]
+    return (
+        Table.of(features_table(features), "Quantities"),
+        Table.of(each, "Features"),
+        _rows_data(("feature", "quantity", "source", "u", "unit"), sources, "Sources"),
+        _rows_data(
+            ("feature", *(f"{end}_{name}" for end in ("first", "second") for name in "xyz"),
+             "covariance_mm2"),
+            axis_pairs, "Covariances of positions",
+        ),
+        _rows_data(("feature", "label", "residual_mm"), residuals, "Residuals"),
+    )  # fmt: skip
+
+
+def _rows_data(names: Sequence[str], rows: Sequence[tuple[Any, ...]], title: str) -> Table:
+    return Table.of({name: [row[k] for row in rows] for k, name in enumerate(names)}, title)
 
 
 def _name(feature: MeasuredFeature) -> str:

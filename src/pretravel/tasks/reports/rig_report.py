@@ -10,6 +10,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.files.rig_csv import rig_table
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_calibration import (
     DirectionPerformance,
@@ -34,7 +35,7 @@ from pretravel.show.document import (
 from pretravel.show.formatting import decimals, number_text, significant
 from pretravel.show.style import some_rows
 from pretravel.show.whiskers import interval_lines
-from pretravel.tasks.reports.budget_report import budget_table, expanded_figure
+from pretravel.tasks.reports.budget_report import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty.gum import Budget, coverage_factor
 
 BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
@@ -171,6 +172,79 @@ def direction_table(calibration: RigCalibration) -> Table:
         "directions; s: standard deviation of one touch, from the repeats of its direction.",
         detail=True,
     )
+
+
+def rig_data(
+    calibration: RigCalibration, touches: Sequence[RigTouch], budget: Budget
+) -> tuple[Table, ...]:
+    """All values of a calibration, for programs.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    touches : sequence of RigTouch
+        Those too that are not in the results.
+    budget : Budget
+        Of the mean pretravel of the direction touched least often.
+
+    Returns
+    -------
+    tuple of Table
+        Performance, without and with the outliers; Directions, Outliers, Touches, Budgets.
+    """
+    lost = calibration.with_outliers
+    results = [calibration, *(() if lost is None else (lost,))]
+    directions, outliers = calibration.directions, calibration.outliers
+    overall = {
+        "outliers": ["left out", "contained"][: len(results)],
+        "pretravel_um": _um([r.pretravel for r in results]),
+        "u_pretravel_um": _um([r.u_pretravel for r in results]),
+        "anisotropy_um": _um([r.anisotropy for r in results]),
+        "anisotropy_low_um": _um([r.anisotropy_interval[0] for r in results]),
+        "anisotropy_high_um": _um([r.anisotropy_interval[1] for r in results]),
+        **_spread_columns([r.repeatability for r in results]),
+        "hysteresis_um": _um([r.hysteresis for r in results]),
+        "largest_hysteresis_um": _um([r.largest_hysteresis for r in results]),
+        "coverage_probability": [r.probability for r in results],
+    }
+    each = {
+        "name": [d.name for d in directions],
+        "azimuth_deg": [d.azimuth / DEGREE for d in directions],
+        "count": [d.count for d in directions],
+        "pretravel_um": _um([d.pretravel for d in directions]),
+        "u_pretravel_um": _um([d.u_pretravel for d in directions]),
+        **_spread_columns([d.repeatability for d in directions]),
+        "pretravel_range_um": _um([d.pretravel_range for d in directions]),
+        "trigger_range_um": _um([d.trigger_range for d in directions]),
+        "hysteresis_um": _um([d.hysteresis for d in directions]),
+        "u_hysteresis_um": _um([d.u_hysteresis for d in directions]),
+    }
+    left_out = {
+        "trace": [outlier.trace for outlier in outliers],
+        "distance_um": _um([outlier.distance for outlier in outliers]),
+        "limit_um": _um([outlier.limit for outlier in outliers]),
+        "message": [outlier.message for outlier in outliers],
+    }
+    return (
+        Table.of(overall, "Performance"),
+        Table.of(each, "Directions"),
+        Table.of(left_out, "Outliers"),
+        Table.of(rig_table(touches, calibration.not_used), "Touches"),
+        budgets_data([replace(budget, result="mean pretravel")]),
+    )
+
+
+def _um(lengths: Sequence[float]) -> list[float]:
+    return [length / MICROMETRE for length in lengths]
+
+
+def _spread_columns(spreads: Sequence[Spread]) -> dict[str, list[float]]:
+    return {
+        "repeatability_um": _um([spread.value for spread in spreads]),
+        "repeatability_low_um": _um([spread.low for spread in spreads]),
+        "repeatability_high_um": _um([spread.high for spread in spreads]),
+        "repeatability_dof": [spread.dof for spread in spreads],
+    }
 
 
 def rig_pictures(

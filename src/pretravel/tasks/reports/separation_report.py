@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.units import MICROMETRE
+from pretravel.files.separation_csv import separation_table
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.show.chart import Axis, PlaneChart, View
@@ -61,6 +62,37 @@ def separation_document(
         pictures=(Picture("Errors and variances", lambda: separation_view(result, title)),),
         notes=result.notes,
         warnings=tuple(warnings),
+        data=_data(result),
+    )
+
+
+def _data(result: Separation) -> tuple[Table, ...]:
+    """All values, for programs."""
+    overall = {
+        "method": [result.method],
+        "degrees_of_freedom": [result.dof],
+        "readings_used": [len(result.residuals)],
+    }
+    outliers = {
+        "reading": [outlier.row + 1 for outlier in result.outliers],
+        "machine_index": [outlier.machine for outlier in result.outliers],
+        "probe_index": [outlier.probe for outlier in result.outliers],
+        "distance_um": [outlier.distance / MICROMETRE for outlier in result.outliers],
+        "limit_um": [outlier.limit / MICROMETRE for outlier in result.outliers],
+        "message": [outlier.message for outlier in result.outliers],
+    }
+    pairs = {
+        "machine_index": np.repeat(result.machines, len(result.probes)),
+        "probe_index": np.tile(result.probes, len(result.machines)),
+        "variance_um2": np.add.outer(result.machine_variance, result.probe_variance).ravel()
+        / _SQUARE,
+    }
+    return (
+        Table.of(overall, "Separation"),
+        Table.of(separation_table(result), "Directions"),
+        Table.of(outliers, "Outliers"),
+        Table.of({"reading": [row + 1 for row in result.excluded]}, "Excluded readings"),
+        Table.of(pairs, "Variances of pairs"),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.files.standard_figures import standard_table
 from pretravel.laboratory.standard_check import (
     FittedSet,
     LimitOutcome,
@@ -25,7 +26,7 @@ from pretravel.show.direction_charts import azimuth_axis
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.show.formatting import decimals, value_text
 from pretravel.show.whiskers import magnification, whiskers
-from pretravel.tasks.reports.budget_report import budget_table, sphere_section
+from pretravel.tasks.reports.budget_report import budget_table, budgets_data, sphere_section
 from pretravel.tasks.reports.tip_offset_chart import tip_offset_chart
 
 
@@ -52,6 +53,7 @@ def standards_document(
     Document
     """
     title = f"{touches_name}: {check.standard}" if touches_name else check.standard
+    budgets = (*check.budgets, *(() if sphere is None else (sphere.budget,)))
     return Document(
         title=title,
         verdict=f"{check.standard}: {_verdict(check)}",
@@ -72,7 +74,12 @@ def standards_document(
         ),
         notes=check.notes,
         warnings=tuple(warnings),
-        budgets=(*check.budgets, *(() if sphere is None else (sphere.budget,))),
+        budgets=budgets,
+        data=(
+            Table.of(standard_table(check), "Figures"),
+            Table.of({"reason": check.why_no_conformity}, "Why no conformity is stated"),
+            budgets_data(budgets),
+        ),
     )
 
 

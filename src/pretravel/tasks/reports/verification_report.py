@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +33,7 @@ from pretravel.show.direction_charts import (
     chart_by_place,
     direction_words,
 )
-from pretravel.show.document import Document, KeyFigure, Picture
+from pretravel.show.document import Document, KeyFigure, Picture, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.tasks.reports.history_report import control_charts
 
@@ -86,6 +85,7 @@ def verification_document(
         ),
         notes=_NOTES if keep else (),
         warnings=(*warnings, *result.warnings),
+        data=_data(result, decision),
     )
 
 
@@ -191,44 +191,44 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     )  # fmt: skip
 
 
-def verification_values(result: Verification, decision: str) -> dict[str, Any]:
-    """A verification as plain values for a JSON file; none where something was not tested."""
-
-    def plain(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    return {
+def _data(result: Verification, decision: str) -> tuple[Table, ...]:
+    """All values, for programs."""
+    outcome: dict[str, float | str] = {
         "changed": result.changed,
+        "changed_with_touches_left_out": result.changed_with_gross,
         "false_alarm_rate": result.false_alarm_rate,
-        "p_form": plain(result.p_form),
-        "p_map": plain(result.p_map),
-        "p_repeatability": plain(result.p_repeatability),
-        "size_um": plain(result.size.value / MICROMETRE),
-        "u_size_um": plain(result.size.u / MICROMETRE),
-        "amplitude_percent": plain(100.0 * result.amplitude.value),
-        "u_amplitude_percent": plain(100.0 * result.amplitude.u),
-        "turn_deg": plain(result.turn.value / DEGREE),
-        "u_turn_deg": plain(result.turn.u / DEGREE),
-        "repeatability_um": plain(result.repeatability / MICROMETRE),
-        "likely_causes": [_cause_values(cause) for cause in result.causes],
-        "touches_left_out": [row + 1 for outlier in result.gross for row in outlier.rows],
-        "changed_with_them": result.changed_with_gross,
+        "p_form": result.p_form,
+        "p_map": result.p_map,
+        "p_repeatability": result.p_repeatability,
+        "size_um": result.size.value / MICROMETRE,
+        "u_size_um": result.size.u / MICROMETRE,
+        "amplitude_percent": 100.0 * result.amplitude.value,
+        "u_amplitude_percent": 100.0 * result.amplitude.u,
+        "turn_deg": result.turn.value / DEGREE,
+        "u_turn_deg": result.turn.u / DEGREE,
+        "repeatability_um": result.repeatability / MICROMETRE,
         "step_um": result.step / MICROMETRE,
-        "largest_difference_um": plain(result.largest / MICROMETRE),
+        "largest_difference_um": result.largest / MICROMETRE,
         "touches": result.touches,
         "directions": len(result.directions),
         "decision": decision,
-        "warnings": list(result.warnings),
     }
-
-
-def _cause_values(cause: LikelyCause) -> dict[str, Any]:
-    sized = math.isfinite(cause.value) and math.isfinite(cause.u)
-    return {
-        "cause": cause.name,
-        "probability": cause.probability,
-        "text": cause_text(cause) if sized or cause.name in _WITHOUT_SIZE else cause.name,
+    causes = {
+        "cause": [cause.name for cause in result.causes],
+        "probability": [cause.probability for cause in result.causes],
+        "text": [
+            cause_text(cause)
+            if math.isfinite(cause.value + cause.u) or cause.name in _WITHOUT_SIZE
+            else cause.name
+            for cause in result.causes
+        ],
     }
+    left_out = [row + 1 for outlier in result.gross for row in outlier.rows]
+    return (
+        Table.of({name: [value] for name, value in outcome.items()}, "Verification"),
+        Table.of(causes, "Likely causes"),
+        Table.of({"touch": left_out}, "Touches left out"),
+    )
 
 
 _WITHOUT_SIZE = (STEADIER, UNKNOWN_CAUSE, CHANCE)
