@@ -87,7 +87,6 @@ from .probing.targets import Targets as Targets
 from .probing.tip import predicted_tip as predicted_tip
 from .probing.touching import touch as touch
 from .qualification.qualification import Qualification as Qualification
-from .qualification.qualify import choose as choose
 
 # measured branch
 from .qualification.qualify import qualify as qualify

@@ -27,13 +27,14 @@ from pretravel.app.components.layout import inputs_and_results, panel
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import Inputs, Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.shell import screen_page
-from pretravel.app.tasks import Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 from pretravel.cli.main import app
 from pretravel.show.document import Column, Document, KeyFigure, Table
+from pretravel.tasks.qualify import Qualify
 
 
 def count_lines(inputs: Inputs) -> Document:
@@ -82,11 +83,11 @@ def quick(inputs: Inputs) -> int:
     return len(inputs.files["texts"])
 
 
-LINES = Task(
+LINES = Job(
     "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
 )
-LONG = Task("long", wait_long, "Waiting", automatic=False, own_process=True)
-QUICK = Task("quick", quick, needs=("texts",), automatic=False, own_process=True)
+LONG = Job("long", wait_long, "Waiting", automatic=False, own_process=True)
+QUICK = Job("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
 def show(state: ScreenState) -> None:
@@ -121,7 +122,7 @@ def refused(path: Path) -> None:
 
 def show_lines(document: Document) -> None:
     document_view(document)
-    same_elsewhere("pretravel example 'a b'", "import pretravel")
+    same_elsewhere(Qualify(touches="a b.csv", diameter=25.0))
 
 
 def product(document: Document) -> dict[str, Any]:

@@ -228,7 +228,9 @@ def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:
     screen.get_by_text("The same on the command line").click()
     screen.get_by_role("button", name="Copy: Command line").click()
     screen.wait_for_selector("text=Copied")
-    assert screen.evaluate("navigator.clipboard.readText()") == "pretravel example 'a b'"
+    assert screen.evaluate("navigator.clipboard.readText()") == (
+        "pretravel qualify 'a b.csv' --diameter 25"
+    )
 
 
 def test_a_picture_is_changed_in_place(screen: Any) -> None:

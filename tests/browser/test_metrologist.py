@@ -27,6 +27,7 @@ def test_the_figures_are_those_of_the_command_line(
 ) -> None:
     opened(page, f"{workbench.address}metrologist")
     drop(page, "metrologist", "touches", touches)
+    page.get_by_label("Diameter of the reference [mm]").fill("25")
     page.get_by_label("Diameter of the tip [mm]").fill("6")
     page.get_by_label("Form error [µm]").fill("2")
     page.get_by_label("Form error of the sphere [µm]").fill("0.13")

@@ -72,7 +72,7 @@ def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(
     """A project that was sent can have settings of any type; its files stay."""
     project = Project("<script>alert(1)</script>")
     wrong = {"diameter": "</script><script>alert(1)</script>", "probe": [1, {"a": []}], "feed": "x",
-             "marks": None, "statements": True, "temperature": {}, "standard": []}  # fmt: skip
+             "mark": None, "statements": True, "temperature": {}, "standard": []}  # fmt: skip
     for screen in SCREENS:
         project.screen(screen.name).settings.update(wrong)
     project.screen("laboratory").files["traces"] = (StoredFile("rig_000_1.csv", b"time_s"),)

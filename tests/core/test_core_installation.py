@@ -117,7 +117,16 @@ def test_commands_without_a_map(core: Core, words: tuple[str, ...]) -> None:
     "words",
     [
         ("compensate", "part_touches.csv", "--map", MAP, "-o", "points.csv", "--plot", "p.svg"),
-        ("measure", "bore_points.csv", "--feature", "bore", "--select", "bore1*", "-o", "bore.html"),
+        (
+            "measure",
+            "bore_points.csv",
+            "--feature",
+            "bore",
+            "--select",
+            "bore1*",
+            "-o",
+            "bore.html",
+        ),
         ("verify", "sphere_touches.csv", "--map", MAP, "--diameter", "25"),
         ("plan-touches", "--map", MAP, "--count", "9", "-o", "targets_of_map.csv"),
         ("export", MAP, "--to", "linuxcnc", "-o", "subroutines"),

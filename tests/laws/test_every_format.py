@@ -1,4 +1,4 @@
-"""Laws of all file formats: a new format is tested once it is listed in `FORMATS`.
+"""Laws of all file formats: a new format is tested once an entry point lists it.
 
 A text format that is read needs a file in `tests.support.control_logs.SAMPLES`.
 """
@@ -23,8 +23,10 @@ from pretravel.files.source_file import SourceFile
 from pretravel.touches import Touches
 from tests.support.control_logs import SAMPLES
 
-WRITTEN = [(f, ending) for f in FORMATS if f.write_touches is not None for ending in f.endings]
-READ_TEXT = [f for f in FORMATS if (f.parse or f.parse_features) and not f.binary]
+WRITTEN = [
+    (f, ending) for f in FORMATS.values() if f.write_touches is not None for ending in f.endings
+]
+READ_TEXT = [f for f in FORMATS.values() if (f.parse or f.parse_features) and not f.binary]
 TWELVE_DIGITS = 1e-7
 """Of coordinates up to 10 m in CSV cells with twelve significant digits. [mm]"""
 

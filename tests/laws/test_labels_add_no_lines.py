@@ -30,7 +30,11 @@ SMUGGLED = (
     "same:",
 )
 TEXT = [
-    (f, e) for f in FORMATS if f.write_touches for e in f.endings if e in (".msr", ".txt", ".qif")
+    (f, e)
+    for f in FORMATS.values()
+    if f.write_touches
+    for e in f.endings
+    if e in (".msr", ".txt", ".qif")
 ]
 _ORDER = re.compile(r"^\s*[GMNXYZ]\d", re.IGNORECASE)
 

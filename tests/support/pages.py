@@ -8,7 +8,7 @@ from pretravel.show.chart import Axis, PlaneChart, SpaceChart, View
 from pretravel.show.chart_marks import Dots, LineMark, SpacePoints
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.show.page_content import PageContent
-from pretravel.show.work_record import InputFile, Setting, WorkRecord
+from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
 
 ATTACK = "<img src=x onerror=alert(1)></script><script>alert(2)</script>"
 FORMULA = '=HYPERLINK("https://example.com";"click")'
@@ -54,7 +54,7 @@ def attacked_content() -> PageContent:
         WorkRecord(
             ATTACK,
             (InputFile(ATTACK, ATTACK, 1, ATTACK),),
-            (Setting(ATTACK, ATTACK, given=True, meaning=ATTACK),),
+            (StatedSetting(ATTACK, ATTACK, given=True, meaning=ATTACK),),
             ATTACK,
             ((ATTACK, ATTACK),),
         ),
@@ -84,7 +84,7 @@ def plain_content(columns: int = 30) -> PageContent:
         WorkRecord(
             "pretravel qualify sphere.csv",
             (InputFile("TOUCHES", "sphere.csv", 5124, "ab" * 32),),
-            (Setting("--diameter", "25", given=True, meaning="Diameter of the sphere"),),
+            (StatedSetting("--diameter", "25", given=True, meaning="Diameter of the sphere"),),
             "2026-01-02T03:04:05+01:00",
             (("pretravel", "0.1.0"),),
         ),

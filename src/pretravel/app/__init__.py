@@ -3,59 +3,66 @@
 A screen is a module in ``app/screens`` with one function ``show(state)``, listed in
 ``SCREENS`` of ``app/screens/__init__.py``. It builds the page for one tab; it keeps nothing
 itself. What the user typed and dropped is in `state` (`project.ScreenState`), which is saved, and
-shared by all tabs; what is computed belongs to a `tasks.Task`, which runs once for all tabs, off
-the event loop. So a reload, a second tab and a new start show the same. ::
+shared by all tabs; what is computed belongs to a `jobs.Job`, which runs once for all tabs, off
+the event loop. So a reload, a second tab and a new start show the same. The settings are those of
+a task (`pretravel.tasks`): fields, commands and Python lines are made from its description. ::
 
     from pretravel.app.components.layout import inputs_and_results, panel
 
-    TOUCHES = Task(                       # a constant of the module, with a name of its own
+    FORM = TaskForm(Qualify)              # `task_form`: which settings, and how they are stored
+
+    def qualify_inputs(inputs: Inputs) -> QualifyResult:
+        touches, = inputs.files["touches"]
+        task = Qualify(touches=(touches,), **FORM.given(inputs.settings))
+        return QualifyResult(task.run(), with_file_names(task, output="map.json"))
+
+    TOUCHES = Job(                        # a constant of the module, with a name of its own
         "qualify",
         compute=qualify_inputs,           # (Inputs) -> result, a function of the module
         title="Qualifying",
-        settings=("diameter",),           # what it uses: it runs again when one changes
+        settings=FORM.stored,             # what it uses: it runs again when one changes
         files=("touches",),
         needs=("touches",),               # files without which it does not start
     )
-
-    def qualify_inputs(inputs: Inputs) -> QualifyResult:
-        from pretravel.tasks.qualify import qualify_job      # heavy imports inside
-        return qualify_job(inputs.files["touches"], diameter=inputs.settings.get("diameter", 25.0))
 
     def show(state: ScreenState) -> None:
         with inputs_and_results() as (left, right):
             with left:
                 file_drop(state, "touches", "Touches on the sphere", endings=(".csv",))
                 with panel("Reference"):
-                    number_field(state, "diameter", "Diameter", unit="mm", default=25.0)
+                    described_fields(state, FORM, FORM.names)
             with right:
                 work = outcome(state, TOUCHES, show_result, missing="Drop touches on the left.")
                 kept(work, lambda: to_keep(work))
 
     def show_result(result: QualifyResult) -> None:
-        document_view(result.document)
-        same_elsewhere("pretravel qualify …", "import pretravel …")
+        document_view(result.made.document())
+        same_elsewhere(result.same)
 
     def to_keep(work: Work) -> None:      # made once: the buttons stay while results come
-        result_button(work, "Map", "map.json", lambda path, result: write_map(path, result.map))
+        result_button(
+            work, "Map", "map.json", lambda path, result: result.made.write("output", path)
+        )
 
 **State.** ``state.settings`` is a mapping of names to values that JSON can hold;
 ``state.settings.get("diameter", 25.0)`` reads, ``state.settings["diameter"] = 30.0`` stores, saves
 and tells every tab. Values are copies: to change a list, assign the new list.
 ``state.files["touches"]`` is a tuple of `project.StoredFile` (``name``, ``content``), empty when
-there is none; assign a new tuple to change it. Defaults are not stored: keep them in one place.
+there is none; assign a new tuple to change it. Defaults are not stored: the task has them.
 
-**Work.** Never compute in ``show`` or in an event handler: the event loop must not wait. A `Task`
+**Work.** Never compute in ``show`` or in an event handler: the event loop must not wait. A `Job`
 runs in a thread; with ``own_process=True`` in a process that Cancel kills (everything above a
 second: finite elements, meshes, STEP): its ``compute`` is then a function of a module, and its
 result can be pickled. ``automatic=False`` gives a button instead of a start at each change;
-``live=True`` is for work below 0.1 s that follows a slider. The function gets `tasks.Inputs`:
+``live=True`` is for work below 0.1 s that follows a slider. The function gets `jobs.Inputs`:
 ``settings`` and ``files`` (paths of copies with the user's names).
 A `PretravelError` is shown as it is; its message names the user's file. Log messages of the logger
 ``pretravel`` (INFO) are shown as stages of progress, and warnings above the result.
 
 **Components** (``app/components``): ``layout`` (`inputs_and_results`, `panel`, `folded`,
 `text`, `note`, `warning`, `live`, `here`), ``fields`` (`number_field`, `slider_field`,
-`text_field`, `choice_field`, `switch_field`), ``file_drop``, ``outcome`` (`outcome`;
+`text_field`, `choice_field`, `switch_field`), ``described`` (`described_field`,
+`described_fields`), ``file_drop``, ``outcome`` (`outcome`;
 `kept` for buttons of a result; `follow` to change a picture in place; `error_view`),
 ``document_view`` (`document_view`, `key_figures`, `table_view`, `plot`), ``downloads``
 (`download_button`, `result_button`, `result_folder_button`),

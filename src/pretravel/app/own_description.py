@@ -35,13 +35,19 @@ def own_description(path: Path) -> Probe:
     return probe
 
 
-def own_map(path: Path) -> PretravelMap:
+def own_map(
+    path: Path, model: str = "analytic", *, tip_diameter: float | None = None
+) -> PretravelMap:
     """Read the map of a probe, or predict that of a description, from a file of a project.
 
     Parameters
     ----------
     path : Path
         A map has one of its endings; every other file is a description.
+    model : str
+        Of the prediction of a description.
+    tip_diameter : float or None
+        Where a map does not state it. [mm]
 
     Raises
     ------
@@ -50,4 +56,4 @@ def own_map(path: Path) -> PretravelMap:
     """
     if path.suffix.lower() not in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
         own_description(path)
-    return map_or_prediction(str(path))
+    return map_or_prediction(str(path), model, tip_diameter=tip_diameter)

@@ -9,10 +9,10 @@ from pathlib import Path
 from nicegui import Client, ui
 
 from pretravel.app.components.layout import note, panel, text
+from pretravel.app.jobs import WORKS
 from pretravel.app.project_file import PROJECT_ENDING
 from pretravel.app.session import SESSION, RecentProject, recent_projects
 from pretravel.app.shell import page_frame
-from pretravel.app.tasks import WORKS
 from pretravel.base.errors import PretravelError
 
 

@@ -14,13 +14,13 @@ from nicegui import app, background_tasks, ui
 from nicegui.server import Server
 
 from pretravel.app.access import Access, Guard
+from pretravel.app.jobs import WORKS, listen_to_library
 from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page, reload_all_tabs
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION
 from pretravel.app.shell import STATIC, help_page, home_page, screen_page
-from pretravel.app.tasks import WORKS, listen_to_library
 from pretravel.app.uploads import UPLOADS, limited_content
 from pretravel.base.errors import PretravelError
 

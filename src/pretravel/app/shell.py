@@ -9,10 +9,10 @@ from nicegui import ui
 from nicegui.element import Element
 
 from pretravel.app.components.layout import here, panel, text, warning
+from pretravel.app.jobs import flaw_message
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION
-from pretravel.app.tasks import flaw_message
 from pretravel.base.version import installed_version
 
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}

@@ -124,7 +124,7 @@ def main() -> None:
 def _computed(
     module: str, name: str, settings: Mapping[str, Any], files: Mapping[str, tuple[Path, ...]]
 ) -> tuple[str, Any]:
-    from pretravel.app.tasks import Inputs
+    from pretravel.app.jobs import Inputs
 
     try:
         compute = getattr(importlib.import_module(module), name)

@@ -8,19 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
-from importlib import import_module
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pretravel.base.errors import PretravelError
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+_T = TypeVar("_T")
 
 
 def _itself(found: Any) -> Any:
     return found
 
 
-class Plugins(Mapping[str, T], Generic[T]):
+def _origin(point: EntryPoint) -> str:
+    package = "" if point.dist is None else f" of {point.dist.name}"
+    return f"{point.value}{package}"
+
+
+class Plugins(Mapping[str, _T], Generic[_T]):
     """Objects by their names: found when they are first needed, each imported when asked for.
 
     Parameters
@@ -35,7 +42,8 @@ class Plugins(Mapping[str, T], Generic[T]):
     Raises
     ------
     PretravelError
-        The installation lists none, two packages use one name, or a plug-in cannot be imported.
+        The installation lists none, two packages use one name, or a plug-in cannot be imported or
+        has another name of its own.
 
     >>> checks = Plugins("pretravel.standards", ("iso10360-5",))
     >>> list(checks)[0], "iso230-10" in checks
@@ -43,46 +51,55 @@ class Plugins(Mapping[str, T], Generic[T]):
     """
 
     def __init__(
-        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], T] = _itself
+        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], _T] = _itself
     ) -> None:
         self._group, self._first, self._make = group, first, make
-        self._loaded: dict[str, T] = {}
+        self._loaded: dict[str, _T] = {}
 
     @cached_property
-    def _places(self) -> dict[str, str]:
+    def _points(self) -> dict[str, EntryPoint]:
         from importlib.metadata import entry_points
 
-        found: dict[str, str] = {}
+        found: dict[str, EntryPoint] = {}
         for point in entry_points(group=self._group):
-            if found.setdefault(point.name, point.value) != point.value:
+            other = found.setdefault(point.name, point)
+            if other.value != point.value:
                 raise PretravelError(
                     f"two packages have a plug-in '{point.name}' in {self._group}: "
-                    f"{found[point.name]} and {point.value}. Remove one of them"
+                    f"{_origin(other)} and {_origin(point)}. Remove one of them"
                 )
         if not found:
             raise PretravelError(
-                f"the installation of pretravel lists no {self._group}: install it again, with pip"
+                f"no installed package lists {self._group}, not even pretravel: its sources must "
+                "be installed. In their folder, run: pip install -e ."
             )
         names = [name for name in self._first if name in found]
         return {name: found[name] for name in [*names, *sorted(set(found) - set(names))]}
 
-    def __getitem__(self, name: str) -> T:
+    def __getitem__(self, name: str) -> _T:
         if name not in self._loaded:
-            place = self._places[name]
-            module, _, attribute = place.partition(":")
+            point = self._points[name]
             try:
-                self._loaded[name] = self._make(getattr(import_module(module), attribute))
+                made = self._make(point.load())
             except (ImportError, AttributeError) as error:
                 raise PretravelError(
-                    f"the plug-in '{name}' of {self._group} ({place}) cannot be used: {error}"
+                    f"the plug-in '{name}' in {self._group}, {_origin(point)}, cannot be used: "
+                    f"{error}"
                 ) from error
+            own = getattr(made, "name", name)
+            if own != name:
+                raise PretravelError(
+                    f"the plug-in '{name}' in {self._group}, {_origin(point)}, calls itself "
+                    f"'{own}': its package must list it under that name"
+                )
+            self._loaded[name] = made
         return self._loaded[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
+        return iter(self._points)
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._points)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._places
+        return name in self._points

@@ -46,7 +46,7 @@ def command_of(task: type[Task]) -> Any:
     """
 
     def callback(**values: Any) -> None:
-        code = deliver(_stated(task, values))
+        code = deliver(task_of(task, values))
         if code:
             raise typer.Exit(code)
 
@@ -144,7 +144,7 @@ def _parser(setting: Setting) -> Callable[[str], Any]:
     return parse
 
 
-def _stated(task: type[Task], values: dict[str, Any]) -> Task:
+def task_of(task: type[Task], values: dict[str, Any]) -> Task:
     """The settings; several values that nobody typed are the default."""
     several = {setting.name for setting in settings_of(task) if setting.several}
     return task(
@@ -206,6 +206,8 @@ def deliver(task: Task) -> int:
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
+        if setting.field.in_run:
+            continue
         ending = path.suffix.lower()
         if setting.field.writes == PICTURES:
             with progress.working(f"drawing {path.name}"):

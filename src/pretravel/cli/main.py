@@ -18,7 +18,7 @@ from pretravel.cli.command import FAULT, INTERRUPTED
 from pretravel.tasks import GROUPS, PLACES, SUBCOMMANDS, task_named
 from pretravel.tasks.task import ANSWER, Task
 
-OWN = {"Start": (App.name,)}
+_OWN = {"Start": (App.name,)}
 """Tasks of the command line itself, by the group of the help."""
 
 
@@ -44,14 +44,17 @@ class Commands(TyperGroup):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""
         self._listed = True
-        super().format_help(ctx, formatter)
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self._listed = False
 
 
 class _LazyCommands(dict[str, Any]):
     """Commands by their names; a value is made when it is read."""
 
     def __init__(self) -> None:
-        groups = {group: (*tasks, *OWN.get(group, ())) for group, tasks in GROUPS.items()}
+        groups = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
         super().__init__(
             dict.fromkeys(name.split()[0] for names in groups.values() for name in names)
         )

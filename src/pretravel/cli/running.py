@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pretravel.show.work_record import InputFile, Setting, WorkRecord
+    from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
 
 
 @dataclass
@@ -84,15 +84,15 @@ def names_of_command(context: Any) -> list[str]:
     return names
 
 
-def _settings(context: Any) -> Iterator[Setting]:
+def _settings(context: Any) -> Iterator[StatedSetting]:
     """All options and arguments with their values."""
-    from pretravel.show.work_record import Setting
+    from pretravel.show.work_record import StatedSetting
 
     for parameter in context.command.params:
         if parameter.name not in context.params:  # --help
             continue
         source = context.get_parameter_source(parameter.name)
-        yield Setting(
+        yield StatedSetting(
             typed_name(parameter),
             _value_text(context.params[parameter.name]),
             given="DEFAULT" not in source.name,

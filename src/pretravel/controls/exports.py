@@ -1,7 +1,8 @@
 """The controls that a map can be exported to, each with the files that it needs.
 
-To add a control, write a function `(PretravelMap, ExportSettings) -> ExportedFiles` and list it in
-`CONTROLS`.
+To add a control, write a function `(PretravelMap, ExportSettings) -> ExportedFiles` in a file of
+its own, with a `Control` at the end, and list that in the group of entry points
+``pretravel.controls``.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.plugins import Plugins
 from pretravel.base.units import MICROMETRE, delay_travel
 from pretravel.controls.axis_radii import axis_radii, axis_radii_text
 from pretravel.controls.control_table import TableSettings
@@ -285,17 +287,20 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
 
 _OF_TABLES = frozenset({"units", "tolerance"})
 
-CONTROLS: Mapping[str, Control] = {
-    "linuxcnc": Control(
-        _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance"})
-    ),
-    "renishaw": Control(
-        _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
-    ),
-    "fanuc": Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program"}),
-    "haas": Control(_haas, folder=True, options=_OF_TABLES | {"base", "program"}),
-    "siemens": Control(_siemens, folder=True, options=_OF_TABLES),
-    "heidenhain": Control(_heidenhain, options=frozenset({"template", "azimuth"})),
-    "radii": Control(_radii),
-}
+TO_LINUXCNC = Control(
+    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance"})
+)
+TO_RENISHAW = Control(
+    _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
+)
+TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program"})
+TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program"})
+TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES)
+TO_HEIDENHAIN = Control(_heidenhain, options=frozenset({"template", "azimuth"}))
+TO_RADII = Control(_radii)
+
+CONTROLS: Mapping[str, Control] = Plugins(
+    "pretravel.controls",
+    first=("linuxcnc", "renishaw", "fanuc", "haas", "siemens", "heidenhain", "radii"),
+)
 """Controls by name."""

@@ -246,8 +246,8 @@ PointsWriter: TypeAlias = Callable[[Path, Points, PointsOrigin], None]
 class FileFormat:
     """One file format: how its files are recognised, read and written.
 
-    A new format is one such object in a file of its own, and one line in
-    `pretravel.files.format_registry.FORMATS`.
+    A new format is one such object in a file of its own, and one line in the group of entry points
+    ``pretravel.formats``, under its name.
 
     Attributes
     ----------
@@ -269,6 +269,9 @@ class FileFormat:
         First bytes of a binary format whose ending other files have too; any where it is empty.
     recognises : function of the lines (stripped, none blank), or None
         Whether a text file has this format.
+    by_shape : bool
+        Its files have no words of their own: other formats, and tables with a header, are tried
+        before it.
     parse : function of SourceFile and ReadingOptions, or None
         Reads touches or positions.
     parse_features : function of SourceFile and ReadingOptions, or None
@@ -294,6 +297,7 @@ class FileFormat:
     binary: bool = False
     begins: tuple[bytes, ...] = ()
     recognises: Callable[[list[str]], bool] | None = None
+    by_shape: bool = False
     parse: ReadingsParser | None = None
     parse_features: FeaturesParser | None = None
     self_contained: bool = False

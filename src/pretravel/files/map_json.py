@@ -29,7 +29,7 @@ from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Correlation, Covariance
 
-SCHEMA, VERSION = "pretravel map", 1
+SCHEMA, MAP_VERSION = "pretravel map", 1
 LARGEST_MAP = 64_000_000
 """Largest size of a file; a map of a million directions has it. [bytes]"""
 _DEEPEST = 16
@@ -147,7 +147,7 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
     basis = pretravel_map.basis
     content: dict[str, Any] = {
         "schema": SCHEMA,
-        "version": VERSION,
+        "version": MAP_VERSION,
         "kind": pretravel_map.kind,
         "tip_radius_mm": float(pretravel_map.tip_radius),
         "u_tip_radius_mm": float(pretravel_map.u_tip_radius),
@@ -296,10 +296,10 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
             "pretravel qualify and pretravel predict write them"
         )
     version = content.get("version")
-    if type(version) is not int or version != VERSION:
+    if type(version) is not int or version != MAP_VERSION:
         raise PretravelError(
             f"the key version is {version!r:.60}; this version of pretravel reads maps of version "
-            f"{VERSION}"
+            f"{MAP_VERSION}"
         )
     unknown = [name for name in content if name not in _KEYS]
     if unknown:

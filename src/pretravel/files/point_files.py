@@ -41,7 +41,7 @@ def write_points(
     if tip_radius is not None:
         checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
     ending = Path(path).suffix.lower()
-    for known in FORMATS:
+    for known in FORMATS.values():
         if known.write_points is not None and ending in known.endings:
             known.write_points(Path(path), points, PointsOrigin(note, nominal_points, tip_radius))
             return
@@ -52,4 +52,4 @@ def write_points(
 
 def point_endings() -> tuple[str, ...]:
     """Return the endings of the files to which points can be written."""
-    return tuple(e for known in FORMATS if known.write_points for e in known.endings)
+    return tuple(e for known in FORMATS.values() if known.write_points for e in known.endings)

@@ -196,7 +196,7 @@ def written_format(path: str | Path) -> FileFormat:
     'fusion'
     """
     ending = Path(path).suffix.lower()
-    for known in FORMATS:
+    for known in FORMATS.values():
         if known.write_touches is not None and ending in known.endings:
             return known
     raise PretravelError(
@@ -206,4 +206,4 @@ def written_format(path: str | Path) -> FileFormat:
 
 def touch_endings() -> tuple[str, ...]:
     """Return the endings of the files to which touches can be written."""
-    return tuple(e for known in FORMATS if known.write_touches for e in known.endings)
+    return tuple(e for known in FORMATS.values() if known.write_touches for e in known.endings)

@@ -46,7 +46,7 @@ def files_of(places: Sequence[Path | str]) -> list[Path]:
 
 
 def _can_have_touches(path: Path) -> bool:
-    endings = {e for known in FORMATS if known.parse for e in known.endings}
+    endings = {e for known in FORMATS.values() if known.parse for e in known.endings}
     ending = path.suffix.lower()
     return (
         path.is_file()

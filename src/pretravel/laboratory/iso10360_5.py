@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ from pretravel.laboratory.standard_check import (
     RECALLED,
     CalibratedSphere,
     FittedSet,
+    Standard,
     StandardCheck,
     StandardFigure,
     refuse_other_unit,
@@ -221,3 +223,14 @@ def _runs(touches: Touches, axis: npt.ArrayLike) -> tuple[list[IntArray], str]:
         )
     order = np.argsort(found.index, kind="stable").reshape(25, -1)
     return [order[:, run] for run in range(order.shape[1])], _READINGS[cumulative]
+
+
+ISO10360_5 = Standard(
+    check_iso10360_5,
+    limits=frozenset({"form", "size"}),
+    uses=frozenset({"u_diameter", "sphere_form", "map"}),
+    patterns={
+        "iso10360-5": sphere_pattern_25,
+        "iso10360-5-cumulative": partial(sphere_pattern_25, cumulative=True),
+    },
+)

@@ -24,6 +24,7 @@ from pretravel.laboratory.standard_check import (
     RECALLED,
     CalibratedSphere,
     FittedSet,
+    Standard,
     StandardCheck,
     StandardFigure,
     refuse_other_unit,
@@ -211,3 +212,11 @@ def plane_pattern_36() -> FloatArray:
     """
     azimuth = np.arange(36) * 10.0 * DEGREE
     return np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(36)], axis=1)
+
+
+ISO230_10 = Standard(
+    check_iso230_10,
+    limits=frozenset({"form2d", "form3d", "repeatability"}),
+    uses=frozenset({"sphere_form", "map"}),
+    patterns={"iso230-10": plane_pattern_36},
+)

@@ -25,6 +25,7 @@ from pretravel.laboratory.standard_check import (
     RECALLED,
     CalibratedSphere,
     FittedSet,
+    Standard,
     StandardCheck,
     StandardFigure,
     refuse_other_unit,
@@ -306,3 +307,10 @@ def _figures(
             StandardFigure("repeatability of the offset", meaning, range_, 0.0, limit, RECALLED)
         )
     return tuple(shown)
+
+
+ISO230_10_TIP_OFFSET = Standard(
+    check_tip_offset,
+    limits=frozenset({"offset", "repeatability"}),
+    uses=frozenset({"spindle", "ring"}),
+)

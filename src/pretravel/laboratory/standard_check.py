@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal, Protocol
 
@@ -215,6 +215,29 @@ class StandardProcedure(Protocol):
         axis: npt.ArrayLike = ALONG_Z,
         limits: Mapping[str, float] | None = None,
     ) -> StandardCheck: ...
+
+
+@dataclass(frozen=True)
+class Standard:
+    """A standard whose probing test can be evaluated.
+
+    Attributes
+    ----------
+    procedure : StandardProcedure
+        The evaluation.
+    limits : frozenset of str
+        Names of the maximum permissible errors that it compares.
+    uses : frozenset of str
+        What it uses that others do not: u_diameter, sphere_form, map, spindle, ring.
+    patterns : mapping of str to callable
+        Directions of the touches, (n, 3), by the name of the pattern: that of the standard, and
+        others for other readings of it.
+    """
+
+    procedure: StandardProcedure
+    limits: frozenset[str] = frozenset()
+    uses: frozenset[str] = frozenset()
+    patterns: Mapping[str, Callable[[], FloatArray]] = field(default_factory=dict)
 
 
 def refuse_turned_spindle(touches: Touches) -> None:

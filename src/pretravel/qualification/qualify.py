@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -41,7 +41,7 @@ from pretravel.qualification.map_warnings import (
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
-from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
+from pretravel.qualification.qualification import PreparedTouches, Qualification
 from pretravel.touches import Touches, at_rest
 
 _LOG = logging.getLogger(__name__)
@@ -455,54 +455,3 @@ def qualify_like(
     if earlier.kind == AveragedBasis.kind:
         return qualified(touches, setup)
     return qualified(touches, setup, kind_named(earlier.kind, **made.kind_settings))
-
-
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """A qualification, with the comparison of kinds that led to it; see `Qualification.scores`.
-
-    Attributes
-    ----------
-    qualification : Qualification
-    kind : str
-        Of the map: one kind, or averaged.
-    scores : tuple of KindScore
-        The largest weight first; empty where the kind was given.
-    """
-
-    qualification: Qualification
-    kind: str
-    scores: tuple[KindScore, ...]
-
-
-def choose(
-    touches: Touches,
-    setup: QualificationSetup,
-    kind: str | KindOfMap = AUTO,
-    *,
-    candidates: Sequence[KindOfMap] = (),
-) -> Choice:
-    """As `qualify`, whose result contains the comparison of kinds too.
-
-    Parameters
-    ----------
-    touches : Touches
-    setup : QualificationSetup
-    kind : str or KindOfMap
-    candidates : sequence of KindOfMap
-        Kinds with settings of their own, in place of those of the same name that ``auto``
-        compares.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    PretravelError
-        As `qualify`.
-    """
-    own = {each.name: each for each in candidates}
-    wanted = list((dict(kinds()) | own).values()) if kind == AUTO else kind
-    result = qualified(touches, setup, wanted)
-    return Choice(result, result.pretravel_map.kind, result.scores)

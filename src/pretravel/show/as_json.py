@@ -22,7 +22,7 @@ from pretravel.show.document import (
     Span,
     Table,
 )
-from pretravel.show.work_record import InputFile, Setting, WorkRecord
+from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
 from pretravel.uncertainty.gum import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
@@ -39,7 +39,7 @@ _TYPES = (
     Component,
     WorkRecord,
     InputFile,
-    Setting,
+    StatedSetting,
 )
 
 

@@ -43,7 +43,7 @@ class InputFile:
 
 
 @dataclass(frozen=True)
-class Setting:
+class StatedSetting:
     """A setting with which a result was computed.
 
     Attributes
@@ -73,7 +73,7 @@ class WorkRecord:
     command : str
         As it was typed; empty where there was none.
     inputs : tuple of InputFile
-    settings : tuple of Setting
+    settings : tuple of StatedSetting
     date : str
         Date and time with the time zone (ISO 8601).
     versions : tuple of pairs of str
@@ -82,7 +82,7 @@ class WorkRecord:
 
     command: str
     inputs: tuple[InputFile, ...]
-    settings: tuple[Setting, ...]
+    settings: tuple[StatedSetting, ...]
     date: str
     versions: tuple[tuple[str, str], ...]
 
@@ -118,7 +118,7 @@ def input_file(path: Path, role: str = "") -> InputFile:
 def record_now(
     command: str = "",
     inputs: Iterable[InputFile] = (),
-    settings: Iterable[Setting] = (),
+    settings: Iterable[StatedSetting] = (),
 ) -> WorkRecord:
     """The record of a work that is done now, with this software.
 
@@ -126,7 +126,7 @@ def record_now(
     ----------
     command : str
     inputs : iterable of InputFile
-    settings : iterable of Setting
+    settings : iterable of StatedSetting
 
     Returns
     -------
@@ -166,7 +166,7 @@ def record_figures(record: WorkRecord) -> tuple[KeyFigure, ...]:
     )
 
 
-def _chosen(record: WorkRecord) -> list[Setting]:
+def _chosen(record: WorkRecord) -> list[StatedSetting]:
     """The given settings that a result depends on, without the input files."""
     files = {entry.role for entry in record.inputs} | {entry.name for entry in record.inputs}
     return [
@@ -194,7 +194,7 @@ def inputs_table(inputs: Sequence[InputFile]) -> Table:
     )
 
 
-def settings_table(settings: Sequence[Setting]) -> Table:
+def settings_table(settings: Sequence[StatedSetting]) -> Table:
     """Settings, given and by default."""
     return Table(
         (

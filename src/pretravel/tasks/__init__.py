@@ -25,7 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "measure": "measure:Measure",
         "compare": "compare:Compare",
         "faces": "faces:Faces",
-        "plan": "plan:Plan",
+        "plan": "plan:PlanTargets",
     },
     "Control": {
         "export": "export:Export",

@@ -14,10 +14,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL, UNCERTAINTY
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
-    ALONG_Z,
     REFERENCE_SPHERE,
     SPHERE_FORM,
     U_DIAMETER,
+    UPRIGHT,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -66,19 +66,19 @@ _USED: Mapping[str, tuple[str, str]] = {
     "spindle": ("an orientation of the spindle", "spindle"),
     "ring": ("a ring", "ring"),
 }
-"""Other settings that not every standard uses, in words, and their names in `USES`."""
+"""Other settings that not every standard uses, in words, and their names in `Standard.uses`."""
 
 
 def _checks() -> list[str]:
-    from pretravel.laboratory.standards import CHECKS
+    from pretravel.laboratory.standards import STANDARDS
 
-    return list(CHECKS)
+    return list(STANDARDS)
 
 
 def _patterns() -> list[str]:
-    from pretravel.laboratory.standards import PATTERNS
+    from pretravel.laboratory.standards import patterns
 
-    return list(PATTERNS)
+    return list(patterns())
 
 
 def applies(standard: str, setting: str) -> bool:
@@ -87,15 +87,15 @@ def applies(standard: str, setting: str) -> bool:
     >>> applies("iso230-10", "size_limit_um"), applies("iso230-10", "diameter")
     (False, True)
     """
-    from pretravel.laboratory.standards import LIMITS_OF, USES
+    from pretravel.laboratory.standards import STANDARDS
 
     if setting in _LIMITED:
-        return not LIMITS_OF[standard].isdisjoint(_LIMITED[setting][1])
-    return setting not in _USED or _USED[setting][1] in USES[standard]
+        return not STANDARDS[standard].limits.isdisjoint(_LIMITED[setting][1])
+    return setting not in _USED or _USED[setting][1] in STANDARDS[standard].uses
 
 
-def _limit(text: str) -> Field:
-    return Field(help=text, range=UNCERTAINTY)
+def _limit(label: str, text: str) -> Field:
+    return Field(help=text, range=UNCERTAINTY, label=label)
 
 
 class Check(TouchFiles, LaboratoryReport):
@@ -117,6 +117,12 @@ class Check(TouchFiles, LaboratoryReport):
             names=_checks,
             positional=True,
             metavar="STANDARD",
+            words={
+                "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
+                "iso230-10": "ISO 230-10: 36 touches on the equator",
+                "iso230-10-tip-offset": "ISO 230-10, stylus-tip offset: a circle at two "
+                "orientations",
+            },
         ),
     ]
     diameter: Diameter
@@ -126,44 +132,65 @@ class Check(TouchFiles, LaboratoryReport):
             help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
             "error.",
             range=TIP_BALL,
+            label="Diameter of the tip",
         ),
     ] = None
     map_file: Annotated[
         Path | None, Field(help="Compensate with this map.", option="--map", reads=True)
     ] = None
-    form_limit_um: Annotated[float | None, _limit("Maximum permissible form error, in µm.")] = None
+    form_limit_um: Annotated[
+        float | None, _limit("Form error", "Maximum permissible form error, in µm.")
+    ] = None
     size_limit_um: Annotated[
-        float | None, _limit("Maximum permissible size error, in µm (iso10360-5).")
+        float | None, _limit("Size error", "Maximum permissible size error, in µm (iso10360-5).")
     ] = None
     repeat_limit_um: Annotated[
-        float | None, _limit("Maximum permissible range of repeats, in µm (iso230-10…).")
+        float | None,
+        _limit("Range of repeats", "Maximum permissible range of repeats, in µm (iso230-10…)."),
     ] = None
     offset_limit_um: Annotated[
         float | None,
-        _limit("Maximum permissible offset of the tip, in µm (iso230-10-tip-offset)."),
+        _limit(
+            "Offset of the tip",
+            "Maximum permissible offset of the tip, in µm (iso230-10-tip-offset).",
+        ),
     ] = None
     spindle: Annotated[
         Angles | None,
         Field(
             help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
             "files have no column spindle_deg (iso230-10-tip-offset).",
+            label="Orientation of the spindle in each file",
+            hint="0,180 for example, where the files do not state it",
             parse=angles,
             metavar="ANGLES",
         ),
     ] = None
-    ring: Annotated[bool, Field(help="The reference is a ring (iso230-10-tip-offset).")] = False
+    ring: Annotated[
+        bool,
+        Field(
+            help="The reference is a ring (iso230-10-tip-offset).", label="The reference is a ring"
+        ),
+    ] = False
     u_diameter_um: Annotated[
         float | None,
         replace(
             U_DIAMETER,
             help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
             "its k.",
+            label="u of the diameter",
+            hint="Half of U (k = 2) on the certificate",
         ),
     ] = None
     sphere_form_um: Annotated[
-        float | None, replace(SPHERE_FORM, help="Form error of the sphere, in µm.")
+        float | None,
+        replace(
+            SPHERE_FORM,
+            help="Form error of the sphere, in µm.",
+            label="Form error of the sphere",
+        ),
     ] = None
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
     output: Annotated[
         Path | None,
         output("Figures: .csv or .json; or a page, .html or .pdf.", ".csv", ".json", *PAGES),
@@ -258,13 +285,13 @@ iso230-10 does not use it
         statements: LaboratoryStatements | None,
     ) -> CheckedProbe:
         from pretravel.laboratory.standard_check import LimitOutcome
-        from pretravel.laboratory.standards import CHECKS
+        from pretravel.laboratory.standards import STANDARDS
         from pretravel.measurement.compensation import apply
         from pretravel.measurement.measured_sphere import measured_sphere
         from pretravel.qualification.own_touches import own_touches_warnings
 
         measured = readings.touches
-        result = CHECKS[self.standard](
+        result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,
             tip_diameter=self.tip_diameter,
@@ -443,16 +470,16 @@ class Pattern(Task):
         Field(help="Touches of each direction, one after the other.", range=(1, 1000)),
     ] = 1
     turn_deg: Turn = 0.0
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
 
     def run(self, progress: Progress = SILENT) -> PatternTargets:
         """The targets."""
         del progress
         from pretravel.files.plan_csv import pattern_table
-        from pretravel.laboratory.standards import PATTERNS
+        from pretravel.laboratory.standards import patterns
 
         columns = pattern_table(
-            PATTERNS[self.standard](),
+            patterns()[self.standard](),
             self.center,
             0.5 * self.diameter,
             0.5 * self.tip_diameter + self.clearance,

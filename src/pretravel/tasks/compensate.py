@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from pretravel.tasks.long_tables import LongCompensation
     from pretravel.touches import Touches
 
-POINTS = (".csv", ".parquet", ".nc", ".json", ".qif", ".msr")
-"""Endings of files of points; see `point_endings`."""
-
 
 class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     """Compensate touches to surface points with uncertainties."""
@@ -60,7 +57,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         output(
             "Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); or a page, .html or "
             ".pdf.",
-            *POINTS,
+            ".csv",
             *PAGES,
         ),
     ]
@@ -75,10 +72,24 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     ] = None
     tip_diameter: Annotated[
         float | None,
-        Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
+        Field(
+            help="Diameter of the tip, in mm; the default is that of the map.",
+            range=TIP_BALL,
+            label="Diameter of the tip",
+            hint="Empty: that of the map",
+        ),
     ] = None
-    extrapolate: Annotated[bool, Field(help="Allow directions outside the map.")] = False
+    extrapolate: Annotated[
+        bool,
+        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+    ] = False
     model: ModelName = "analytic"
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files.point_files import point_endings
+
+        return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
 
     def run(self, progress: Progress = SILENT) -> CompensatedTouches | LongCompensation:
         """Read the touches and the map, and determine the points.

@@ -26,7 +26,7 @@ _WIDTH = 80
 def _formats() -> list[str]:
     from pretravel.files.format_registry import FORMATS
 
-    return [entry.name for entry in FORMATS]
+    return list(FORMATS)
 
 
 class Convert(TouchFilesWithFeed):
@@ -316,10 +316,10 @@ class Formats(Task):
 
         from pretravel.files.format_registry import FORMATS
 
-        margin = 2 + max(len(entry.name) for entry in FORMATS)
+        margin = 2 + max(map(len, FORMATS))
         lines = []
-        for entry in FORMATS:
-            lines.append(f"{entry.name:{margin}s}{entry.what}")
+        for name, entry in FORMATS.items():
+            lines.append(f"{name:{margin}s}{entry.what}")
             properties = {
                 "read as": entry.reads,
                 "written from": entry.writes,
@@ -327,7 +327,7 @@ class Formats(Task):
                 "verified against": entry.verified,
                 "refused": entry.refusal,
             }
-            for name, text in properties.items():
-                wrapped = textwrap.wrap(f"{name}: {text}", _WIDTH) if text else []
+            for what, text in properties.items():
+                wrapped = textwrap.wrap(f"{what}: {text}", _WIDTH) if text else []
                 lines += [" " * margin + line for line in wrapped]
         return TextResult("\n".join(lines) + "\n")

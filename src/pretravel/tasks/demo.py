@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.file_kinds import refuse_other_kinds
-from pretravel.tasks.fields import Verbose, output
+from pretravel.tasks.fields import Verbose
 from pretravel.tasks.task import FOLDER, SILENT, Field, Progress, Result, Task
 
 if TYPE_CHECKING:
@@ -35,7 +35,13 @@ class Demo(Task):
         ),
     ] = None
     output: Annotated[
-        Path, output("Folder for the points, the pictures and the page.", *FOLDER)
+        Path,
+        Field(
+            help="Folder for the points, the pictures and the page.",
+            short="-o",
+            writes=FOLDER,
+            in_run=True,
+        ),
     ] = Path("demo-output")
     verbose: Verbose = False
 
@@ -130,9 +136,6 @@ class Demonstration(Result):
     def document(self) -> Document:
         """The report."""
         return self.report
-
-    def write(self, output: str, path: Path) -> None:
-        """Nothing: the files have been written."""
 
 
 def _write_pictures(pictures: Mapping[str, Picture], folder: Path) -> None:

@@ -48,22 +48,25 @@ def makes_folder(to: str) -> bool:
     return to in CONTROLS and CONTROLS[to].folder
 
 
-def settings_used(to: str) -> frozenset[str]:
-    """Names of the settings that an export uses, as in `Control.options`.
-
-    >>> sorted(settings_used("siemens")), settings_used("csv")
-    (['tolerance', 'units'], frozenset())
-    """
-    from pretravel.controls.exports import CONTROLS
-
-    return CONTROLS[to].options if to in CONTROLS else frozenset()
-
-
 def takes_feed(to: str) -> bool:
     """Whether the files hold for one measuring feed, where the map contains the signal delay."""
     from pretravel.controls.exports import CONTROLS
 
     return to not in CONTROLS or not CONTROLS[to].uses_feed
+
+
+def applies(to: str, setting: str) -> bool:
+    """Whether a setting of `Export` goes with a control.
+
+    >>> applies("siemens", "tolerance_um"), applies("siemens", "base"), applies("csv", "feed")
+    (True, False, True)
+    """
+    from pretravel.controls.exports import CONTROLS
+
+    if setting == "feed":
+        return takes_feed(to)
+    used = CONTROLS[to].options if to in CONTROLS else frozenset()
+    return setting not in _OF_CONTROLS or _OF_CONTROLS[setting] in used
 
 
 class Export(Task):
@@ -86,7 +89,18 @@ class Export(Task):
             "effective radii). linuxcnc, fanuc, haas and siemens take a folder.",
             names=control_names,
             metavar="CONTROL",
-            label="Control",
+            label="Your control",
+            words={
+                "": "Choose …",
+                "fanuc": "Fanuc (macro programs)",
+                "haas": "Haas (macro programs)",
+                "siemens": "Siemens 840D (cycle)",
+                "heidenhain": "Heidenhain (table, not verified)",
+                "renishaw": "Renishaw cycles (vector radii)",
+                "linuxcnc": "LinuxCNC (subroutines)",
+                "radii": "Probing screens (radii to type)",
+                "csv": "Other: table of effective radii",
+            },
         ),
     ]
     output: Annotated[
@@ -97,7 +111,13 @@ class Export(Task):
         Literal["auto", "formula", "table"] | None,
         Field(
             help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
-            "(interpolated) or auto (default)."
+            "(interpolated) or auto (default).",
+            words={
+                "": "Usual: automatic",
+                "auto": "Automatic",
+                "formula": "Formula (exact)",
+                "table": "Table",
+            },
         ),
     ] = None
     tolerance_um: Annotated[
@@ -107,6 +127,7 @@ class Export(Task):
             "the map, in µm; 0.02 by default.",
             range=(1e-6, 1000.0),
             label="Largest deviation from the map",
+            hint="Empty: 0.02 µm",
         ),
     ] = None
     base: Annotated[
@@ -116,6 +137,7 @@ class Export(Task):
             "controls before NGC).",
             range=(0, 100_000),
             label="First variable",
+            hint="Empty: the usual one",
         ),
     ] = None
     program: Annotated[
@@ -124,7 +146,8 @@ class Export(Task):
             help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
             range=(1, 99_999),
             metavar="NUMBER",
-            label="First program number",
+            label="Number of the first program",
+            hint="Empty: the usual one",
         ),
     ] = None
     units: Annotated[
@@ -133,19 +156,32 @@ class Export(Task):
             help="renishaw, fanuc, haas, siemens: the unit of the table and of the programs that "
             "use it; mm by default.",
             label="Unit of the table",
+            words={"": "Usual: millimetres", "mm": "Millimetres", "inch": "Inches"},
         ),
     ] = None
     angles: Annotated[
         Literal["normals", "travel"] | None,
         Field(
             help="renishaw: what the control takes the angles for, azimuths of outward normals "
-            "(default) or of directions of travel."
+            "(default) or of directions of travel.",
+            label="Angles are those of",
+            words={
+                "": "Usual: outward normals",
+                "normals": "Outward normals",
+                "travel": "Directions of travel",
+            },
         ),
     ] = None
     criterion: Annotated[
         Literal["max", "rms"] | None,
         Field(
-            help="renishaw: the residual to minimise, the largest (max, the default) or the rms."
+            help="renishaw: the residual to minimise, the largest (max, the default) or the rms.",
+            label="What is made small",
+            words={
+                "": "Usual: largest error",
+                "max": "Largest error",
+                "rms": "Mean square error",
+            },
         ),
     ] = None
     template: Annotated[
@@ -158,6 +194,7 @@ class Export(Task):
             help="heidenhain: azimuth of all touches, in degrees.",
             range=ANGLE,
             label="Azimuth of all touches",
+            hint="Empty: the mean around",
         ),
     ] = None
     feed: Annotated[
@@ -167,6 +204,7 @@ class Export(Task):
             "the subroutines for linuxcnc use the feed of each touch.",
             range=FEED_OR_NONE,
             label="Measuring feed",
+            hint="Only for touches at several feeds",
         ),
     ] = None
     tip_diameter: Annotated[
@@ -233,10 +271,9 @@ class Export(Task):
         from pretravel.controls.exports import CONTROLS
 
         for name, setting in by_name(Export).items():
-            used = _OF_CONTROLS.get(name)
-            if used is None or not self.stated(name) or used in settings_used(self.to):
+            if name == "feed" or not self.stated(name) or applies(self.to, name):
                 continue
-            users = ", ".join(to for to, control in CONTROLS.items() if used in control.options)
+            users = ", ".join(to for to in CONTROLS if applies(to, name))
             raise PretravelError(f"{setting.option} does not apply to {self.to}; it is for {users}")
         if self.feed is not None and not takes_feed(self.to):
             raise PretravelError(

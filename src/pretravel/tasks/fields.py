@@ -12,7 +12,6 @@ from pretravel.base.quantities import (
     ANGLE,
     FEED,
     REFERENCE_DIAMETER,
-    TIP_BALL,
 )
 from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Task
 from pretravel.tasks.values import (
@@ -121,7 +120,6 @@ QualifiedMap: TypeAlias = Annotated[
     Path,
     Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
 ]
-TIP_DIAMETER = Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
 ProbeName: TypeAlias = Annotated[
     str,
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
@@ -133,6 +131,7 @@ ModelName: TypeAlias = Annotated[
     str,
     Field(
         help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+        label="Model of the probe, without a map",
         names=models,
         metavar="MODEL",
     ),
@@ -162,7 +161,7 @@ ProbeAxis: TypeAlias = Annotated[
         metavar="X,Y,Z",
     ),
 ]
-ALONG_Z = Vector(0, 0, 1)
+UPRIGHT = Vector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
     Field(
@@ -295,7 +294,12 @@ class TouchTables(Task):
     """Settings of tasks that read tables of touches: what a file does not state itself."""
 
     units: Annotated[
-        Units | None, Field(help="Unit of length of a file that does not state it.")
+        Units | None,
+        Field(
+            help="Unit of length of a file that does not state it.",
+            label="Unit of the touches",
+            words={"": "as the file states"},
+        ),
     ] = None
     columns: Annotated[
         StatedColumns | None,
@@ -448,7 +452,12 @@ class TouchFilesWithFeed(TouchFiles):
 
     feed: Annotated[
         float | None,
-        Field(help="Feed of the touches, in mm/min, without a column feed_mm_min.", range=FEED),
+        Field(
+            help="Feed of the touches, in mm/min, without a column feed_mm_min.",
+            range=FEED,
+            label="Feed of the touches",
+            hint="Only where the file does not state it",
+        ),
     ] = None
 
 

@@ -61,7 +61,8 @@ class Measure(LaboratoryReport):
             help='Points by label, with * and ?: "bore1*"; or by number: 10..21. Each --select is '
             "one feature.",
             metavar="LABELS",
-            label="Labels",
+            label="Points by label",
+            hint="bore1* bore2*: each is one; empty: all points",
         ),
     ] = ()
     by_prefix: Annotated[
@@ -69,7 +70,7 @@ class Measure(LaboratoryReport):
         Field(
             help="One feature for each name before a number: bore1-1, …",
             option="--group",
-            label="One feature for each name",
+            label="One feature for each name before a number",
         ),
     ] = False
     axis: Annotated[
@@ -77,6 +78,7 @@ class Measure(LaboratoryReport):
         Field(
             help="Axis of a circle, bore or boss; without it, across the plane of the points. Of a "
             "cylinder or cone: where the search starts.",
+            hint="0,0,1; empty: across the plane of the points",
             parse=unit_vector,
             metavar="X,Y,Z",
         ),
@@ -89,6 +91,7 @@ class Measure(LaboratoryReport):
             parse=vector,
             metavar="X,Y,Z",
             label="Nominal position",
+            hint="10,20,0 in mm",
         ),
     ] = None
     size_tolerance: Annotated[
@@ -100,6 +103,7 @@ class Measure(LaboratoryReport):
             option="--tolerance",
             metavar="LIMITS",
             label="Tolerance of the diameter",
+            hint="20.000..20.021, 20.. or ..20.021",
         ),
     ] = None
     nominal: Annotated[
@@ -127,7 +131,12 @@ class Measure(LaboratoryReport):
         ),
     ] = None
     probability: Annotated[
-        float, Field(help="At which a decision is proven (ISO 14253-1).", range=(0.5, 0.9999))
+        float,
+        Field(
+            help="At which a decision is proven (ISO 14253-1).",
+            range=(0.5, 0.9999),
+            label="Probability at which a decision is proven",
+        ),
     ] = 0.95
     u_machine_um: Annotated[
         float,
@@ -136,6 +145,7 @@ class Measure(LaboratoryReport):
             "clamping, in µm.",
             range=(0.0, 1e4),
             label="u of the machine",
+            hint="Geometry, temperature and clamping, for one length",
         ),
     ] = 0.0
     output: Annotated[

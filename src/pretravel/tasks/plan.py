@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.quantities import DISTANCE, STEP
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import ALONG_Z, ProbeAxis, Reported, output, surface_files
+from pretravel.tasks.fields import UPRIGHT, ProbeAxis, Reported, output, surface_files
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Counts, Pair, counts, pair
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pretravel.surface.local_geometry import Surface
 
 
-class Plan(Reported):
+class PlanTargets(Reported):
     """Choose points of a surface to touch, as targets for simulate or for a machine."""
 
     name = "plan"
@@ -61,7 +61,7 @@ class Plan(Reported):
             range=(0.001, 180.0),
         ),
     ] = 90.0
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
 
     def run(self, progress: Progress = SILENT) -> PlannedPoints:
         """Choose the points."""
@@ -89,12 +89,12 @@ class PlannedPoints(Result):
 
     Attributes
     ----------
-    task : Plan
+    task : PlanTargets
     shape : Surface or Part
     chosen : InspectionPlan
     """
 
-    task: Plan
+    task: PlanTargets
     shape: Surface | Part
     chosen: InspectionPlan
 

@@ -32,9 +32,9 @@ _NAMED = 20
 
 
 def _patterns() -> list[str]:
-    from pretravel.laboratory.standards import PATTERNS
+    from pretravel.laboratory.standards import patterns
 
-    return ["rings", *PATTERNS]
+    return ["rings", *patterns()]
 
 
 MachinePath: TypeAlias = Annotated[
@@ -173,7 +173,7 @@ class ProgramSphere(ProgramTask):
     def _directions(self) -> FloatArray:
         """Directions of the pattern; polar angles and count are those of rings."""
         from pretravel.base.directions import ring_pattern
-        from pretravel.laboratory.standards import PATTERNS
+        from pretravel.laboratory.standards import patterns
 
         if self.pattern == "rings":
             rings = polar_angles(_RINGS) if self.polar is None else self.polar
@@ -184,7 +184,7 @@ class ProgramSphere(ProgramTask):
                 f"polar angles and a count are only for rings, not {self.pattern}",
                 inputs=("polar", "count", "pattern"),
             )
-        return PATTERNS[self.pattern]()
+        return patterns()[self.pattern]()
 
 
 class ProgramPart(ProgramTask):

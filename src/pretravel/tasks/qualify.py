@@ -11,8 +11,8 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import (
-    ALONG_Z,
     SPHERE_FORM,
+    UPRIGHT,
     Diameter,
     LaboratoryReport,
     ProbeAxis,
@@ -118,7 +118,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
         ),
     ] = "contact"
-    axis: ProbeAxis = ALONG_Z
+    axis: ProbeAxis = UPRIGHT
     prior: Annotated[
         Path | None,
         Field(

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pretravel.tasks.fields import output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
 
 
@@ -29,7 +28,12 @@ class Report(Task):
             reads=True,
         ),
     ]
-    output: Annotated[Path, output("All of them in one page: .html or .pdf.", *PAGES)]
+    output: Annotated[
+        Path,
+        Field(
+            help="All of them in one page: .html or .pdf.", short="-o", writes=PAGES, in_run=True
+        ),
+    ]
     title: Annotated[
         str | None, Field(help="Title of the page; the default names the results.")
     ] = None
@@ -59,6 +63,3 @@ class BoundPages(Result):
     """
 
     text: str
-
-    def write(self, output: str, path: Path) -> None:
-        """Nothing: the page has been written."""

@@ -75,7 +75,13 @@ class Rig(LaboratoryReport):
         float | None, Field(help="Diameter of the tip, in mm, for --map.", range=TIP_BALL)
     ] = None
     temperature: Annotated[
-        float, Field(help="Temperature of the ruler, in °C.", range=(-50.0, 100.0), unit="°C")
+        float,
+        Field(
+            help="Temperature of the ruler, in °C.",
+            range=(-50.0, 100.0),
+            unit="°C",
+            label="Temperature of the ruler",
+        ),
     ] = 20.0
     expansion: Annotated[
         float,
@@ -83,6 +89,7 @@ class Rig(LaboratoryReport):
             help="Thermal expansion coefficient of the ruler, in 1e-6/K.",
             range=(0.0, 100.0),
             unit="1e-6/K",
+            label="Thermal expansion of the ruler",
         ),
     ] = 8.0
     exclude: Annotated[

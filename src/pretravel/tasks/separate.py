@@ -44,30 +44,54 @@ class Separate(LaboratoryReport):
             help="Variance of one configuration, measured by repeats, in µm².",
             range=_VARIANCE,
             unit="µm²",
+            label="Variance of one configuration, by repeats",
         ),
     ] = None
     repeat_pair: Annotated[
         Indices | None,
-        Field(help="Indices of that configuration.", parse=indices, metavar=_PAIR),
+        Field(
+            help="Indices of that configuration.",
+            label="Indices of that configuration",
+            hint="Machine and probe: 1,1",
+            parse=indices,
+            metavar=_PAIR,
+        ),
     ] = None
     repeat_count: Annotated[
         int,
         Field(
-            help="Number of repeats from which that variance was estimated.", range=(2, 1_000_000)
+            help="Number of repeats from which that variance was estimated.",
+            range=(2, 1_000_000),
+            label="Number of these repeats",
         ),
     ] = 10
     method: Annotated[
         Literal["reml", "least-squares"],
-        Field(help="Restricted maximum likelihood, or the paper's least squares."),
+        Field(
+            help="Restricted maximum likelihood, or the paper's least squares.",
+            label="Method of the variances",
+            words={
+                "reml": "restricted maximum likelihood",
+                "least-squares": "the paper's least squares",
+            },
+        ),
     ] = "reml"
     pair: Annotated[
         tuple[Indices, ...],
-        Field(help="Print the variance of this pair too.", parse=indices, metavar=_PAIR),
+        Field(
+            help="Print the variance of this pair too.",
+            label="Pairs whose variance is shown too",
+            hint="1,1 2,5",
+            parse=indices,
+            metavar=_PAIR,
+        ),
     ] = ()
     exclude: Annotated[
         tuple[Indices, ...],
         Field(
             help="Leave the readings of this pair out; may be repeated.",
+            label="Pairs whose readings are left out",
+            hint="1,1 2,5",
             parse=indices,
             metavar=_PAIR,
         ),

@@ -23,7 +23,6 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
-    TypeVar,
     Union,
     dataclass_transform,
     get_args,
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
     from pretravel.show.document import Document
     from pretravel.show.work_record import WorkRecord
 
-T = TypeVar("T", bound="Task")
 PICTURES = (".png", ".svg", ".pdf")
 MAPS = (".json", ".csv")
 PAGES = (".html", ".pdf")
@@ -105,6 +103,8 @@ class Field:
         The value names files that are read; a callable gives the paths.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
+    in_run : bool
+        The run itself writes it, not the result afterwards.
     """
 
     help: str
@@ -121,6 +121,7 @@ class Field:
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     writes: tuple[str, ...] = ()
+    in_run: bool = False
 
 
 class Setting(NamedTuple):
@@ -190,7 +191,7 @@ class Setting(NamedTuple):
 
     def text(self, value: Any) -> str:
         """A value as it is typed."""
-        return f"{value:.12g}" if isinstance(value, float) else str(value)
+        return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
     def checked(self, value: Any) -> Any:
         """A value of the type of the field, within its limits.
@@ -223,10 +224,12 @@ class Setting(NamedTuple):
     def _number(self, value: Any) -> float:
         try:
             number = self.kind(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             self._refuse(value, "it must be a number")
         if isinstance(value, bool) or not math.isfinite(number):
             self._refuse(value, "it must be a finite number")
+        if number != float(value):
+            self._refuse(value, "it must be a whole number")
         low, high = self.limits
         if not low <= number <= high:
             self._refuse(value, f"it must lie between {low:g} and {high:g}")
@@ -451,7 +454,8 @@ def command_line(task: Task) -> str:
         value = getattr(task, setting.name)
         for each in value if setting.several else (value,):
             if setting.kind is bool:
-                words += [setting.option.partition("/")[0]]
+                yes, _, no = setting.option.partition("/")
+                words += [yes if each else no]
             elif setting.field.positional:
                 words += [setting.text(each)]
             else:
@@ -466,6 +470,12 @@ def python_lines(task: Task) -> str:
     >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25)))
     from pretravel.tasks.qualify import Qualify
     result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
+    from pathlib import Path
+    from pretravel.show.page import write_page
+    from pretravel.tasks.qualify import Qualify
+    result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    write_page(Path('report.html'), result.page(), template=result.template)
     """
     kind = type(task)
     stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
@@ -476,7 +486,16 @@ def python_lines(task: Task) -> str:
         f"result = {kind.__name__}({', '.join(words)}).run()",
     ]
     for setting, path in written_files(task):
-        lines.append(f"result.write({setting.name!r}, Path({str(path)!r}))")
+        place, ending = f"Path({str(path)!r})", path.suffix.lower()
+        if setting.field.in_run:
+            continue
+        if setting.field.writes == PICTURES:
+            lines.append(f"result.picture(result.document(), {place})")
+        elif ending in PAGES and ending in setting.field.writes:
+            lines.insert(0, "from pretravel.show.page import write_page")
+            lines.append(f"write_page({place}, result.page(), template=result.template)")
+        else:
+            lines.append(f"result.write({setting.name!r}, {place})")
     if len(lines) > 2:
         lines.insert(0, "from pathlib import Path")
     return "\n".join(lines)
@@ -484,7 +503,8 @@ def python_lines(task: Task) -> str:
 
 def _of_the_work(setting: Setting) -> bool:
     """Not an output that is written afterwards."""
-    return setting.field.writes in ((), FOLDER) or setting.default is MISSING
+    field = setting.field
+    return field.in_run or field.writes in ((), FOLDER) or setting.default is MISSING
 
 
 def _python_value(value: Any, setting: Setting) -> str:

@@ -65,6 +65,7 @@ class Verify(TouchFilesWithFeed, Reported):
         Field(
             help="Qualify again with the new touches and write the new map: .json.",
             writes=_COMPLETE_MAPS,
+            in_run=True,
         ),
     ] = None
     output: Annotated[
@@ -162,12 +163,12 @@ class VerifiedProbe(Result):
         return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
-        """Write the result; the new map was written with its entry in the history."""
+        """Write the result."""
+        del output
         from pretravel.base.whole_file import write_json
         from pretravel.tasks.reports.verification_report import verification_values
 
-        if output == "output":
-            write_json(path, verification_values(self.verification, self.task.decision))
+        write_json(path, verification_values(self.verification, self.task.decision))
 
 
 @contextmanager

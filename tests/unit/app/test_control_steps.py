@@ -5,12 +5,11 @@ from __future__ import annotations
 import pytest
 
 from pretravel.app.screens.control_steps import control_steps
-from pretravel.app.screens.engineer_control import CONTROL_WORDS
-from pretravel.tasks.export import Export
+from pretravel.tasks.export import Export, control_names
 from tests.support.example_maps import example_map
 
 
-@pytest.mark.parametrize("control", [name for name in CONTROL_WORDS if name])
+@pytest.mark.parametrize("control", control_names())
 def test_every_control_has_steps(control: str) -> None:
     assert len(control_steps(control, [])) >= 1
 

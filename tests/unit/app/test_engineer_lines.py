@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.screens.engineer_settings import (
     EngineerSettings,
-    command_lines,
     export_name,
     file_mark,
-    python_lines,
+    tasks_of,
 )
 from pretravel.app.screens.engineer_work import export, fit
-from pretravel.app.tasks import Inputs
 from pretravel.files.map_file import read_map
 from pretravel.tasks.example_data import example_folder
+from pretravel.tasks.task import command_line, python_lines
 from tests.support.commands import run
 
 SPHERE = example_folder() / "sphere_touches.csv"
@@ -43,12 +43,12 @@ def exported(folder: Path, to: str) -> dict[str, bytes]:
 
 
 SETTINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "defaults": ({**DIAMETERS, "control": "fanuc"}, {}),
+    "defaults": ({**DIAMETERS, "export_to": "fanuc"}, {}),
     "many": (
         {
             **DIAMETERS, "kind": "wozniak", "lobe_azimuth_deg": 31.0, "u_diameter_um": 0.15,
             "u_temperature": 0.5, "sphere_form_um": 0.08, "axial_pretravel_um": 1.2,
-            "control": "renishaw", "export_units": "inch", "export_base": 520.0,
+            "export_to": "renishaw", "export_units": "inch", "export_base": 520.0,
             "export_criterion": "rms", "export_form": "table",
         },
         {
@@ -82,8 +82,9 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     texts = {
         name or export_name(files.to): text.encode() for name, text in files.files.texts.items()
     }
-    for line in command_lines(path.name, settings).splitlines():
-        run(*shlex.split(line)[1:])
+    tasks = tasks_of(path.name, settings)
+    for task in tasks:
+        run(*shlex.split(command_line(task))[1:])
     first = read_map("map.json")
     assert np.array_equal(first.coefficients, made.qualified.pretravel_map.coefficients)
     assert np.array_equal(first.covariance.matrix, made.qualified.pretravel_map.covariance.matrix)
@@ -93,7 +94,7 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     again.mkdir()
     (again / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(again)
-    exec(python_lines(path.name, settings), {})
+    exec("\n".join(map(python_lines, tasks)), {})
     second = read_map("map.json")
     assert np.array_equal(second.coefficients, first.coefficients)
     assert np.array_equal(second.covariance.matrix, first.covariance.matrix)

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
+from pretravel.app.jobs import Finished, Inputs, Job, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.tasks import Finished, Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 
 
@@ -28,7 +28,7 @@ def finished_after(
 
     async def run() -> Finished:
         state = ScreenState("screen")
-        work = Work(Task("length", compute, settings=("length",), **options), state)
+        work = Work(Job("length", compute, settings=("length",), **options), state)
         state.listen(work.inputs_changed)
         state.settings["length"] = 1.0
         work.start()
@@ -83,6 +83,6 @@ def test_work_with_a_button_gives_its_result_with_the_settings_of_that_time() ->
 
 
 def test_without_a_result_it_says_what_to_do() -> None:
-    work = Work(Task("length", length, automatic=False), ScreenState("screen"))
+    work = Work(Job("length", length, automatic=False), ScreenState("screen"))
     with pytest.raises(PretravelError, match="no result yet"):
         asyncio.run(work.finished())

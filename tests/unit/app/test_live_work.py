@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import threading
 
+from pretravel.app.jobs import Inputs, Job, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.tasks import Inputs, Task, Work
 
 
 def test_changes_while_live_work_runs_are_taken_together_after_it() -> None:
@@ -23,7 +23,7 @@ def test_changes_while_live_work_runs_are_taken_together_after_it() -> None:
     async def drag() -> float:
         state = ScreenState("designer")
         state.settings["length"] = 50.0
-        work = Work(Task("live", compute, settings=("length",), live=True), state)
+        work = Work(Job("live", compute, settings=("length",), live=True), state)
         state.listen(work.inputs_changed)
         work.inputs_changed()
         work.listen(lambda: shown.append(work.result))

@@ -7,15 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.project import SettingValue
 from pretravel.app.screens.metrologist_work import (
     EXAMPLE_SETTINGS,
     check_by_standard,
     example_touches,
 )
-from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.standards import CHECKS
+from pretravel.laboratory.standards import STANDARDS
+from pretravel.tasks.task import command_line
 from tests.support.commands import rows, run
 
 
@@ -26,14 +27,14 @@ def _inputs(folder: Path, standard: str, **settings: SettingValue) -> Inputs:
     return Inputs({**EXAMPLE_SETTINGS, "standard": standard, **settings}, {"touches": (path,)})
 
 
-@pytest.mark.parametrize("standard", CHECKS)
+@pytest.mark.parametrize("standard", STANDARDS)
 def test_the_command_that_is_shown_finds_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, standard: str
 ) -> None:
     """Settings of the other standards are there, and do not count."""
     result = check_by_standard(_inputs(tmp_path, standard, size_limit_um=20.0, repeat_limit_um=5.0))
     monkeypatch.chdir(tmp_path)
-    words = shlex.split(result.command)
+    words = shlex.split(command_line(result.same))
     exceeds = any("exceeds" in figure.verdict for figure in result.checked.result.figures)
     run(*words[1:-1], "check.csv", code=3 if exceeds else 0)
     found = {row["figure"]: float(row["value_um"]) for row in rows(tmp_path / "check.csv")}
@@ -58,4 +59,4 @@ def test_a_map_is_refused_before_the_touches_are_read(tmp_path: Path) -> None:
     nothing.write_text("no touches")
     files = {"touches": (nothing,), "map": (nothing,)}
     with pytest.raises(PretravelError, match="a map is only for"):
-        check_by_standard(Inputs({"standard": "iso230-10-tip-offset"}, files))
+        check_by_standard(Inputs({"standard": "iso230-10-tip-offset", "diameter": 25.0}, files))

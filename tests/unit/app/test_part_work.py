@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.screens.designer_work import start_text
 from pretravel.app.screens.part_work import compensate_part, measure_part
-from pretravel.app.tasks import Inputs
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import description_text
-from pretravel.tasks.values import tolerance
+from pretravel.tasks.task import command_line
 from tests.support.examples import EXAMPLES
 
 
@@ -68,21 +68,17 @@ def test_a_description_names_no_file_of_this_computer(tmp_path: Path, step: str)
     assert start_text("omp40-2", sent) == description_text("omp40-2")
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper"), [(None, 25.1), (24.9, None), (24.9, 25.1), (None, None)]
-)
-def test_the_command_has_the_limits_that_were_used(
-    lower: float | None, upper: float | None
-) -> None:
+@pytest.mark.parametrize("limits", ["..25.1", "24.9..", "24.9..25.1", "", None])
+def test_the_command_has_the_limits_that_were_used(limits: str | None) -> None:
     files = {"touches": (EXAMPLES / "part_touches.csv",)}
     result = compensate_part(Inputs({"probe": "omp40-2"}, files))
-    settings = {"feature": "sphere", "lower": lower, "upper": upper, "u_machine_um": 1.23456789}
+    settings = {"feature": "sphere", "size_tolerance": limits, "u_machine_um": 1.23456789}
     found = measure_part(result, Inputs(settings, files))
-    words = shlex.split(found.command)
+    words = shlex.split(command_line(found.same))
     assert words[words.index("--u-machine") + 1] == "1.23456789"
-    assert ("--tolerance" in words) == (lower is not None or upper is not None)
-    if "--tolerance" in words:
-        typed = tolerance(words[words.index("--tolerance") + 1])
-        wanted = (-math.inf if lower is None else lower, math.inf if upper is None else upper)
-        assert (typed.low, typed.high) == (lower, upper)
+    assert ("--tolerance" in words) == bool(limits)
+    if limits:
+        assert words[words.index("--tolerance") + 1] == limits
+        low, high = (float(end) if end else None for end in limits.split(".."))
+        wanted = (-math.inf if low is None else low, math.inf if high is None else high)
         assert found.features.task.tolerances().size == wanted

@@ -45,12 +45,12 @@ class TestCatalogue:
     )
     def test_formats_are_recognised(self, tmp_path: Path, text: str, name: str) -> None:
         assert format_of(written(tmp_path, text)).name == name
-        assert name in {entry.name for entry in FORMATS}
+        assert name in FORMATS
 
     def test_every_format_is_in_the_documents(self) -> None:
         table = ROOT / "docs" / "formats.md"
         text = table.read_text(encoding="utf-8")
-        for entry in FORMATS:
+        for entry in FORMATS.values():
             if entry.refusal:
                 assert f"| `{entry.name}` | {entry.what} | {entry.refusal} |" in text
                 continue

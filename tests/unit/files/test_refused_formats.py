@@ -17,7 +17,7 @@ EACH = [(name, text) for name, (texts, _) in REFUSED_FILES.items() for text in t
 
 
 def test_every_refused_format_has_samples_and_a_reason() -> None:
-    refused = [known for known in FORMATS if known.refusal]
+    refused = [known for known in FORMATS.values() if known.refusal]
     assert {known.name for known in refused} == set(REFUSED_FILES)
     assert all(not (known.parse or known.parse_features or known.reads) for known in refused)
 
@@ -60,9 +60,11 @@ def test_the_command_tells_what_to_do_instead(tmp_path: Path) -> None:
 def test_files_that_are_read_are_not_refused(name: str) -> None:
     """Also among the lines of a program, which senders repeat in their logs."""
     lines = [line.strip() for line in SAMPLES[name][0].splitlines() if line.strip()]
-    matching = [known.name for known in FORMATS if known.recognises and known.recognises(lines)]
+    matching = [
+        known.name for known in FORMATS.values() if known.recognises and known.recognises(lines)
+    ]
     assert matching[:1] == [name] or name == "csv"
-    assert not {known.name for known in FORMATS if known.refusal} & set(matching)
+    assert not {known.name for known in FORMATS.values() if known.refusal} & set(matching)
 
 
 def test_labels_like_orders_are_no_program() -> None:

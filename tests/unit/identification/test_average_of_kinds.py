@@ -23,7 +23,7 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.qualification import qualify as qualifying
 from pretravel.qualification.kind_weights import _disagreement, averaged
 from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
-from pretravel.qualification.qualify import choose, qualified, qualify, qualify_like
+from pretravel.qualification.qualify import qualified, qualify, qualify_like
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -164,8 +164,8 @@ def test_one_kind_is_no_average() -> None:
         qualified(few, setup, [kind_named("physical")])
 
 
-def test_candidates_replace_kinds_of_their_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All other kinds are compared beside them, in one thread for matrices."""
+def test_auto_compares_all_kinds_and_several_those(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one thread for matrices."""
     given: list[list[KindOfMap]] = []
     result = _results()[0]
     threads: set[int] = set()
@@ -178,13 +178,12 @@ def test_candidates_replace_kinds_of_their_name(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(qualifying, "_on_average", average)
     touches, setup, own = Touches(N * 15.49, N), QualificationSetup(25.0, 6.0), WozniakKind(0.3)
-    assert choose(touches, setup, candidates=[own]).qualification is result
-    assert choose(touches, setup).qualification is result
-    for compared, wozniak in zip(given, (own, WozniakKind()), strict=True):
-        assert compared == [*(dict(kinds()) | {"wozniak": wozniak}).values()]
+    assert qualified(touches, setup, [own, MeanKind()]) is result
+    assert qualified(touches, setup) is result
+    assert [list(compared) for compared in given] == [[own, MeanKind()], [*kinds().values()]]
     assert threads == {1}
-    chosen = choose(touches, setup, MeanKind())
-    assert (chosen.kind, chosen.scores) == ("mean", ())
+    chosen = qualified(touches, setup, MeanKind())
+    assert (chosen.pretravel_map.kind, chosen.scores) == ("mean", ())
 
 
 def test_an_averaged_map_is_made_again_as_an_average(monkeypatch: pytest.MonkeyPatch) -> None:

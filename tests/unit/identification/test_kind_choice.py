@@ -14,11 +14,10 @@ from pretravel.files.touches_csv import read_touches
 from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import distances_from_reference
 from pretravel.qualification.kind_weights import _disagreement
-from pretravel.qualification.qualify import choose, qualify
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
@@ -28,8 +27,8 @@ def test_choice_among_kinds() -> None:
     """On a six-seat probe's touches the physical kind predicts omitted directions best. With
     a constant pretravel, one number is as good as any kind, and the choice states why."""
     touches = read_touches(SPHERE)
-    chosen = choose(touches, QualificationSetup(24.9987, tip_diameter=6.0))
-    assert chosen.kind == "physical"
+    chosen = qualify(touches, 24.9987, tip_diameter=6.0)
+    assert chosen.pretravel_map.kind == "physical"
     assert chosen.scores[0].kind == "physical"
     assert sum(score.weight for score in chosen.scores) == 1.0
     assert {score.kind for score in chosen.scores} == set(kinds())

@@ -96,7 +96,7 @@ def test_a_touch_that_is_left_out_counts_nowhere() -> None:
         assert one.tip_radius == alone.tip_radius
     assert len(ready.whole.values) == 75
     assert ready.whole.values[40] - np.mean(alone.values) < -0.025
-    assert ready.repeats == alone.repeats
+    assert ready.observation.repeats == alone.repeats
     assert ready.digests == touch_digests(given.positions[others])
     assert [one.rows for one in ready.outliers] == [(40,)]
     assert ready.outliers[0].left_out

@@ -17,7 +17,7 @@ from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
 from pretravel.laboratory.rig_events import rig_touch
 from pretravel.laboratory.separation import separate
 from pretravel.laboratory.standard_check import CalibratedSphere
-from pretravel.laboratory.standards import CHECKS
+from pretravel.laboratory.standards import STANDARDS
 from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.tolerances import FeatureTolerances, inspect_feature
 from pretravel.show.budget_picture import budget_view
@@ -105,7 +105,9 @@ def test_separation_shows_errors_with_two_u() -> None:
 
 def test_residuals_of_a_standard_are_at_their_places() -> None:
     touches = read_touches(EXAMPLES / "sphere_touches.csv")
-    check = CHECKS["iso10360-5"](touches, CalibratedSphere(24.9987), limits={"form": 0.002})
+    check = STANDARDS["iso10360-5"].procedure(
+        touches, CalibratedSphere(24.9987), limits={"form": 0.002}
+    )
     space, plane = check_view(check).charts
     worst = max((fitted.fit for fitted in check.sets), key=lambda fit: fit.form)
     assert isinstance(space, SpaceChart)
@@ -130,7 +132,7 @@ def test_a_limit_is_drawn_at_the_set_that_is_drawn(whole: bool) -> None:
     distance[36::2] += 0.003  # every other touch of the upper ring: no sphere takes that up
     limits = {"form2d": 0.010, "form3d": 0.020}
     touches = Touches(n * distance[:, None], n)
-    check = CHECKS["iso230-10"](touches, CalibratedSphere(25.0), limits=limits)
+    check = STANDARDS["iso230-10"].procedure(touches, CalibratedSphere(25.0), limits=limits)
     place, plane = check_view(check).charts
     assert isinstance(place, SpaceChart if whole else PolarChart)
     assert place.frame == "probe"
@@ -143,7 +145,9 @@ def test_repeats_alone_have_a_report_without_residuals() -> None:
     """Ten touches in one direction are not spread as a sphere: their unit is not judged."""
     n = np.tile([[0.0, 0.0, 1.0]], (10, 1))
     distance = 15.5 + np.linspace(0.0, 0.001, 10)
-    check = CHECKS["iso230-10"](Touches(n * distance[:, None], n), CalibratedSphere(25.0))
+    check = STANDARDS["iso230-10"].procedure(
+        Touches(n * distance[:, None], n), CalibratedSphere(25.0)
+    )
     assert [figure.name for figure in check.figures] == ["R_SPT"]
     assert standards_document(check).pictures == ()
 

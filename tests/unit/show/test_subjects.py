@@ -20,7 +20,7 @@ from pretravel.laboratory.rig_events import rig_touch
 from pretravel.laboratory.separation import separate
 from pretravel.laboratory.separation_plan import plan_separation
 from pretravel.laboratory.standard_check import CalibratedSphere
-from pretravel.laboratory.standards import CHECKS
+from pretravel.laboratory.standards import STANDARDS
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_feature import measure_feature
@@ -102,7 +102,7 @@ def _separation_plan() -> Document:
 
 def _standard() -> Document:
     sphere = CalibratedSphere(24.9987)
-    check = CHECKS["iso10360-5"](read_touches(SPHERE), sphere, limits={"form": 0.002})
+    check = STANDARDS["iso10360-5"].procedure(read_touches(SPHERE), sphere, limits={"form": 0.002})
     return standards_document(check, touches_name=SPHERE.name)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.tasks import Work, flaw_message, without_folder
+from pretravel.app.jobs import Work, flaw_message, without_folder
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 

@@ -1,4 +1,4 @@
-"""The result of a task in a screen: what is missing, progress with cancel, error, or result."""
+"""The result of a job in a screen: what is missing, progress with cancel, error, or result."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ from nicegui import ui
 from nicegui.element import Element
 
 from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.tasks import WORKS, Task, Work
 
 
 def outcome(
     state: ScreenState,
-    task: Task,
+    job: Job,
     show: Callable[[Any], None],
     *,
     missing: str = "",
     button: str = "Compute",
 ) -> Work:
-    """Show the work of a task, and its result when it is there.
+    """Show the work of a job, and its result when it is there.
 
     Parameters
     ----------
     state : ScreenState
-    task : Task
+    job : Job
     show : callable
         Builds the content for a result. It is called again, in an empty place, for each new one.
     missing : str
         What to do while files are missing.
     button : str
-        Text of the button of a task that does not start by itself.
+        Text of the button of a job that does not start by itself.
 
     Returns
     -------
     Work
     """
-    work = WORKS.of(state, task)
-    if not task.automatic:
+    work = WORKS.of(state, job)
+    if not job.automatic:
         # Above the status, whose height changes: a click that ends the typing must not miss it.
         _start_button(work, button)
     status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
@@ -111,12 +111,12 @@ def _start_button(work: Work, label: str) -> None:
     here([work.listen], show)
 
 
-def follow(state: ScreenState, task: Task, handler: Callable[[Any], None]) -> Work:
+def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work:
     """Call a handler in this tab with the result, now if there is one, and with each new one.
 
     For pictures that are changed in place instead of built again (``plot.update_figure``).
     """
-    work = WORKS.of(state, task)
+    work = WORKS.of(state, job)
     shown: list[Any] = []
 
     def refresh() -> None:
@@ -150,7 +150,7 @@ def _show_status(work: Work, missing: str) -> None:
             note("What stands below is the result of earlier inputs. It cannot be used.")
     if work.cancelled:
         note(work.cancelled)
-    if work.stale and not work.task.automatic:
+    if work.stale and not work.job.automatic:
         note("The settings have changed since this result.")
 
 
@@ -158,8 +158,8 @@ def _show_running(work: Work) -> None:
     """Progress of a run; hidden from readers of the screen except its title."""
     with ui.element("div").classes("running"):
         bar = ui.element("progress")
-        bar.props["aria-label"] = work.task.title
-        text("span", work.task.title, "running-title")
+        bar.props["aria-label"] = work.job.title
+        text("span", work.job.title, "running-title")
         stage = text("span", "", "running-stage").props('aria-hidden="true"')
         clock = text("span", "", "running-clock").props('aria-hidden="true"')
         ui.button("Cancel", on_click=work.cancel).props("no-caps outline")

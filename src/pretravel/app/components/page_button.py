@@ -10,10 +10,10 @@ from typing import Any
 from nicegui import ui
 
 from pretravel.app.components.downloads import prepared_button
-from pretravel.app.tasks import Finished, Task, Work
+from pretravel.app.jobs import Finished, Job, Work
 from pretravel.show.document import Document
 from pretravel.show.page import write_page
-from pretravel.show.work_record import InputFile, Setting, WorkRecord, record_now
+from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
 
 
 def page_button(
@@ -43,7 +43,7 @@ def page_button(
         finished = await work.finished()
 
         def write(path: Path) -> None:
-            record = work_record(work.task, finished, command(finished.result))
+            record = work_record(work.job, finished, command(finished.result))
             write_page(path, document(finished.result), record=record, template=template)
 
         return write
@@ -51,16 +51,16 @@ def page_button(
     return prepared_button(label, name, newest)
 
 
-def work_record(task: Task, finished: Finished, command: str) -> WorkRecord:
+def work_record(job: Job, finished: Finished, command: str) -> WorkRecord:
     """The files with their checksums, and the settings, that a result was computed from."""
     inputs = [
         InputFile(purpose, file.name, len(file.content), hashlib.sha256(file.content).hexdigest())
-        for purpose in dict.fromkeys((*task.needs, *task.files))
+        for purpose in dict.fromkeys((*job.needs, *job.files))
         for file in finished.files[purpose]
     ]
     settings = [
-        Setting(name.replace("_", " "), str(finished.settings[name]), given=True)
-        for name in task.settings
+        StatedSetting(name.replace("_", " "), str(finished.settings[name]), given=True)
+        for name in job.settings
         if name in finished.settings
     ]
     return record_now(command, inputs, settings)

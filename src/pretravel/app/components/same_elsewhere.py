@@ -5,19 +5,21 @@ from __future__ import annotations
 from nicegui import ui
 
 from pretravel.app.components.layout import folded, text
+from pretravel.tasks.task import Task, command_line, python_lines
 
 
-def same_elsewhere(command: str, python: str) -> None:
-    """Show the command and the Python lines, each with a button that copies it.
+def same_elsewhere(*tasks: Task) -> None:
+    """Show the commands and the Python lines of tasks, with buttons that copy them.
 
     Parameters
     ----------
-    command : str
-        A line for a shell; quote names with `shlex.join`.
-    python : str
+    tasks : Task
+        One after the other; their files have the names that the user knows.
     """
+    commands = "\n".join(map(command_line, tasks))
+    lines = "\n".join(map(python_lines, tasks))
     with folded("The same on the command line and in Python"):
-        for heading, content in (("Command line", command), ("Python", python)):
+        for heading, content in (("Command line", commands), ("Python", lines)):
             text("h3", heading)
             with ui.element("div").classes("code-block"):
                 text("pre", content).props('tabindex="0"')

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 
-from pretravel.base.errors import PretravelError
+_OF_ANOTHER_PACKAGE = "Follow the guide of the package that adds this control."
 
 
 @cache
@@ -22,7 +22,7 @@ def control_steps(control: str, names: Iterable[str]) -> tuple[str, ...]:
     Parameters
     ----------
     control : str
-        A name of `jobs.export`.
+        As `Export.to`.
     names : iterable of str
         Of the files that were made; they contain the numbers of the programs.
 
@@ -33,9 +33,7 @@ def control_steps(control: str, names: Iterable[str]) -> tuple[str, ...]:
     >>> control_steps("fanuc", ["O7750.nc", "O7751.nc"])[2]
     'In MDI: G65 P7750. The table is filled, once.'
     """
-    steps = _steps().get(control)
-    if steps is None:
-        raise PretravelError(f"there are no steps for the control '{control}'")
+    steps = _steps().get(control, [_OF_ANOTHER_PACKAGE])
     numbers = sorted(int(name.split(".")[0][1:]) for name in names if name[1:5].isdigit())
     table, lookup = (numbers[0], numbers[-1]) if numbers else ("", "")
     return tuple(step.format(table=table, lookup=lookup) for step in steps)

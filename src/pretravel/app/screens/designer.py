@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -25,6 +24,7 @@ from pretravel.app.components.layout import folded, here, live, note, panel, tex
 from pretravel.app.components.outcome import error_view
 from pretravel.app.components.plot import ColouredPlot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Work, without_folder
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.designer_elements import elements_view, one_at_a_time
 from pretravel.app.screens.designer_form import (
@@ -46,9 +46,10 @@ from pretravel.app.screens.designer_work import (
     probe_figure,
     start_text,
 )
-from pretravel.app.tasks import WORKS, Work, without_folder
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
+from pretravel.tasks.compare import Compare
+from pretravel.tasks.task import command_line
 
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
@@ -352,16 +353,14 @@ def _downloads(state: ScreenState, work: Work) -> None:
 
 
 def _same(result: ComparedDesigns | None) -> None:
-    other = result.other_name if result else FIRST_START
-    same_elsewhere(
-        shlex.join(["pretravel", "compare", other, DESIGN_FILE, "-o", "design.html"])
-        + "\npretravel predict design.toml -o design-map.csv",
-        "from pathlib import Path\n"
-        "from pretravel.tasks.compare_designs import compare_designs\n"
-        "from pretravel.tasks.predict import Predict\n"
-        f'print(compare_designs({other!r}, "design.toml").document(("A", "B")).verdict)\n'
-        'Predict(probe="design.toml").run().write("output", Path("design-map.csv"))',
-    )
+    from pretravel.tasks.predict import Predict
+
+    predict = Predict(probe=DESIGN_FILE, output=Path("design-map.csv"))
+    same_elsewhere(_comparing(result.other_name if result else FIRST_START), predict)
+
+
+def _comparing(other: str) -> Compare:
+    return Compare(map_file=other, other=DESIGN_FILE, output=Path("design.html"))
 
 
 def _write_map(path: Path, result: ComparedDesigns) -> None:
@@ -376,7 +375,5 @@ def _write_page(path: Path, result: ComparedDesigns) -> None:
         description = folder / DESIGN_FILE
         description.write_text(result.text(), encoding="utf-8")
         read = replace(input_file(description, "PROBE"), name=description.name)
-    command = shlex.join(
-        ["pretravel", "compare", result.other_name, DESIGN_FILE, "-o", "design.html"]
-    )
+    command = command_line(_comparing(result.other_name))
     write_page(path, result.document(), record=record_now(command, [read]))

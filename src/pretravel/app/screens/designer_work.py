@@ -9,13 +9,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pretravel.app.jobs import Inputs, Job
 from pretravel.app.screens.designer_form import (
     changes_of,
     designed_probe,
     designed_text,
     setting_names,
 )
-from pretravel.app.tasks import Inputs, Task
 
 if TYPE_CHECKING:
     from pretravel.prediction.description import Probe
@@ -168,7 +168,7 @@ def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
 
 
 _SETTINGS = ("start", "form_of", *setting_names())
-DESIGNS = Task(
+DESIGNS = Job(
     "designs",
     compare_designs,
     "Predicting",
@@ -176,7 +176,7 @@ DESIGNS = Task(
     files=("description",),
     live=True,
 )
-FINITE_ELEMENTS = Task(
+FINITE_ELEMENTS = Job(
     "finite elements",
     compute_finite_elements,
     "Finite elements",

@@ -13,10 +13,14 @@ from pretravel.app.screens.engineer_control import control_panel
 from pretravel.app.screens.engineer_inputs import no_touches_yet, reference_panel, understood
 from pretravel.app.screens.engineer_next import next_step
 from pretravel.app.screens.engineer_results import results
-from pretravel.app.screens.engineer_settings import DEFAULTS
+from pretravel.app.screens.engineer_settings import QUALIFICATION
 from pretravel.app.screens.engineer_work import load_ahead
 
-EXAMPLE: Mapping[str, SettingValue] = {**DEFAULTS, "diameter": 24.9987, "tip_diameter": 6.0}
+EXAMPLE: Mapping[str, SettingValue] = {
+    **QUALIFICATION.defaults,
+    "diameter": 24.9987,
+    "tip_diameter": 6.0,
+}
 """Settings that belong to the example data."""
 
 

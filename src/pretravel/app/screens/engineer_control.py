@@ -6,36 +6,24 @@ from pathlib import Path
 
 from nicegui import ui
 
+from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.downloads import result_button, result_folder_button
-from pretravel.app.components.fields import choice_field, number_field
 from pretravel.app.components.layout import folded, live, note, panel, text, warning
 from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.control_steps import control_steps
-from pretravel.app.screens.engineer_settings import EXPORT_DEFAULTS, export_name
+from pretravel.app.screens.engineer_settings import CONTROL, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
-from pretravel.app.tasks import WORKS, Work
 from pretravel.base.errors import PretravelError
-from pretravel.tasks.export import makes_folder, settings_used, takes_feed
-
-CONTROL_WORDS = {
-    None: "Choose …",
-    "fanuc": "Fanuc (macro programs)",
-    "haas": "Haas (macro programs)",
-    "siemens": "Siemens 840D (cycle)",
-    "heidenhain": "Heidenhain (table, not verified)",
-    "renishaw": "Renishaw cycles (vector radii)",
-    "linuxcnc": "LinuxCNC (subroutines)",
-    "radii": "Probing screens (radii to type)",
-    "csv": "Other: table of effective radii",
-}
+from pretravel.tasks.export import applies, makes_folder
 
 
 def control_panel(state: ScreenState) -> None:
     """The choice of the control, and the files to download."""
     with panel("3 Values for your control"):
-        choice_field(state, "control", "Your control", CONTROL_WORDS, default=None)
-        live([state.listen], lambda: _settings(state), lambda: state.settings.get("control"))
+        described_field(state, CONTROL, "to")
+        live([state.listen], lambda: _settings(state), lambda: _chosen(state))
         export = outcome(state, EXPORT, _warnings)
         kept(export, lambda: _download(export), lambda result: result.to)
         live([export.listen], lambda: _steps(export.result), lambda: export.result)
@@ -44,41 +32,17 @@ def control_panel(state: ScreenState) -> None:
         kept(fit, lambda: _map_files(fit))
 
 
+def _chosen(state: ScreenState) -> str | None:
+    return CONTROL.value(state.settings, "to")  # type: ignore[no-any-return]
+
+
 def _settings(state: ScreenState) -> None:
-    to = state.settings.get("control")
+    to = _chosen(state)
     if to is None:
         return
-    used = settings_used(to)
+    used = [name for name in CONTROL.names if name != "to" and applies(to, name)]
     with folded("Settings of the control"):
-        if "units" in used:
-            names = {"mm": "Millimetres", "inch": "Inches"}
-            choice_field(state, "export_units", "Unit of the table", names, default="mm")
-        if "tolerance" in used:
-            number_field(
-                state, "export_tolerance_um", "Largest deviation from the map", unit="µm",
-                default=EXPORT_DEFAULTS["export_tolerance_um"], limits=(1e-6, 1000.0),
-            )  # fmt: skip
-        if "base" in used:
-            number_field(state, "export_base", "First variable", limits=(0, 100_000),
-                         hint="Empty: the usual one")  # fmt: skip
-        if "program" in used:
-            number_field(state, "export_program", "Number of the first program",
-                         limits=(1, 99_999), hint="Empty: the usual one")  # fmt: skip
-        if "angles" in used:
-            names = {"normals": "Outward normals", "travel": "Directions of travel"}
-            choice_field(state, "export_angles", "Angles are those of", names, default="normals")
-        if "criterion" in used:
-            names = {"max": "Largest error", "rms": "Mean square error"}
-            choice_field(state, "export_criterion", "What is made small", names, default="max")
-        if "form" in used:
-            names = {"auto": "Automatic", "formula": "Formula (exact)", "table": "Table"}
-            choice_field(state, "export_form", "Form", names, default="auto")
-        if "azimuth" in used:
-            number_field(state, "export_azimuth_deg", "Azimuth of all touches", unit="°",
-                         limits=(-3600.0, 3600.0), hint="Empty: the mean around")  # fmt: skip
-        if takes_feed(to):
-            number_field(state, "export_feed", "Measuring feed", unit="mm/min", limits=(0.0, 1e6),
-                         hint="Only for touches at several feeds")  # fmt: skip
+        described_fields(state, CONTROL, used)
 
 
 def _warnings(result: ExportResult) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_field, form_settings
+from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import table_view
 from pretravel.app.components.downloads import download_button
 from pretravel.app.components.layout import (
@@ -21,9 +21,14 @@ from pretravel.app.components.layout import (
 )
 from pretravel.app.components.outcome import outcome
 from pretravel.app.project import ScreenState
-from pretravel.app.screens.engineer_settings import OF_WOZNIAK, WOZNIAK, EngineerSettings, file_mark
+from pretravel.app.screens.engineer_settings import (
+    OF_WOZNIAK,
+    QUALIFICATION,
+    WOZNIAK,
+    EngineerSettings,
+    file_mark,
+)
 from pretravel.app.screens.engineer_work import LOOK, LookResult
-from pretravel.tasks.qualify import Qualify
 
 _AXES = {
     "0,0,1": "+Z (stylus points down)",
@@ -126,20 +131,18 @@ def _column_choices(state: ScreenState, result: LookResult) -> None:
 def reference_panel(state: ScreenState) -> None:
     """Diameters first; what usually stays as it is, folded."""
     with panel("2 Reference and tip"):
-        for name in _FIRST:
-            described_field(state, Qualify, name)
+        described_fields(state, QUALIFICATION, _FIRST)
         with folded("More settings"):
-            for setting in form_settings(Qualify):
-                if setting.name not in (*_FIRST, *OF_WOZNIAK):
-                    axes = _AXES if setting.name == "axis" else None
-                    described_field(state, Qualify, setting.name, choices=axes)
+            for name in QUALIFICATION.names:
+                if name not in (*_FIRST, *OF_WOZNIAK):
+                    axes = _AXES if name == "axis" else None
+                    described_field(state, QUALIFICATION, name, choices=axes)
             live([state.listen], lambda: _of_wozniak(state), lambda: state.settings.get("kind"))
 
 
 def _of_wozniak(state: ScreenState) -> None:
     if state.settings.get("kind") == WOZNIAK:
-        for name in OF_WOZNIAK:
-            described_field(state, Qualify, name)
+        described_fields(state, QUALIFICATION, OF_WOZNIAK)
 
 
 def no_touches_yet() -> None:

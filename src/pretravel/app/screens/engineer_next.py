@@ -5,14 +5,15 @@ from __future__ import annotations
 from nicegui import ui
 
 from pretravel.app.components.layout import live, text
+from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState
+from pretravel.app.screens.engineer_settings import CONTROL
 from pretravel.app.screens.engineer_work import EXPORT, FIT, LOOK
-from pretravel.app.tasks import WORKS
 
 
 def next_step(state: ScreenState) -> None:
     """Show what to do next; it changes with what is there."""
-    works = [WORKS.of(state, task) for task in (LOOK, FIT, EXPORT)]
+    works = [WORKS.of(state, job) for job in (LOOK, FIT, EXPORT)]
     with ui.element("div").classes("next-step").props('role="status" aria-live="polite"'):
         live(
             [state.listen, *(work.listen for work in works)],
@@ -54,7 +55,7 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
         return _WAIT
     if state.settings.get("tip_diameter") is None:
         return _TIP
-    return _CONTROL if state.settings.get("control") is None else _READY
+    return _CONTROL if CONTROL.value(state.settings, "to") is None else _READY
 
 
 _FILE = (

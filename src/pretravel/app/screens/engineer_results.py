@@ -24,8 +24,9 @@ from pretravel.app.components.layout import (
 from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.screens.engineer_settings import command_lines, python_lines
+from pretravel.app.screens.engineer_settings import tasks_of
 from pretravel.app.screens.engineer_touches import touches_table
 from pretravel.app.screens.engineer_work import (
     EXPORT,
@@ -38,7 +39,6 @@ from pretravel.app.screens.engineer_work import (
     TouchesPicture,
     TriedMap,
 )
-from pretravel.app.tasks import WORKS, Work
 from pretravel.show.chart import PolarChart, SpaceChart
 from pretravel.show.chart_plotly import plotly_figure
 
@@ -180,9 +180,7 @@ def _part(state: ScreenState) -> None:
         return
     with folded("Try the map on a part", opened=bool(state.files["part"])):
         file_drop(state, "part", "Touches on a part, to compensate with this map")
-        work = outcome(
-            state, PART, lambda made: document_view(made.compensated.document(made.name))
-        )
+        work = outcome(state, PART, lambda made: document_view(made.document))
         kept(work, lambda: _points_to_keep(work))
 
 
@@ -197,4 +195,4 @@ def _same(state: ScreenState) -> None:
     fit, export = WORKS.of(state, FIT).result, WORKS.of(state, EXPORT).result
     if fit is not None:
         settings = fit.settings if export is None else export.settings
-        same_elsewhere(command_lines(fit.name, settings), python_lines(fit.name, settings))
+        same_elsewhere(*tasks_of(fit.name, settings))

@@ -1,40 +1,29 @@
-"""What the engineer typed and chose, and the command and Python lines that mean the same."""
+"""What the engineer typed and chose, and the tasks that do the same."""
 
 from __future__ import annotations
 
 import hashlib
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pretravel.app.components.described import form_settings, stored_default
-from pretravel.tasks import task
+from pretravel.app.task_form import TaskForm
+from pretravel.tasks.compare import Compare
+from pretravel.tasks.export import Export, applies
 from pretravel.tasks.qualify import Qualify
+from pretravel.tasks.task import Task
 from pretravel.tasks.values import StatedColumns
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import ReadingOptions
-    from pretravel.tasks.export import Export
 
-DEFAULTS: Mapping[str, Any] = {each.name: stored_default(each) for each in form_settings(Qualify)}
-"""Settings of a qualification, with what applies where nothing is stored."""
+QUALIFICATION = TaskForm(Qualify)
+CONTROL = TaskForm(Export, prefix="export_", without=("tip_diameter", "show_template"))
+"""The map is not read from a file here, and no template is printed."""
 OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "left_out": []}
 """What is stated about one file, and does not hold for the next one."""
-EXPORT_DEFAULTS: Mapping[str, Any] = {
-    "control": None,
-    "export_units": "mm",
-    "export_tolerance_um": 0.02,
-    "export_base": None,
-    "export_program": None,
-    "export_feed": None,
-    "export_azimuth_deg": None,
-    "export_angles": "normals",
-    "export_criterion": "max",
-    "export_form": "auto",
-}
-_USUAL = {**DEFAULTS, **EXPORT_DEFAULTS}
+_USUAL = {**QUALIFICATION.defaults, **CONTROL.defaults}
 MAP_NAME = "map.json"
 WOZNIAK = "wozniak"
 OF_WOZNIAK = ("lobe_azimuth_deg", "transducer")
@@ -51,12 +40,12 @@ def file_mark(content: bytes) -> str:
 
 @dataclass(frozen=True)
 class EngineerSettings:
-    """Settings of the screen; `given` has those that differ from their defaults.
+    """Settings of the screen.
 
     Attributes
     ----------
     values : mapping of str to value
-        All settings of `DEFAULTS`, `EXPORT_DEFAULTS` and `OF_FILE`.
+        All settings of `QUALIFICATION`, `CONTROL` and `OF_FILE`.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -92,10 +81,6 @@ class EngineerSettings:
         """Names of the touches that were unticked."""
         return tuple(self["left_out"])
 
-    def stated(self, name: str) -> Any:
-        """A setting, or None where it is the default."""
-        return None if self[name] == {**_USUAL, **OF_FILE}[name] else self[name]
-
     def looking(self) -> ReadingOptions:
         """How the file is looked at."""
         from pretravel.files.file_format import ReadingOptions
@@ -114,7 +99,7 @@ class EngineerSettings:
         exclude : sequence of str
             Names of touches that are left out.
         """
-        stated = {name: self[name] for name in DEFAULTS if self.stated(name) is not None}
+        stated = QUALIFICATION.given(self.values)
         if self["kind"] != WOZNIAK:  # no other kind has these settings
             stated = {name: value for name, value in stated.items() if name not in OF_WOZNIAK}
         return Qualify(
@@ -127,38 +112,21 @@ class EngineerSettings:
             **stated,
         )
 
+    @property
+    def control(self) -> str | None:
+        """The control that is chosen."""
+        return self[CONTROL.stored_name("to")]  # type: ignore[no-any-return]
+
     def export(self) -> Export:
         """Settings of the control; those that it does not use are left out."""
-        from pretravel.tasks.export import Export, settings_used, takes_feed
-
-        to = self["control"]
-        used = settings_used(to)
-
-        def value(name: str, setting: str) -> Any:
-            return self.stated(setting) if name in used else None
-
-        return Export(
-            map_file=Path(MAP_NAME),
-            to=to,
-            output=Path(export_name(to)),
-            base=_whole(value("base", "export_base")),
-            program=_whole(value("program", "export_program")),
-            units=value("units", "export_units"),
-            angles=value("angles", "export_angles"),
-            criterion=value("criterion", "export_criterion"),
-            form=value("form", "export_form"),
-            tolerance_um=value("tolerance", "export_tolerance_um"),
-            azimuth_deg=value("azimuth", "export_azimuth_deg"),
-            feed=self["export_feed"] if takes_feed(to) else None,
-        )
+        to = self.control or ""
+        given = CONTROL.given(self.values).items()
+        used = {name: value for name, value in given if applies(to, name)}
+        return Export(map_file=Path(MAP_NAME), output=Path(export_name(to)), **used)
 
 
-def _whole(value: float | None) -> int | None:
-    return None if value is None else round(value)
-
-
-def command_lines(file: str, settings: EngineerSettings) -> str:
-    """The commands that do the same as the screen, one a line.
+def tasks_of(file: str, settings: EngineerSettings) -> tuple[Task, ...]:
+    """The tasks that do the same as the screen, one after the other.
 
     Parameters
     ----------
@@ -166,15 +134,15 @@ def command_lines(file: str, settings: EngineerSettings) -> str:
         Name of the file of touches.
     settings : EngineerSettings
 
-    >>> print(command_lines("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})))
+    >>> from pretravel.tasks.task import command_line
+    >>> for task in tasks_of("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})):
+    ...     print(command_line(task))
     pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json
     pretravel compare map.json
     """
+    export = (settings.export(),) if settings.control else ()
     qualify = settings.qualify(Path(file), settings.left_out)
-    lines = [task.command_line(qualify), shlex.join(["pretravel", "compare", MAP_NAME])]
-    if settings["control"]:
-        lines.append(task.command_line(settings.export()))
-    return "\n".join(lines)
+    return (qualify, Compare(map_file=MAP_NAME), *export)
 
 
 def export_name(to: str) -> str:
@@ -190,21 +158,3 @@ def export_name(to: str) -> str:
         "heidenhain": "heidenhain.3DTC",
     }
     return names.get(to, to)
-
-
-def python_lines(file: str, settings: EngineerSettings) -> str:
-    """The Python lines that make the same map and the same comparison.
-
-    Parameters
-    ----------
-    file : str
-    settings : EngineerSettings
-    """
-    lines = [
-        task.python_lines(settings.qualify(Path(file), settings.left_out)),
-        "import pretravel",
-        "comparison = pretravel.compare_corrections(result.pretravel_map)",
-    ]
-    if settings["control"]:
-        lines.append(task.python_lines(settings.export()))
-    return "\n".join(lines)

@@ -6,10 +6,10 @@ import numpy as np
 from nicegui import ui
 
 from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import EngineerSettings, file_mark
 from pretravel.app.screens.engineer_work import FIT, FitResult
-from pretravel.app.tasks import WORKS
 from pretravel.base.directions import describe
 from pretravel.show.formatting import number_text, signed_decimals
 

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pretravel.app.jobs import Inputs, Job
 from pretravel.app.screens.engineer_settings import (
-    DEFAULTS,
-    EXPORT_DEFAULTS,
+    CONTROL,
     MAP_NAME,
     OF_FILE,
+    QUALIFICATION,
     EngineerSettings,
-    command_lines,
     file_mark,
 )
-from pretravel.app.tasks import Inputs, Task
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.tasks.task import command_line
 
 if TYPE_CHECKING:
     from pretravel.base.arrays import BoolArray, FloatArray
@@ -211,7 +211,7 @@ class _LastFits:
     def get(self, path: Path, settings: EngineerSettings) -> FitResult:
         """The fit of a file; computed where it is new."""
         content = file_mark(path.read_bytes())
-        used = sorted((name, repr(settings[name])) for name in (*DEFAULTS, *OF_FILE))
+        used = sorted((name, repr(settings[name])) for name in (*QUALIFICATION.stored, *OF_FILE))
         key = f"{path.name} {content} {used}"
         with self._lock:
             if key not in self._fits:
@@ -271,7 +271,7 @@ def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelErro
         costs,
         problem,
         record_now(
-            command_lines(path.name, settings).splitlines()[0],
+            command_line(settings.qualify(Path(path.name), left_out)),
             [replace(input_file(path, "TOUCHES"), name=path.name)],
         ),
     )
@@ -349,13 +349,13 @@ class ExportResult:
     @property
     def to(self) -> str:
         """The control."""
-        return str(self.settings["control"])
+        return str(self.settings.control)
 
 
 def export(inputs: Inputs) -> ExportResult | None:
     """Files for the control that is chosen; None without one, or without a map."""
     settings = _settings_of(inputs)
-    if settings["control"] is None:
+    if settings.control is None:
         return None
     try:
         made = fit(inputs)
@@ -372,13 +372,12 @@ class TriedMap:
 
     Attributes
     ----------
-    name : str
-        Of the file.
     compensated : CompensatedTouches
+    document : Document
     """
 
-    name: str
     compensated: CompensatedTouches
+    document: Document
 
     def write(self, path: Path) -> None:
         """Write the points."""
@@ -397,21 +396,22 @@ def compensate(inputs: Inputs) -> TriedMap | None:
         touches=(part,), map_file=MAP_NAME, output=Path("points.csv"), units=made.settings["units"]
     )
     readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
-    return TriedMap(part.name, task.compensated(readings, pretravel_map))
+    found = task.compensated(readings, pretravel_map)
+    return TriedMap(found, found.document())
 
 
-_OF_FIT = (*DEFAULTS, "answers", "left_out")
-LOOK = Task("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
-FIT = Task("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
-EXPORT = Task(
+_OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")
+LOOK = Job("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
+FIT = Job("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
+EXPORT = Job(
     "export",
     export,
     "Making the files of the control",
-    settings=(*_OF_FIT, *EXPORT_DEFAULTS),
+    settings=(*_OF_FIT, *CONTROL.stored),
     files=("touches",),
     needs=("touches",),
 )
-PART = Task(
+PART = Job(
     "part",
     compensate,
     "Compensating",

@@ -9,10 +9,11 @@ from typing import Any
 
 from nicegui import ui
 
+from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import document_view
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.examples import example_button
-from pretravel.app.components.fields import choice_field, number_field
+from pretravel.app.components.fields import choice_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
     folded,
@@ -26,10 +27,11 @@ from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.laboratory_work import (
-    RIG_SETTINGS,
-    SEPARATION_SETTINGS,
+    RIG_FORM,
+    SEPARATION_FORM,
     RigResult,
     SeparationResult,
     calibrate_rig_traces,
@@ -37,37 +39,30 @@ from pretravel.app.screens.laboratory_work import (
     separate_readings,
     shown_events,
 )
-from pretravel.app.tasks import Task, Work
 from pretravel.base.units import MICROMETRE
-from pretravel.base.whole_file import write_json
-from pretravel.files.csv_table import write_csv_table
-from pretravel.files.laboratory_file import with_laboratory_values
-from pretravel.files.separation_csv import separation_json, separation_table
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.tasks.reports.rig_report import trace_view
 from pretravel.tasks.rig import CalibratedRig
+from pretravel.tasks.task import command_line
+from pretravel.tasks.values import trace_mark
 
-RIG = Task(
+RIG = Job(
     "rig",
     calibrate_rig_traces,
     "Evaluating the traces",
-    settings=RIG_SETTINGS,
+    settings=(*RIG_FORM.stored, "statements"),
     files=("traces", "budget"),
     needs=("traces",),
 )
-SEPARATION = Task(
+SEPARATION = Job(
     "separate",
     separate_readings,
     "Separating machine and probe",
-    settings=SEPARATION_SETTINGS,
+    settings=(*SEPARATION_FORM.stored, "statements"),
     files=("readings",),
     needs=("readings",),
 )
 WORK = {"rig": "Traces of a calibration rig", "separation": "Machine and probe apart"}
-METHOD_NAMES = {
-    "reml": "restricted maximum likelihood",
-    "least-squares": "the paper's least squares",
-}
 EXAMPLE_TRACES = tuple(
     f"rig/rig_{azimuth:03d}_{repeat}.csv" for azimuth in (0, 60, 90) for repeat in (1, 2)
 )
@@ -100,13 +95,12 @@ def _rig(state: ScreenState) -> None:
                 state, "traces", "Traces of the rig", endings=(".csv",), several=True,
                 hint="rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger",
             )  # fmt: skip
-            example_button(state, {"traces": EXAMPLE_TRACES}, {"marks": {}, "excluded": []})
+            example_button(state, {"traces": EXAMPLE_TRACES}, {"mark": [], "exclude": []})
             file_drop(state, "budget", "Budget of your rig", endings=(".csv",))
             with folded("Ruler"):
-                number_field(state, "temperature", "Temperature of the ruler", unit="°C",
-                             default=20.0, limits=(-50.0, 100.0))  # fmt: skip
-                number_field(state, "expansion", "Thermal expansion of the ruler", unit="1e-6/K",
-                             default=8.0, limits=(0.0, 100.0))  # fmt: skip
+                of_traces = ("exclude", "mark")  # stated in the panel of the trace
+                names = [name for name in RIG_FORM.names if name not in of_traces]
+                described_fields(state, RIG_FORM, names)
             statements_form(state, certificate=True)
         with results:
             work = outcome(
@@ -135,22 +129,16 @@ def _show_rig(state: ScreenState, result: RigResult) -> None:
 def _rig_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            work, lambda result: result.certificate, lambda result: result.command,
+            work, lambda result: result.certificate, lambda result: command_line(result.same),
             name="certificate.html", label="Certificate (page)", template=CalibratedRig.template,
         )  # fmt: skip
-        result_button(
-            work, "rig.csv", "rig.csv",
-            lambda path, result: result.rig.write("output", path),
-        )  # fmt: skip
-        result_button(
-            work, "rig.json", "rig.json",
-            lambda path, result: result.rig.write("output", path),
-        )  # fmt: skip
+        for name in ("rig.csv", "rig.json"):
+            result_button(work, name, name, lambda path, result: result.rig.write("output", path))
 
 
 def _same(result: RigResult | SeparationResult | None) -> None:
     if result is not None:
-        same_elsewhere(result.command, result.python)
+        same_elsewhere(result.same)
 
 
 def _trace_chooser(state: ScreenState, result: RigResult) -> None:
@@ -165,7 +153,7 @@ def _trace_chooser(state: ScreenState, result: RigResult) -> None:
 
 def _show_trace(state: ScreenState, result: RigResult) -> None:
     trace, touch = result.trace(str(state.settings.get("trace", "")))
-    marks = state.settings.get("marks", {}).get(trace.name, {})
+    marks = [mark for mark in _marks(state) if trace_mark(mark).trace == trace.name]
     whole, signals, contact = trace_view(trace, touch).charts
     note("Drag r0, r1, r2 or r3 to where you see it, or type its place below the picture.")
     figure = plotly_figure(contact) | {"config": _MOVABLE}
@@ -178,7 +166,7 @@ def _show_trace(state: ScreenState, result: RigResult) -> None:
         if marks:
             taken = partial(_without_marks, state, trace.name)
             ui.button("Take my marks away", icon="undo", on_click=taken).props("no-caps outline")
-        excluded = trace.name in state.settings.get("excluded", [])
+        excluded = trace.name in state.settings.get("exclude", [])
         ui.button(
             "Include this trace" if excluded else "Leave this trace out",
             icon="add" if excluded else "remove",
@@ -199,19 +187,21 @@ def _dragged(state: ScreenState, trace: str, events: list[str], event: Any) -> N
             _set_mark(state, trace, events[int(found[1])], round(place * MICROMETRE, 9))
 
 
-def _set_mark(state: ScreenState, trace: str, event: str, place: float | None) -> None:
-    marks = state.settings.get("marks", {})
-    state.settings["marks"] = moved_marks(marks, trace, event, place)
+def _marks(state: ScreenState) -> list[str]:
+    return state.settings.get("mark", [])  # type: ignore[no-any-return]
+
+
+def _set_mark(state: ScreenState, trace: str, event: str, place: float) -> None:
+    state.settings["mark"] = moved_marks(_marks(state), trace, event, place)
 
 
 def _without_marks(state: ScreenState, trace: str) -> None:
-    marks = state.settings.get("marks", {})
-    state.settings["marks"] = {name: moved for name, moved in marks.items() if name != trace}
+    state.settings["mark"] = [mark for mark in _marks(state) if trace_mark(mark).trace != trace]
 
 
 def _exclude(state: ScreenState, trace: str, leave_out: bool) -> None:
-    others = [name for name in state.settings.get("excluded", []) if name != trace]
-    state.settings["excluded"] = [*others, trace] if leave_out else others
+    others = [name for name in state.settings.get("exclude", []) if name != trace]
+    state.settings["exclude"] = [*others, trace] if leave_out else others
 
 
 def _mark_field(state: ScreenState, trace: str, event: str, place: float) -> None:
@@ -240,7 +230,10 @@ def _separation(state: ScreenState) -> None:
                 "the probe",
             )  # fmt: skip
             example_button(state, {"readings": ["redundancy_24x24.csv"]}, {})
-            choice_field(state, "method", "Method of the variances", METHOD_NAMES, default="reml")
+            described_field(state, SEPARATION_FORM, "method")
+            with folded("More settings"):
+                names = [name for name in SEPARATION_FORM.names if name != "method"]
+                described_fields(state, SEPARATION_FORM, names)
             statements_form(state)
         with results:
             work = outcome(
@@ -254,17 +247,11 @@ def _separation(state: ScreenState) -> None:
 def _separation_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            work, lambda result: result.document, lambda result: result.command,
+            work, lambda result: result.document, lambda result: command_line(result.same),
             name="separation.html",
         )  # fmt: skip
-        result_button(
-            work, "separation.csv", "separation.csv",
-            lambda path, result: write_csv_table(path, separation_table(result.separation)),
-        )  # fmt: skip
-        result_button(
-            work, "separation.json", "separation.json",
-            lambda path, result: write_json(
-                path, with_laboratory_values(separation_json(result.separation), result.statements)
-            ),
-        )  # fmt: skip
+        for name in ("separation.csv", "separation.json"):
+            result_button(
+                work, name, name, lambda path, result: result.separated.write("output", path)
+            )
     note("A reading is the error of the machine minus that of the probe.")

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from pretravel.app.components.statements import stated
-from pretravel.app.project import SettingValue
-from pretravel.app.tasks import Inputs
-from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.app.components.statements import STATEMENTS, stated
+from pretravel.app.jobs import Inputs
+from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.laboratory.certificate import LaboratoryStatements
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_marks import MARKS
-from pretravel.laboratory.separation import METHODS, Separation, separate
 from pretravel.show.document import Document
-from pretravel.tasks.reports.laboratory_report import with_laboratory
-from pretravel.tasks.reports.separation_report import separation_document
 from pretravel.tasks.rig import CalibratedRig, Rig
-from pretravel.tasks.task import command_line, python_lines
-from pretravel.tasks.values import MovedMark
+from pretravel.tasks.separate import Separate, SeparatedErrors
+from pretravel.tasks.values import MovedMark, trace_mark
 
-RIG_SETTINGS = ("excluded", "marks", "temperature", "expansion", "statements")
-SEPARATION_SETTINGS = ("method", "statements")
+RIG_FORM = TaskForm(Rig, without=("tip_diameter",))
+"""The diameter of the tip is for a map, which the screen does not write."""
+SEPARATION_FORM = TaskForm(Separate, prefix="separate_")
 _FOREIGN_BUDGET = (
     "the budget is that of Ren 2020, Table 2, of another laboratory; give your own as a file"
 )
@@ -39,17 +35,14 @@ class RigResult:
     ----------
     rig : CalibratedRig
     document, certificate : Document
-    statements : LaboratoryStatements or None
-        None where nothing is stated.
-    command, python : str
+    same : Rig
+        As the user can do it.
     """
 
     rig: CalibratedRig
     document: Document
     certificate: Document
-    statements: LaboratoryStatements | None
-    command: str
-    python: str
+    same: Rig
 
     def trace(self, name: str) -> tuple[RigTrace, RigTouch]:
         """A trace and its touch; the first ones where there is none of this name."""
@@ -66,59 +59,37 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
     PretravelError
         What the files are refused for; too few traces.
     """
-    get = inputs.settings.get
     paths = sorted(inputs.files["traces"], key=lambda path: path.stem)
     budget = inputs.optional_file("budget")
     names = {path.stem for path in paths}
-    task = Rig(
-        traces=tuple(paths),
-        budget=budget,
-        temperature=float(get("temperature", 20.0)),
-        expansion=float(get("expansion", 8.0)),
-        exclude=tuple(name for name in get("excluded", []) if name in names),
-        mark=tuple(
-            MovedMark(name, event, place)
-            for name, moved in get("marks", {}).items()
-            if name in names
-            for event, place in moved.items()
-        ),
-    )
-    given = get("statements", {})
-    statements = stated(given) if given else None
-    found = replace(task.run(), statements=statements)
-    same = replace(
-        task,
-        traces=tuple(Path(path.name) for path in paths),
-        budget=None if budget is None else Path(budget.name),
-        output=Path("rig.json"),
-    )
+    given = RIG_FORM.given(inputs.settings)
+    # Of traces that were taken away again nothing counts.
+    given["exclude"] = [name for name in given.get("exclude", ()) if name in names]
+    given["mark"] = [mark for mark in given.get("mark", ()) if trace_mark(mark).trace in names]
+    task = Rig(traces=tuple(paths), budget=budget, **given)
+    found = replace(task.run(), statements=_statements(inputs))
     return RigResult(
         found,
         found.report([] if budget is not None else [_FOREIGN_BUDGET]),
         found.certificate(),
-        statements,
-        command_line(same),
-        python_lines(same),
+        with_file_names(task, output=Path("rig.json")),
     )
 
 
-def moved_marks(
-    marks: Mapping[str, Mapping[str, float]], trace: str, event: str, place: float | None
-) -> dict[str, SettingValue]:
-    """The marks after one of them was moved; None takes the mark away.
+def _statements(inputs: Inputs) -> LaboratoryStatements | None:
+    """None where nothing is stated."""
+    given = inputs.settings.get(STATEMENTS, {})
+    return stated(given) if given else None
 
-    >>> moved_marks({}, "rig_000_1", "r0", 1.25)
-    {'rig_000_1': {'r0': 1.25}}
-    >>> moved_marks({"rig_000_1": {"r0": 1.25}}, "rig_000_1", "r0", None)
-    {}
+
+def moved_marks(marks: Sequence[str], trace: str, event: str, place: float) -> list[str]:
+    """The marks after one of them was moved, as `Rig.mark` has them.
+
+    >>> moved_marks(["rig_000_1:r0=1.25", "rig_000_1:r1=1.5"], "rig_000_1", "r0", 1.75)
+    ['rig_000_1:r1=1.5', 'rig_000_1:r0=1.75']
     """
-    changed = {name: dict(events) for name, events in marks.items()}
-    events = changed.setdefault(trace, {})
-    if place is None:
-        events.pop(event, None)
-    else:
-        events[event] = place
-    return {name: events for name, events in changed.items() if events}
+    others = [mark for mark in marks if trace_mark(mark)[:2] != (trace, event)]
+    return [*others, str(MovedMark(trace, event, place))]
 
 
 def shown_events(touch: RigTouch) -> list[str]:
@@ -132,17 +103,15 @@ class SeparationResult:
 
     Attributes
     ----------
-    separation : Separation
+    separated : SeparatedErrors
     document : Document
-    statements : LaboratoryStatements or None
-    command, python : str
+    same : Separate
+        As the user can do it.
     """
 
-    separation: Separation
+    separated: SeparatedErrors
     document: Document
-    statements: LaboratoryStatements | None
-    command: str
-    python: str
+    same: Separate
 
 
 def separate_readings(inputs: Inputs) -> SeparationResult:
@@ -153,21 +122,7 @@ def separate_readings(inputs: Inputs) -> SeparationResult:
     PretravelError
         What the file is refused for.
     """
-    path = inputs.file("readings")
-    method = str(inputs.settings.get("method", METHODS[0]))
-    found = separate(read_multi_step_readings(path), method=method)  # type: ignore[arg-type]
-    given = inputs.settings.get("statements", {})
-    statements = stated(given) if given else None
-    document = with_laboratory(separation_document(found, readings_name=path.name), statements)
-    words = ["pretravel", "separate", path.name, "--method", method, "-o", "separation.json"]
-    python = "\n".join(
-        (
-            "from pretravel.files.separation_csv import read_multi_step_readings",
-            "from pretravel.laboratory.separation import separate",
-            "",
-            f"readings = read_multi_step_readings({path.name!r})",
-            f"found = separate(readings, method={method!r})",
-            "print(found)",
-        )
-    )
-    return SeparationResult(found, document, statements, shlex.join(words), python)
+    task = Separate(readings=inputs.file("readings"), **SEPARATION_FORM.given(inputs.settings))
+    found = replace(task.run(), statements=_statements(inputs))
+    same = with_file_names(task, output=Path("separation.json"))
+    return SeparationResult(found, found.document(), same)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from functools import partial
 
 from nicegui import ui
 
+from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import document_view
 from pretravel.app.components.downloads import result_button
-from pretravel.app.components.fields import choice_field, number_field, switch_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
     folded,
@@ -22,33 +23,33 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.metrologist_work import (
-    CHECK_SETTINGS,
     EXAMPLE_SETTINGS,
+    FORM,
     CheckResult,
     check_by_standard,
     example_touches,
 )
-from pretravel.app.tasks import Task, Work
 from pretravel.base.whole_file import write_json
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
 from pretravel.tasks.check import applies
+from pretravel.tasks.task import command_line
 
-CHECK = Task(
+CHECK = Job(
     "check",
     check_by_standard,
     "Determining the figures of the standard",
-    settings=CHECK_SETTINGS,
+    settings=(*FORM.stored, "statements"),
     files=("touches", "map"),
     needs=("touches",),
 )
-STANDARDS = {
-    "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
-    "iso230-10": "ISO 230-10: 36 touches on the equator",
-    "iso230-10-tip-offset": "ISO 230-10, stylus-tip offset: a circle at two orientations",
-}
+_REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
+_LIMITS = tuple(name for name in FORM.names if name.endswith("_limit_um"))
+_PLACED = ("standard", *_REFERENCE, *_LIMITS)
+_MORE = tuple(name for name in FORM.names if name not in _PLACED)
 
 
 def show(state: ScreenState) -> None:
@@ -69,55 +70,36 @@ def show(state: ScreenState) -> None:
 
 
 def _inputs(state: ScreenState) -> None:
-    choice_field(state, "standard", "Standard", STANDARDS, default="iso10360-5")
+    described_field(state, FORM, "standard")
     file_drop(state, "touches", "Touches on the calibrated sphere")
     ui.button("Try it with example data", icon="school", on_click=partial(_fill, state)).props(
         "no-caps flat"
     )
     with panel("Reference"):
-        number_field(
-            state, "diameter", "Diameter of the sphere", unit="mm", default=25.0,
-            limits=(0.1, 1000.0),
-        )  # fmt: skip
-        live([state.listen], partial(_reference, state), key=partial(_standard, state))
-        number_field(state, "tip_diameter", "Diameter of the tip", unit="mm", limits=(0.01, 100.0))
+        _fields_that_apply(state, _REFERENCE)
     with panel("Limits"):
-        live([state.listen], partial(_limits, state), key=partial(_standard, state))
+        _fields_that_apply(state, _LIMITS)
     file_drop(
         state, "map", "Map of the probe, to check the compensated touches",
         endings=(".json", ".csv"),
     )  # fmt: skip
     with folded("More settings"):
-        units = {"": "as the file states", "mm": "mm", "inch": "inch"}
-        choice_field(state, "units", "Unit of the touches", units, default="")
+        _fields_that_apply(state, _MORE)
     statements_form(state)
 
 
 def _standard(state: ScreenState) -> str:
-    return str(state.settings.get("standard", "iso10360-5"))
+    return str(FORM.value(state.settings, "standard"))
 
 
-def _reference(state: ScreenState) -> None:
-    standard = _standard(state)
-    for name, label in (
-        ("u_diameter_um", "u of the diameter"),
-        ("sphere_form_um", "Form error of the sphere"),
-    ):
-        if applies(standard, name):
-            number_field(state, name, label, unit="µm", limits=(0.0, 1e3))
-    if applies(standard, "ring"):
-        switch_field(state, "ring", "The reference is a ring")
+def _fields_that_apply(state: ScreenState, names: Sequence[str]) -> None:
+    """The fields of those settings that the standard uses."""
 
+    def build() -> None:
+        used = [name for name in names if applies(_standard(state), name)]
+        described_fields(state, FORM, used)
 
-def _limits(state: ScreenState) -> None:
-    for name, label in (
-        ("form_limit_um", "Form error"),
-        ("size_limit_um", "Size error"),
-        ("repeat_limit_um", "Range of repeats"),
-        ("offset_limit_um", "Offset of the tip"),
-    ):
-        if applies(_standard(state), name):
-            number_field(state, name, label, unit="µm", limits=(0.0, 1e6))
+    live([state.listen], build, key=partial(_standard, state))
 
 
 async def _fill(state: ScreenState) -> None:
@@ -135,7 +117,7 @@ def _show_result(result: CheckResult) -> None:
 def _to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
         page_button(
-            work, lambda result: result.document, lambda result: result.command,
+            work, lambda result: result.document, lambda result: command_line(result.same),
             name="certificate.html", label="Certificate (page)",
         )  # fmt: skip
         result_button(
@@ -151,4 +133,4 @@ def _to_keep(work: Work) -> None:
 def _definitions(result: CheckResult | None) -> None:
     if result is not None:
         note("The definitions are recalled, not checked against the texts of the standards.")
-        same_elsewhere(result.command, result.python)
+        same_elsewhere(result.same)

@@ -9,25 +9,23 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.app.components.statements import stated
-from pretravel.app.tasks import Inputs
+from pretravel.app.jobs import Inputs
+from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.touches_csv import write_touches
 from pretravel.laboratory.iso230_10 import plane_pattern_36
-from pretravel.laboratory.standards import PATTERNS
+from pretravel.laboratory.standards import patterns
 from pretravel.probing.simulation import Latch, simulate
 from pretravel.probing.targets import Targets
 from pretravel.show.document import Document
 from pretravel.surface.shapes import Sphere
 from pretravel.tasks.check import Check, CheckedProbe, applies, not_stated
-from pretravel.tasks.task import command_line, python_lines
 from pretravel.touches import Touches, moved, with_spindle
 
-LIMITS = ("form_limit_um", "size_limit_um", "repeat_limit_um", "offset_limit_um")
-_NUMBERS = ("diameter", "tip_diameter", "u_diameter_um", "sphere_form_um", *LIMITS)
-CHECK_SETTINGS = ("standard", *_NUMBERS, "units", "ring", "statements")
+FORM = TaskForm(Check, shared=("units",), start={"standard": "iso10360-5"})
 
 
 @dataclass(frozen=True)
@@ -38,14 +36,13 @@ class CheckResult:
     ----------
     checked : CheckedProbe
     document : Document
-    command, python : str
-        The command and the lines of Python that do the same.
+    same : Check
+        As the user can do it.
     """
 
     checked: CheckedProbe
     document: Document
-    command: str
-    python: str
+    same: Check
 
 
 def check_by_standard(inputs: Inputs) -> CheckResult:
@@ -56,37 +53,20 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
     PretravelError
         As `Check.run`; what the files are refused for.
     """
-    settings = inputs.settings
-    standard = str(settings.get("standard", "iso10360-5"))
+    settings, touches = inputs.settings, inputs.file("touches")
+    standard = FORM.value(settings, "standard")
     # The fields of another standard are not shown, and do not count.
     numbers = {
-        name: settings[name]
-        for name in _NUMBERS
-        if settings.get(name) is not None and applies(standard, name)
+        name: value for name, value in FORM.given(settings).items() if applies(standard, name)
     }
-    map_file, touches = inputs.optional_file("map"), inputs.file("touches")
-    task = Check(
-        **{"diameter": 25.0, **numbers},
-        standard=standard,
-        touches=(touches,),
-        ring=bool(settings.get("ring", False)) and applies(standard, "ring"),
-        units=settings.get("units") or None,
-        map_file=map_file,
-    )
+    task = Check(touches=(touches,), map_file=inputs.optional_file("map"), **numbers)
     given = settings.get("statements", {})
     checked = replace(task.run(), statements=stated(given))
     document = checked.report(touches.name, not_stated(checked.result))
-    same = replace(
-        task,
-        touches=(Path(touches.name),),
-        map_file=None if map_file is None else Path(map_file.name),
-        output=Path("check.json"),
-    )
     return CheckResult(
         replace(checked, statements=stated(given) if given else None),
         document,
-        command_line(same),
-        python_lines(same),
+        with_file_names(task, output=Path("check.json")),
     )
 
 
@@ -110,7 +90,7 @@ def example_touches(standard: str) -> tuple[str, bytes]:
     if standard == "iso230-10-tip-offset":
         touches = _touches_at_two_orientations()
     else:
-        normals = PATTERNS[standard]()
+        normals = patterns()[standard]()
         repeats = 3 if standard == "iso230-10" else 1
         touches = _simulated(np.repeat(normals, repeats, axis=0), _CENTER, seed=1)
     with temporary_folder() as folder:

@@ -9,18 +9,14 @@ from typing import Any
 
 from nicegui import ui
 
+from pretravel.app.components.described import described_fields
 from pretravel.app.components.document_view import (
     document_view,
     key_figures,
     table_view,
 )
 from pretravel.app.components.downloads import result_button
-from pretravel.app.components.fields import (
-    choice_field,
-    number_field,
-    switch_field,
-    text_field,
-)
+from pretravel.app.components.fields import choice_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
     folded,
@@ -33,37 +29,39 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.jobs import WORKS, Inputs, Job, Work
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.part_work import (
-    FEATURE_SETTINGS,
-    PART_SETTINGS,
+    FEATURE_FORM,
+    PART_FORM,
     PartFeatures,
     PartResult,
     compensate_part,
     example_map,
     measure_part,
 )
-from pretravel.app.tasks import WORKS, Inputs, Task, Work
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.measurement.association import ASSOCIATIONS
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.show.document import KeyFigure
 from pretravel.show.formatting import decimals, signed_decimals
 from pretravel.tasks.example_data import example_folder
 from pretravel.tasks.reports.budget_report import budget_table
+from pretravel.tasks.task import command_line
 
-COMPENSATION = Task(
+COMPENSATION = Job(
     "compensate",
     compensate_part,
     "Compensating the touches",
-    settings=PART_SETTINGS,
+    settings=("probe", *PART_FORM.stored),
     files=("touches", "map", "part"),
     needs=("touches",),
     own_process=True,
 )
 ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")
+_USUAL = ("feature", "select", "by_prefix", "size_tolerance", "form_tolerance", "u_machine_um")
+_MORE = tuple(name for name in FEATURE_FORM.names if name not in _USUAL)
 
 
 def show(state: ScreenState) -> None:
@@ -98,13 +96,7 @@ def _inputs(state: ScreenState) -> None:
     )  # fmt: skip
     _example(state)
     with folded("More settings"):
-        units = {"": "as the file states", "mm": "mm", "inch": "inch"}
-        choice_field(state, "units", "Unit of the touches", units, default="")
-        number_field(
-            state, "feed", "Feed of the touches", unit="mm/min", limits=(1e-3, 1e5),
-            hint="Only where the file does not state it",
-        )  # fmt: skip
-        switch_field(state, "extrapolate", "Allow directions outside the map")
+        described_fields(state, PART_FORM, PART_FORM.names)
 
 
 def _example(state: ScreenState) -> None:
@@ -159,14 +151,14 @@ def _to_keep(work: Work) -> None:
         for ending in ENDINGS_OF_POINTS:
             result_button(work, f"points{ending}", f"points{ending}", write)
         page_button(
-            work, lambda result: result.document, lambda result: result.command(),
+            work, lambda result: result.document, lambda result: command_line(result.same),
             name="points.html",
         )  # fmt: skip
 
 
 def _same(result: PartResult | None) -> None:
     if result is not None:
-        same_elsewhere(result.command(), result.python())
+        same_elsewhere(result.same)
 
 
 def _clickable(state: ScreenState, figure: dict[str, Any], description: str) -> None:
@@ -210,7 +202,7 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
         note("The map states no uncertainty, so there is no budget.")
 
 
-def _features_task(state: ScreenState) -> Task:
+def _features_job(state: ScreenState) -> Job:
     """The measurement of features; it uses the points of the newest compensation."""
 
     def compute(inputs: Inputs) -> PartFeatures:
@@ -219,11 +211,11 @@ def _features_task(state: ScreenState) -> Task:
             raise PretravelError("there are no compensated points yet")
         return measure_part(result, inputs)
 
-    return Task(
+    return Job(
         "features",
         compute,
         "Measuring the features",
-        settings=FEATURE_SETTINGS,
+        settings=FEATURE_FORM.stored,
         files=("touches",),
         needs=("touches",),
         automatic=False,
@@ -232,24 +224,13 @@ def _features_task(state: ScreenState) -> Task:
 
 def _show_features(state: ScreenState, result: PartResult) -> None:
     with ui.element("div").classes("field-grid"):
-        choice_field(state, "feature", "Feature", list(ASSOCIATIONS), default="plane")
-        text_field(
-            state, "labels", "Points by label", hint="bore1* bore2*: each is one; empty: all points"
-        )
-        switch_field(state, "by_prefix", "One feature for each name before a number")
-        number_field(state, "lower", "Lower limit of the diameter", unit="mm")
-        number_field(state, "upper", "Upper limit of the diameter", unit="mm")
-        number_field(
-            state, "form_tolerance", "Tolerance of the form", unit="mm", limits=(1e-6, 1e3)
-        )
-        number_field(
-            state, "u_machine_um", "u of the machine", unit="µm", limits=(0.0, 1e4),
-            hint="Geometry, temperature and clamping, for one length",
-        )  # fmt: skip
+        described_fields(state, FEATURE_FORM, _USUAL)
+    with folded("More settings"):
+        described_fields(state, FEATURE_FORM, _MORE)
     labels = ", ".join(result.compensated.points.labels[:8])
     note(f"Labels of the points: {labels} …")
-    task = _features_task(state)
-    work = outcome(state, task, lambda result: document_view(result.document), button="Measure")
+    job = _features_job(state)
+    work = outcome(state, job, lambda result: document_view(result.document), button="Measure")
     kept(work, lambda: _features_to_keep(work))
     live([work.listen], lambda: _command_of_features(work.result), lambda: work.result)
 
@@ -261,11 +242,11 @@ def _features_to_keep(work: Work) -> None:
     with ui.element("div").classes("buttons"):
         result_button(work, "features.csv", "features.csv", write)
         page_button(
-            work, lambda result: result.document, lambda result: result.command,
+            work, lambda result: result.document, lambda result: command_line(result.same),
             name="features.html",
         )  # fmt: skip
 
 
 def _command_of_features(result: PartFeatures | None) -> None:
     if result is not None:
-        note(result.command)
+        note(command_line(result.same))

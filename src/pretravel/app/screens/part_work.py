@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.app.jobs import Inputs
 from pretravel.app.own_description import own_map
-from pretravel.app.tasks import Inputs
+from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
@@ -20,14 +21,10 @@ from pretravel.show.document import Document
 from pretravel.surface.cad.part_file import read_part
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
 from pretravel.tasks.measure import Measure, MeasuredFeatures
-from pretravel.tasks.task import command_line, python_lines
-from pretravel.tasks.values import ToleranceText
 from pretravel.uncertainty.gum import Budget
 
-PART_SETTINGS = ("probe", "units", "feed", "extrapolate")
-FEATURE_SETTINGS = (
-    "feature", "labels", "by_prefix", "lower", "upper", "form_tolerance", "u_machine_um",
-)  # fmt: skip
+PART_FORM = TaskForm(Compensate, shared=("units", "feed"))
+FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"})
 
 
 @dataclass(frozen=True)
@@ -40,35 +37,18 @@ class PartResult:
     document : Document
     slide : (n,) float or None
         How far the contact slides before the trigger; None without a nominal part. [mm]
-    touches_name, map_name : str
-        Of the files.
+    same : Compensate
+        As the user can do it.
     """
 
     compensated: CompensatedTouches
     document: Document
     slide: FloatArray | None
-    touches_name: str
-    map_name: str
+    same: Compensate
 
     def budget(self, row: int) -> Budget:
         """The uncertainty budget of a point. [mm]"""
         return point_budget(self.compensated.errors, row)
-
-    def shown(self) -> Compensate:
-        """The task with the names of the files, which are elsewhere for the user."""
-        task = self.compensated.task
-        nominal = None if task.nominal is None else Path(task.nominal).name
-        return replace(
-            task, touches=(Path(self.touches_name),), map_file=self.map_name, nominal=nominal
-        )
-
-    def command(self) -> str:
-        """The command that writes the same points."""
-        return command_line(self.shown())
-
-    def python(self) -> str:
-        """The lines of Python that compute the same points."""
-        return python_lines(self.shown())
 
 
 def compensate_part(inputs: Inputs) -> PartResult:
@@ -87,17 +67,17 @@ def compensate_part(inputs: Inputs) -> PartResult:
             "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
             "probe of the catalogue"
         )
-    touches = inputs.file("touches")
     task = Compensate(
-        touches=(touches,),
+        touches=(inputs.file("touches"),),
         map_file=str(map_file or probe),
         output=Path("points.csv"),
         nominal=None if part is None else str(part),
-        extrapolate=bool(settings.get("extrapolate", False)),
-        units=settings.get("units") or None,
-        feed=settings.get("feed"),
+        **PART_FORM.given(settings),
     )
-    pretravel_map = task.pretravel_map() if map_file is None else own_map(map_file)
+    if map_file is None:
+        pretravel_map = task.pretravel_map()
+    else:
+        pretravel_map = own_map(map_file, task.model, tip_diameter=task.tip_diameter)
     readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
     # Not parse_surface: it executes Python files.
     nominal = None if part is None else read_part(part)
@@ -106,24 +86,24 @@ def compensate_part(inputs: Inputs) -> PartResult:
     if part is not None:
         seen = pretravel_map.seen_from(readings.placement)
         slide = np.linalg.norm(contact_slide(found.touches, found.points, seen), axis=1)
-    map_name = probe if map_file is None else map_file.name
-    return PartResult(found, found.document(), slide, touches.name, map_name)
+    return PartResult(found, found.document(), slide, with_file_names(task))
 
 
 @dataclass(frozen=True)
 class PartFeatures:
-    """Measured features, and the command that does the same.
+    """Measured features.
 
     Attributes
     ----------
     features : MeasuredFeatures
     document : Document
-    command : str
+    same : Measure
+        As the user can do it, with the file of the points.
     """
 
     features: MeasuredFeatures
     document: Document
-    command: str
+    same: Measure
 
 
 def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
@@ -134,36 +114,17 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     PretravelError
         Points that do not determine the features; limits in the wrong order.
     """
-    get = inputs.settings.get
-    kind = str(get("feature", "plane"))
-    labels = tuple(str(get("labels", "")).split())
-    lower, upper = get("lower"), get("upper")
-    size = None
-    if lower is not None or upper is not None:
-        size = ToleranceText(lower, upper, are_limits=True)
-        if lower is not None and upper is not None and not lower < upper:
-            raise PretravelError(
-                f"the tolerance {lower:g} to {upper:g} mm is empty: the lower limit is below the "
-                "upper limit"
-            )
     task = Measure(
-        points=Path(result.touches_name),
-        feature=kind,
-        select=labels,
-        by_prefix=bool(get("by_prefix", False)),
-        size_tolerance=size,
-        form_tolerance=get("form_tolerance"),
-        u_machine_um=float(get("u_machine_um", 0.0) or 0.0),
+        points=result.same.touches[0],
         output=Path("features.csv"),
+        **FEATURE_FORM.given(inputs.settings),
     )
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
         result.compensated.write("output", folder / "points.csv")
         points = read_points(folder / "points.csv")
     found = task.measured(points)
-    return PartFeatures(
-        found, found.document(), command_line(replace(task, points=Path("points.csv")))
-    )
+    return PartFeatures(found, found.document(), replace(task, points=Path("points.csv")))
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:

@@ -1,4 +1,4 @@
 """Files that controls, CMMs and CAM systems write about touches, one module for each format.
 
-`pretravel.files.format_registry` lists all formats.
+The group of entry points ``pretravel.formats`` lists all formats.
 """

@@ -145,5 +145,6 @@ POSITIONS = FileFormat(
     needs="plan; units without G20, G21",
     verified="LinuxCNC 2.9 (Debian 12), running",
     recognises=_is_positions,
+    by_shape=True,
     parse=lambda file, options: read_log_positions(file, options.units),
 )

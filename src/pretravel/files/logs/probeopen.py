@@ -96,5 +96,6 @@ PROBEOPEN = FileFormat(
     needs="units, plan",
     verified="LinuxCNC 2.9 (Debian 12), running",
     recognises=_is_probeopen,
+    by_shape=True,
     parse=lambda file, options: read_probeopen(file, options.units),
 )

@@ -174,15 +174,3 @@ DOCUMENT = FileFormat(
     refusal="this is a spreadsheet or a document. Save the table with the readings as CSV (text, "
     "one row for each touch)",
 )
-
-REFUSED = (
-    PC_DMIS_REPORT,
-    CALYPSO,
-    HEIDENHAIN_LOG,
-    BED_MESH,
-    I_PLUS_PLUS,
-    GEOMETRY,
-    DOCUMENT,
-    PROGRAM,
-)
-"""In the order in which they are tried: programs last, because logs repeat their lines."""

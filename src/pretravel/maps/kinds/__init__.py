@@ -6,55 +6,24 @@ Kinds are found by entry points, so that another package can add one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import cached_property
-from importlib import import_module
-from importlib.metadata import entry_points
+from collections.abc import Mapping
 from typing import Any
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.plugins import Plugins
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap
 
 ENTRY_POINTS = "pretravel.kinds"
 """Group of entry points: the name of a kind, and where its `KindOfMap` is."""
-_OWN = {
-    "mean": "pretravel.maps.kinds.mean:MeanKind",
-    "sectors": "pretravel.maps.kinds.sectors:SectorsKind",
-    "wozniak": "pretravel.maps.kinds.wozniak:WozniakKind",
-    "harmonic": "pretravel.maps.kinds.harmonic:HarmonicKind",
-    "physical": "pretravel.identification.physical:PhysicalKind",
-}
-"""Kinds of this package: also those of a folder of sources, which has no entry points."""
 AUTO = "auto"
 """The word for an average of kinds, instead of one of them."""
 
-
-class _Kinds(Mapping[str, KindOfMap]):
-    """Kinds by name: read when they are first needed; each is imported when it is asked for."""
-
-    def __init__(self) -> None:
-        self._loaded: dict[str, KindOfMap] = {}
-
-    @cached_property
-    def _places(self) -> dict[str, str]:
-        installed = {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
-        return _OWN | {n: place for n, place in installed.items() if n not in _OWN}
-
-    def __getitem__(self, name: str) -> KindOfMap:
-        if name not in self._loaded:
-            module, _, kind = self._places[name].partition(":")
-            self._loaded[name] = getattr(import_module(module), kind)()
-        return self._loaded[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-
-KINDS: Mapping[str, KindOfMap] = _Kinds()
+KINDS: Mapping[str, KindOfMap] = Plugins(
+    ENTRY_POINTS,
+    first=("mean", "sectors", "wozniak", "harmonic", "physical"),
+    make=lambda kind: kind(),
+)
 """What `kinds` returns."""
 
 

@@ -26,7 +26,7 @@ _PAUSE = 0.15
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a task computes from.
+    """What a job computes from.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Inputs:
     files: Mapping[str, tuple[Path, ...]]
 
     def file(self, purpose: str) -> Path:
-        """The only file of a purpose; `Task.needs` makes sure that it is there."""
+        """The only file of a purpose; `Job.needs` makes sure that it is there."""
         return self.files[purpose][0]
 
     def optional_file(self, purpose: str) -> Path | None:
@@ -50,7 +50,7 @@ class Inputs:
 
 
 @dataclass(frozen=True)
-class Task:
+class Job:
     """Work that a screen does with its settings and files.
 
     Attributes
@@ -106,11 +106,11 @@ class Finished:
 
 @dataclass
 class Work:
-    """The state of a task, shared by all tabs.
+    """The state of a job, shared by all tabs.
 
     Attributes
     ----------
-    task : Task
+    job : Job
     state : ScreenState
     running : bool
     result : object
@@ -129,7 +129,7 @@ class Work:
         The stage of the run.
     """
 
-    task: Task
+    job: Job
     state: ScreenState
     running: bool = False
     result: Any = None
@@ -153,7 +153,7 @@ class Work:
 
     def ready(self) -> bool:
         """Whether all files that it needs are there."""
-        return all(self.state.files[purpose] for purpose in self.task.needs)
+        return all(self.state.files[purpose] for purpose in self.job.needs)
 
     async def finished(self) -> Finished:
         """The result of the inputs as they are now; waits for a run that was begun or will be.
@@ -168,7 +168,7 @@ class Work:
             end = self.listen(changed.set)
             await changed.wait()
             end()
-        outdated = self.stale and self.task.automatic
+        outdated = self.stale and self.job.automatic
         if self.error or outdated or self.result is None:
             raise PretravelError(
                 self.error or self.cancelled or "There is no result yet: fill in what is missing."
@@ -192,10 +192,10 @@ class Work:
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
             self.warnings = ()
-        elif self.task.live:
+        elif self.job.live:
             if self._run is None:
                 self.start()
-        elif self.task.automatic:
+        elif self.job.automatic:
             if self._timer is not None:
                 self._timer.cancel()
             self._timer = asyncio.get_running_loop().call_later(_PAUSE, self.start)
@@ -208,7 +208,7 @@ class Work:
         self._stop()
         self._wanted = self._snapshot()
         self.running, self.progress, self.cancelled = True, "", ""
-        if not self.task.live:  # the next result is there at once
+        if not self.job.live:  # the next result is there at once
             self.error = ""
         self.started = time.monotonic()
         self._run = asyncio.get_running_loop().create_task(self._compute(self._wanted))
@@ -223,9 +223,9 @@ class Work:
 
     def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:
         settings, files = self.state.settings, self.state.files
-        purposes = dict.fromkeys((*self.task.files, *self.task.needs))
+        purposes = dict.fromkeys((*self.job.files, *self.job.needs))
         return (
-            {name: settings[name] for name in self.task.settings if name in settings},
+            {name: settings[name] for name in self.job.settings if name in settings},
             {purpose: files[purpose] for purpose in purposes},
         )
 
@@ -264,7 +264,7 @@ class Work:
         said: list[str] = []
         told = _Told(report, said.append, lambda: self._run is this)
         result, error, error_inputs = await asyncio.to_thread(
-            _run_task, self.task, inputs, told, started
+            _run_job, self.job, inputs, told, started
         )
         if self._run is not this:
             return
@@ -274,7 +274,7 @@ class Work:
         self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
         self._tell()
-        if self.task.live and self._wanted != inputs:
+        if self.job.live and self._wanted != inputs:
             self.start()
 
 
@@ -320,26 +320,26 @@ def listen_to_library() -> None:
     warnings.showwarning = show
 
 
-def _run_task(
-    task: Task,
+def _run_job(
+    job: Job,
     inputs: Any,
     told: _Told,
     started: Callable[[Callable[[], None]], None],
 ) -> tuple[Any, str, tuple[str, ...]]:
-    """Result, error and the error's inputs; in a thread. `started` gets what kills the task."""
+    """Result, error and the error's inputs; in a thread. `started` gets what kills the job."""
     settings, files = inputs
     with temporary_folder() as folder:
         try:
             paths = _on_disk(files, folder)
-            if task.own_process:
-                process = TaskProcess(task.compute, settings, paths)
+            if job.own_process:
+                process = TaskProcess(job.compute, settings, paths)
                 started(process.kill)
                 return process.result(told.stage, told.warning), "", ()
             _told.set(told)
             with _lane:
                 if not told.wanted():
                     return None, "", ()
-                return task.compute(Inputs(settings, paths)), "", ()
+                return job.compute(Inputs(settings, paths)), "", ()
         except PretravelError as error:
             return None, without_folder(str(error), folder), error.inputs
         except MemoryError:
@@ -378,16 +378,16 @@ def without_folder(message: str, folder: Path) -> str:
 
 
 class Works:
-    """All work of a server, by screen and task."""
+    """All work of a server, by screen and job."""
 
     def __init__(self) -> None:
         self._works: dict[tuple[int, str], Work] = {}
 
-    def of(self, state: ScreenState, task: Task) -> Work:
-        """The work of a task of a screen; made, and started where it is automatic, at first."""
-        key = (id(state), task.name)
+    def of(self, state: ScreenState, job: Job) -> Work:
+        """The work of a job of a screen; made, and started where it is automatic, at first."""
+        key = (id(state), job.name)
         if key not in self._works:
-            work = self._works[key] = Work(task, state)
+            work = self._works[key] = Work(job, state)
             state.listen(work.inputs_changed)
             work.inputs_changed()
         return self._works[key]
