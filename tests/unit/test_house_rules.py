@@ -23,7 +23,6 @@ SHARED_NAMES = {
     "fem": "a compliance model's module has the model's name: the registry finds it so",
     "wozniak": "a kind of map and a compliance model are of one paper, each in its registry",
     "base": "the room of foundations, and what compliance models have in common",
-    "compensation": "the room's subject is its main module",
     "qualification": "the room's subject is its main module",
     "laboratory": "a screen of the workbench has the name of its person",
     "part": "a screen of the workbench has the name of its subject",

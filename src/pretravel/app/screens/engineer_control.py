@@ -6,10 +6,10 @@ from pathlib import Path
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.downloads import result_button, result_folder_button
 from pretravel.app.components.layout import folded, live, note, panel, text, warning
 from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.control_steps import control_steps

@@ -7,7 +7,6 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import table_view
 from pretravel.app.components.downloads import download_button
 from pretravel.app.components.layout import (
@@ -20,6 +19,7 @@ from pretravel.app.components.layout import (
     warning,
 )
 from pretravel.app.components.outcome import outcome
+from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import (
     OF_WOZNIAK,

@@ -9,7 +9,6 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import document_view
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.examples import example_button
@@ -27,6 +26,7 @@ from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.laboratory_work import (

@@ -8,7 +8,6 @@ from functools import partial
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_field, described_fields
 from pretravel.app.components.document_view import document_view
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.file_drop import file_drop
@@ -23,6 +22,7 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
+from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.jobs import Job, Work
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.screens.metrologist_work import (

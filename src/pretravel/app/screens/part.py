@@ -9,7 +9,6 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.described import described_fields
 from pretravel.app.components.document_view import (
     document_view,
     key_figures,
@@ -29,6 +28,7 @@ from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.task_fields import described_fields
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import Inputs, ScreenState, StoredFile
 from pretravel.app.screens.part_work import (
