@@ -10,7 +10,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import USUAL_U_DIAMETER, QualificationSetup
-from pretravel.maps.support import MOST_LOOKED_AT
+from pretravel.maps.support import some_directions
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _BADLY_KNOWN = 1.0 * MICROMETRE
@@ -93,8 +93,9 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             f"{describe(directions[highest])}; probes deflect by 1 to 80 µm: check the diameters "
             "of reference and tip, the feed and the touches there"
         )
-    at_nodes = u[: min(len(pretravel_map.support.nodes), MOST_LOOKED_AT)]
-    if u.max() > 5.0 * max(at_nodes.max(), pretravel_map.single_touch):
+    touched = some_directions(observation.group_directions) @ pretravel_map.rotation.T
+    at_touches = pretravel_map.standard_uncertainty(touched)
+    if u.max() > 5.0 * max(at_touches.max(), pretravel_map.single_touch):
         found.append(
             f"between the touches u of the map grows to {u.max() / MICROMETRE:.1f} µm, at "
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"

@@ -12,7 +12,7 @@ from tests.support.commands import run
 
 
 class TestIdentify:
-    @pytest.mark.parametrize("ending", ["nc", pytest.param("csv", marks=pytest.mark.slow)])
+    @pytest.mark.parametrize("ending", ["json", pytest.param("csv", marks=pytest.mark.slow)])
     def test_description_from_a_map(self, tmp_path: Path, ending: str) -> None:
         """From a map predicted with a changed description, that description is identified."""
         from pretravel.prediction.catalogue import description_text, rewritten
