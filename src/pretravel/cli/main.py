@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from pretravel.base.errors import PretravelError
 from pretravel.cli.app import App
@@ -28,36 +28,32 @@ class Commands(TyperGroup):
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.commands = _LazyCommands()
-        self._listed = False
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Their names in the order of the help."""
         del ctx
         return list(self.commands)
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """A command; while the help lists them, what it shows of it."""
-        if self._listed:
-            return _summary(cmd_name)
-        return super().get_command(ctx, cmd_name)
-
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help."""
-        self._listed = True
-        try:
-            super().format_help(ctx, formatter)
-        finally:
-            self._listed = False
+        """Write the help as plain text: libraries for frames and colours take longer than it."""
+        self.format_usage(ctx, formatter)
+        self.format_help_text(ctx, formatter)
+        self.format_options(ctx, formatter)
+        self.format_epilog(ctx, formatter)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write what the commands do, by the groups of `tasks.GROUPS`."""
+        del ctx
+        for group, names in _groups().items():
+            with formatter.section(group):
+                formatter.write_dl([(name, _summary(name)) for name in names])
 
 
 class _LazyCommands(dict[str, Any]):
     """Commands by their names; a value is made when it is read."""
 
     def __init__(self) -> None:
-        groups = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
-        super().__init__(
-            dict.fromkeys(name.split()[0] for names in groups.values() for name in names)
-        )
+        super().__init__(dict.fromkeys(name for names in _groups().values() for name in names))
 
     def __getitem__(self, name: str) -> Any:
         made = super().__getitem__(name)
@@ -75,6 +71,13 @@ class _LazyCommands(dict[str, Any]):
         return [self[name] for name in self]
 
 
+def _groups() -> dict[str, tuple[str, ...]]:
+    """The commands in the groups of the help; each group begins with what is needed first."""
+    every = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
+    first_words = {group: (name.split()[0] for name in names) for group, names in every.items()}
+    return {group: tuple(dict.fromkeys(names)) for group, names in first_words.items()}
+
+
 def _tasks(name: str) -> list[type[Task]]:
     """The task of a command, or those whose commands begin with this word."""
     if name == App.name:
@@ -90,10 +93,9 @@ def _command(name: str) -> Any:
     return command_of(_tasks(name)[0])
 
 
-def _summary(name: str) -> Any:
-    task = _tasks(name)[0]
-    text = SUBCOMMANDS.get(name) or (task.__doc__ or "").partition("\n\n")[0]
-    return TyperCommand(name, help=text, rich_help_panel=task.group)
+def _summary(name: str) -> str:
+    text = SUBCOMMANDS.get(name) or (_tasks(name)[0].__doc__ or "").partition("\n\n")[0]
+    return " ".join(text.split())
 
 
 app = typer.Typer(

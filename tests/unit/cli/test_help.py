@@ -42,8 +42,8 @@ def test_help_is_in_groups_with_the_first_path_on_top() -> None:
     assert all(command.rich_help_panel in main.GROUPS for command in top.commands.values())
     text = run("--help")
     groups = ("Start", "Qualify", "Measure", "Control", "Predict", "Laboratory", "Files")
-    places = [text.index(f"─ {group} ─") for group in groups]
+    places = [text.index(f"\n{group}:\n") for group in groups]
     assert places == sorted(places)
-    first = [text.index(f"│ {name} ") for name in ("demo", "qualify", "compensate", "measure")]
+    first = [text.index(f"\n  {name}  ") for name in ("demo", "qualify", "compensate", "measure")]
     assert first == sorted(first)
-    assert first[-1] < text.index("│ export ")
+    assert first[-1] < text.index("\n  export  ")
