@@ -15,21 +15,14 @@ from dataclasses import dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
-
-from cattrs import (
-    BaseValidationError,
-    ClassValidationError,
-    Converter,
-    ForbiddenExtraKeysError,
-    IterableValidationError,
-    override,
-)
-from cattrs.gen import make_dict_structure_fn
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import decimal_point_advice
 from pretravel.base.units import DEGREE, GIGAPASCAL, LARGEST_NUMBER, MICROMETRE
+
+if TYPE_CHECKING:
+    from cattrs import Converter
 
 Value = TypeVar("Value")
 KeyPath = tuple[str | int, ...]
@@ -224,13 +217,19 @@ class TomlStructure:
     def __init__(self, *, hint: str = "") -> None:
         self._hint = hint
         self._keys: dict[type, dict[str, str]] = {}
-        self._converter = Converter(forbid_extra_keys=True)
-        self._converter.register_structure_hook_factory(is_dataclass, self._dataclass_hook)
-        self._converter.register_structure_hook_factory(_is_sequence, self._sequence_hook)
-        self._converter.register_structure_hook_factory(_is_mapping, self._mapping_hook)
-        self._converter.register_structure_hook(float, lambda value, _: _number(value))
-        self._converter.register_structure_hook(int, lambda value, _: _integer(value))
-        self._converter.register_structure_hook(str, lambda value, _: _text(value))
+
+    @cached_property
+    def _converter(self) -> Converter:
+        from cattrs import Converter  # with the first document: many commands read none
+
+        made = Converter(forbid_extra_keys=True)
+        made.register_structure_hook_factory(is_dataclass, self._dataclass_hook)
+        made.register_structure_hook_factory(_is_sequence, self._sequence_hook)
+        made.register_structure_hook_factory(_is_mapping, self._mapping_hook)
+        made.register_structure_hook(float, lambda value, _: _number(value))
+        made.register_structure_hook(int, lambda value, _: _integer(value))
+        made.register_structure_hook(str, lambda value, _: _text(value))
+        return made
 
     def table(self, kind: type, **keys: str) -> None:
         """State the keys of a table where they differ from the names of the fields.
@@ -265,6 +264,8 @@ class TomlStructure:
         PretravelError
             What the value types refuse: the same error with the table and its line.
         """
+        from cattrs import BaseValidationError
+
         tables: Any = document.tables
         for key in place:
             tables = tables[key]
@@ -280,6 +281,9 @@ class TomlStructure:
         return {f.name: own.get(f.name, f.name) for f in fields(kind) if f.init}
 
     def _dataclass_hook(self, kind: type) -> Callable[[Any, Any], Any]:
+        from cattrs import override
+        from cattrs.gen import make_dict_structure_fn
+
         overrides = {
             field: override(rename=key, struct_hook=self._unit_hook(key))
             for field, key in self.keys(kind).items()
@@ -335,6 +339,12 @@ class TomlStructure:
 
     def _faults(self, error: Exception, place: KeyPath, tables: Any) -> Iterator[_Fault]:
         """What was wrong, each with its place, from the nested errors of cattrs."""
+        from cattrs import (
+            ClassValidationError,
+            ForbiddenExtraKeysError,
+            IterableValidationError,
+        )
+
         if isinstance(error, ClassValidationError):
             attributes, others = error.group_exceptions()
             keys = self.keys(error.cl)

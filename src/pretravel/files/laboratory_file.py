@@ -6,11 +6,7 @@ from itertools import groupby
 from pathlib import Path
 
 from pretravel.base.toml_file import TomlStructure, read_toml
-from pretravel.laboratory.certificate import (
-    CERTIFICATE_TABLES,
-    REPORT_TABLES,
-    LaboratoryStatements,
-)
+from pretravel.laboratory.statements import CERTIFICATE_TABLES, REPORT_TABLES, LaboratoryStatements
 
 
 def laboratory_template() -> str:

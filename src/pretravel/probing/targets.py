@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import COORDINATE, as_numbers
-from pretravel.probing.inspection import InspectionPlan
 from pretravel.touches import refuse_glancing
+
+if TYPE_CHECKING:
+    from pretravel.probing.inspection import InspectionPlan
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,203 @@
+"""What a laboratory states in reports and certificates: itself, its instrument, the reference."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+
+
+def _statement(meaning: str) -> str:
+    """A text that the laboratory states; empty where it is open."""
+    text: str = field(default="", metadata={"meaning": meaning})
+    return text
+
+
+@dataclass(frozen=True)
+class LaboratoryIdentity:
+    """The laboratory that issues a certificate."""
+
+    name: str = _statement("Name and address of the laboratory")
+    place: str = _statement("Place of calibration, if another")
+    accreditation: str = _statement("Accreditation, with its number")
+
+
+@dataclass(frozen=True)
+class CertificateIdentity:
+    """The certificate itself."""
+
+    number: str = _statement("Unique number of this certificate")
+    date_of_issue: str = _statement("Date of issue")
+    authorised_by: str = _statement("Name and function of the person who authorises it")
+
+
+@dataclass(frozen=True)
+class Customer:
+    """The customer of a calibration."""
+
+    name: str = _statement("Name and address of the customer")
+
+
+@dataclass(frozen=True)
+class CalibratedItem:
+    """The probe that was calibrated."""
+
+    description: str = _statement("What was calibrated: probe, stylus, tip")
+    manufacturer: str = _statement("Manufacturer and type")
+    serial_number: str = _statement("Serial number")
+    condition: str = _statement("Condition on receipt, adjustments")
+    received: str = _statement("Date of receipt")
+    calibrated: str = _statement("Date of calibration")
+
+
+@dataclass(frozen=True)
+class CalibrationMethod:
+    """The procedure of a calibration."""
+
+    procedure: str = _statement("Procedure and its edition")
+    feed: str = _statement("Feed and direction of touches, number of repeats")
+    deviations: str = _statement("Deviations from the procedure")
+
+
+@dataclass(frozen=True)
+class AmbientConditions:
+    """The conditions during a calibration."""
+
+    temperature: str = _statement("Temperature in °C, with its uncertainty")
+    humidity: str = _statement("Relative humidity")
+
+
+@dataclass(frozen=True)
+class Traceability:
+    """The metrological traceability of a calibration."""
+
+    statement: str = _statement("Standards used, and how they are traceable to the SI")
+
+
+@dataclass(frozen=True)
+class ConformityDecision:
+    """The rule by which a laboratory states conformity."""
+
+    rule: str = _statement("Conformity: specification and decision rule, if one was agreed")
+
+
+@dataclass(frozen=True)
+class MeasuringInstrument:
+    """The machine with its probe and stylus."""
+
+    machine: str = _statement("Machine, CMM or rig: manufacturer and type")
+    machine_serial_number: str = _statement("Serial number of the machine, CMM or rig")
+    probe: str = _statement("Probe: manufacturer and type")
+    probe_serial_number: str = _statement("Serial number of the probe")
+    stylus: str = _statement("Stylus: type, length, tip")
+    stylus_serial_number: str = _statement("Serial number of the stylus")
+
+
+@dataclass(frozen=True)
+class ReferenceIdentity:
+    """The reference sphere or ring that was touched."""
+
+    description: str = _statement("Reference sphere or ring: manufacturer and type")
+    serial_number: str = _statement("Serial number of the reference")
+    certificate: str = _statement("Certificate of the reference: number, date, laboratory")
+
+
+@dataclass(frozen=True)
+class MeasurementRecord:
+    """Who measured, and when."""
+
+    operator: str = _statement("Operator")
+    date: str = _statement("Date and time of the measurement")
+
+
+@dataclass(frozen=True)
+class LaboratoryStatements:
+    """Everything on a certificate or a report that the laboratory states, not the measurement.
+
+    The fields of a certificate are what ISO/IEC 17025:2017, 7.8.2 and 7.8.4 require (recalled, not
+    checked against the text). The other reports contain the tables of `REPORT_TABLES`. A file has
+    a table of the same name for each of them.
+
+    >>> statements = LaboratoryStatements(certificate=CertificateIdentity(number="C-17"))
+    >>> statements.missing
+    19
+    """
+
+    laboratory: LaboratoryIdentity = LaboratoryIdentity()
+    certificate: CertificateIdentity = CertificateIdentity()
+    customer: Customer = Customer()
+    item: CalibratedItem = CalibratedItem()
+    method: CalibrationMethod = CalibrationMethod()
+    conditions: AmbientConditions = AmbientConditions()
+    traceability: Traceability = Traceability()
+    decision: ConformityDecision = ConformityDecision()
+    instrument: MeasuringInstrument = MeasuringInstrument()
+    reference: ReferenceIdentity = ReferenceIdentity()
+    measurement: MeasurementRecord = MeasurementRecord()
+
+    @property
+    def missing(self) -> int:
+        """Number of statements that a certificate needs and that are open."""
+        return sum(not statement.text for statement in self.of_certificate())
+
+    def of_certificate(self) -> Iterator[Statement]:
+        """What a certificate needs, and everything else that is stated."""
+        return (s for s in self.statements() if s.table in CERTIFICATE_TABLES or s.text)
+
+    def of_report(self) -> Iterator[Statement]:
+        """What any report needs, and everything else that is stated.
+
+        >>> [statement.key for statement in LaboratoryStatements().of_report()][:4]
+        ['name', 'place', 'accreditation', 'machine']
+        """
+        open_or_not = sorted(self.statements(), key=_place_in_report)
+        return (s for s in open_or_not if s.table in REPORT_TABLES or s.text)
+
+    def statements(self) -> Iterator[Statement]:
+        """All statements in the order of the file."""
+        for table in fields(self):
+            part = getattr(self, table.name)
+            for key in fields(part):
+                yield Statement(
+                    table.name, key.name, key.metadata["meaning"], getattr(part, key.name)
+                )
+
+
+CERTIFICATE_TABLES = (
+    "laboratory",
+    "certificate",
+    "customer",
+    "item",
+    "method",
+    "conditions",
+    "traceability",
+    "decision",
+)
+"""Tables of the file that a calibration certificate needs."""
+REPORT_TABLES = ("laboratory", "instrument", "reference", "conditions", "measurement")
+"""Tables of the file that every other report states, in its order."""
+
+
+def _place_in_report(statement: Statement) -> int:
+    """Tables of every report first, in their order."""
+    known = statement.table in REPORT_TABLES
+    return REPORT_TABLES.index(statement.table) if known else len(REPORT_TABLES)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement of a laboratory.
+
+    Attributes
+    ----------
+    table, key : str
+        Its place in the file of the laboratory.
+    meaning : str
+        What has to be stated.
+    text : str
+        Empty where it is open.
+    """
+
+    table: str
+    key: str
+    meaning: str
+    text: str
