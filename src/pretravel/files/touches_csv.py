@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +19,12 @@ from pretravel.files.stated_normals import refuse_inward, stated_normals
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.shapes import Sphere
 from pretravel.touches import Touches
+
+if TYPE_CHECKING:
+    from pretravel.surface.cad.part import Part
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
