@@ -63,7 +63,7 @@ def outlier_factor(count: int, dof: float = math.inf) -> float:
         Degrees of freedom of Student's distribution, that of the errors.
 
     >>> round(outlier_factor(75), 2)
-    4.59
+    4.58
     """
     from scipy.special import ndtri, stdtrit
 
