@@ -6,7 +6,11 @@ from itertools import groupby
 from pathlib import Path
 
 from pretravel.base.toml_file import TomlStructure, read_toml
-from pretravel.laboratory.statements import CERTIFICATE_TABLES, REPORT_TABLES, LaboratoryStatements
+from pretravel.laboratory.laboratory_statements import (
+    CERTIFICATE_TABLES,
+    REPORT_TABLES,
+    LaboratoryStatements,
+)
 
 
 def laboratory_template() -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.rig import REFERENCE_TEMPERATURE
 from pretravel.laboratory.rig_budget import (
     LengthComponent,
@@ -15,7 +16,6 @@ from pretravel.laboratory.rig_budget import (
 )
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
 from pretravel.laboratory.rig_left_out import left_out_sentences
-from pretravel.laboratory.statements import LaboratoryStatements
 from pretravel.uncertainty.gum import Budget
 
 

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pretravel.files.file_format import FileReadings
+    from pretravel.laboratory.laboratory_statements import LaboratoryStatements
     from pretravel.laboratory.standard_check import CalibratedSphere, StandardCheck
-    from pretravel.laboratory.statements import LaboratoryStatements
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.measurement.measured_sphere import MeasuredSphere
     from pretravel.show.document import Document

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from pretravel.base.frames import Placement
     from pretravel.files.file_format import FileReadings, ReadingOptions
-    from pretravel.laboratory.statements import LaboratoryStatements
+    from pretravel.laboratory.laboratory_statements import LaboratoryStatements
     from pretravel.probing.targets import Targets
     from pretravel.show.document import Document
 

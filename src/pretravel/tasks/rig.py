@@ -14,10 +14,10 @@ from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, b
 from pretravel.tasks.values import MovedMark, trace_mark
 
 if TYPE_CHECKING:
+    from pretravel.laboratory.laboratory_statements import LaboratoryStatements
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_budget import LengthComponent
     from pretravel.laboratory.rig_calibration import RigCalibration
-    from pretravel.laboratory.statements import LaboratoryStatements
     from pretravel.show.document import Document
     from pretravel.uncertainty.gum import Budget
 
@@ -243,7 +243,7 @@ class CalibratedRig(Result):
     def certificate(self, warnings: Sequence[str] = ()) -> Document:
         """The calibration certificate with warnings of the caller."""
         from pretravel.laboratory.certificate import calibration_certificate
-        from pretravel.laboratory.statements import LaboratoryStatements
+        from pretravel.laboratory.laboratory_statements import LaboratoryStatements
         from pretravel.tasks.reports.certificate_report import certificate_document
 
         budget = self.task.budget
@@ -269,7 +269,7 @@ class CalibratedRig(Result):
 
     def _lacking(self) -> Iterator[str]:
         """Statements that the laboratory did not make, as warnings."""
-        from pretravel.laboratory.statements import LaboratoryStatements
+        from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 
         task = self.task
         if task.budget is None:

@@ -14,10 +14,10 @@ from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task
 from pretravel.tasks.values import Indices, indices
 
 if TYPE_CHECKING:
+    from pretravel.laboratory.laboratory_statements import LaboratoryStatements
     from pretravel.laboratory.multi_step_readings import RepeatedPair
     from pretravel.laboratory.separation import Separation
     from pretravel.laboratory.separation_plan import SeparationPlan
-    from pretravel.laboratory.statements import LaboratoryStatements
     from pretravel.show.document import Document
 
 _VARIANCE = (0.0, 1e6)

@@ -9,6 +9,7 @@ import pytest
 from pretravel.files.laboratory_file import laboratory_template, read_laboratory
 from pretravel.files.rig_csv import read_rig_trace
 from pretravel.laboratory.certificate import calibration_certificate
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
     LengthComponent,
@@ -17,7 +18,6 @@ from pretravel.laboratory.rig_budget import (
 )
 from pretravel.laboratory.rig_calibration import calibrate_rig
 from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.statements import LaboratoryStatements
 from tests.support.examples import EXAMPLES
 
 

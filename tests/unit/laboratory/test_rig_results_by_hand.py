@@ -16,6 +16,12 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.certificate import calibration_certificate
+from pretravel.laboratory.laboratory_statements import (
+    CalibratedItem,
+    LaboratoryStatements,
+    MeasuringInstrument,
+    ReferenceIdentity,
+)
 from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
@@ -30,12 +36,6 @@ from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
 from pretravel.laboratory.rig_events import _record, rig_touch
 from pretravel.laboratory.rig_left_out import left_out_sentences
 from pretravel.laboratory.rig_map import compensated_diameter, rig_map
-from pretravel.laboratory.statements import (
-    CalibratedItem,
-    LaboratoryStatements,
-    MeasuringInstrument,
-    ReferenceIdentity,
-)
 
 UM = 1e-3
 STEP = 0.1 * UM

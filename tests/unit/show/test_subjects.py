@@ -14,6 +14,7 @@ from pretravel.files.rig_csv import read_rig_trace
 from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.files.touches_csv import read_touches
 from pretravel.laboratory.certificate import calibration_certificate
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
 from pretravel.laboratory.rig_calibration import calibrate_rig
 from pretravel.laboratory.rig_events import rig_touch
@@ -21,7 +22,6 @@ from pretravel.laboratory.separation import separate
 from pretravel.laboratory.separation_plan import plan_separation
 from pretravel.laboratory.standard_check import CalibratedSphere
 from pretravel.laboratory.standards import STANDARDS
-from pretravel.laboratory.statements import LaboratoryStatements
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_feature import measure_feature

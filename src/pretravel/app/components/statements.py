@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import Any
 
 from pretravel.app.project import ScreenState, SettingValue
-from pretravel.laboratory.statements import LaboratoryStatements
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 
 STATEMENTS = "statements"
 """The setting: a mapping of table.key to text."""

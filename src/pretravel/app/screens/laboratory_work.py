@@ -11,9 +11,9 @@ import numpy as np
 from pretravel.app.components.statements import STATEMENTS, stated
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_marks import MARKS
-from pretravel.laboratory.statements import LaboratoryStatements
 from pretravel.show.document import Document
 from pretravel.tasks.rig import CalibratedRig, Rig
 from pretravel.tasks.separate import Separate, SeparatedErrors

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pretravel.laboratory.statements import REPORT_TABLES, LaboratoryStatements, Statement
+from pretravel.laboratory.laboratory_statements import (
+    REPORT_TABLES,
+    LaboratoryStatements,
+    Statement,
+)
 from pretravel.show.document import Document, KeyFigure, Section
 
 NOT_STATED = "not stated"
