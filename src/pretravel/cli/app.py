@@ -24,9 +24,7 @@ class App(Task):
         int | None,
         Field(help="Port; 0: any free one; default: 8765 if it is free.", range=(0, 65535)),
     ] = None
-    browser: Annotated[
-        bool, Field(help="Open the page in a browser.", option="--browser/--no-browser")
-    ] = True
+    browser: Annotated[bool, Field(help="Open the page in a browser.")] = True
 
     def run(self, progress: Progress = SILENT) -> Result:
         """Serve until it is interrupted."""

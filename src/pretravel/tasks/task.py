@@ -168,8 +168,10 @@ class Setting(NamedTuple):
 
     @property
     def option(self) -> str:
-        """The option as it is typed."""
-        return self.field.option or "--" + self.plain_name.replace("_", "-")
+        """The option as it is typed; what is so by default has one that turns it off, too."""
+        word = self.plain_name.replace("_", "-")
+        usual = f"--{word}/--no-{word}" if self.default is True else f"--{word}"
+        return self.field.option or usual
 
     @property
     def label(self) -> str:
