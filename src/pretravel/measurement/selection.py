@@ -78,7 +78,7 @@ def points_of_features(
         Of labels, with * and ? as in names of files, or 10..21 for labels that are these numbers;
         each is one feature. All points when empty.
     by_prefix : bool
-        Points whose labels differ only in the number at the end are one feature each.
+        Points whose labels differ only in the number at the end belong to one feature.
 
     Returns
     -------

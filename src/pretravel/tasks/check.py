@@ -21,6 +21,8 @@ from pretravel.tasks.fields import (
     Diameter,
     LaboratoryReport,
     ProbeAxis,
+    SphereCenter,
+    StartClearance,
     TouchFiles,
     Turn,
     output,
@@ -36,7 +38,7 @@ from pretravel.tasks.task import (
     Task,
     by_name,
 )
-from pretravel.tasks.values import Angles, Vector, angles, vector
+from pretravel.tasks.values import Angles, Vector, angles
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -436,14 +438,7 @@ class Pattern(Task):
     ]
     diameter: Annotated[float, REFERENCE_SPHERE]
     output: Annotated[Path, output("Targets: .csv.", ".csv")]
-    center: Annotated[
-        Vector,
-        Field(
-            help="Centre of the sphere in the machine's frame, in mm.",
-            parse=vector,
-            metavar="X,Y,Z",
-        ),
-    ] = Vector(0, 0, 0)
+    center: SphereCenter = Vector(0, 0, 0)
     tip_diameter: Annotated[
         float,
         Field(
@@ -451,14 +446,7 @@ class Pattern(Task):
             range=TIP_BALL,
         ),
     ] = 6.0
-    clearance: Annotated[
-        float,
-        Field(
-            help="Distance of tip and sphere where a touch starts, in mm.",
-            range=(0.0, 10000.0),
-            unit="mm",
-        ),
-    ] = 5.0
+    clearance: StartClearance = 5.0
     repeats: Annotated[
         int,
         Field(help="Touches of each direction, one after the other.", range=(1, 1000)),

@@ -22,6 +22,7 @@ from pretravel.tasks.values import (
     polar_angles,
     stated_columns,
     unit_vector,
+    vector,
 )
 
 if TYPE_CHECKING:
@@ -113,6 +114,20 @@ SPHERE_FORM = Field(
     label="Form deviation of the reference",
 )
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
+SphereCenter: TypeAlias = Annotated[
+    Vector,
+    Field(
+        help="Centre of the sphere in the machine's frame, in mm.", parse=vector, metavar="X,Y,Z"
+    ),
+]
+StartClearance: TypeAlias = Annotated[
+    float,
+    Field(
+        help="Distance of tip and sphere where a touch starts, in mm.",
+        range=(0.0, 10000.0),
+        unit="mm",
+    ),
+]
 Turn: TypeAlias = Annotated[
     float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
 ]

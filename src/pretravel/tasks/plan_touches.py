@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import REFERENCE_DIAMETER
-from pretravel.tasks.fields import QualifiedMap, Reported, output
+from pretravel.tasks.fields import QualifiedMap, Reported, SphereCenter, StartClearance, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
-from pretravel.tasks.values import Vector, vector
+from pretravel.tasks.values import Vector
 
 if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
@@ -56,22 +56,8 @@ class PlanTouches(Reported):
             range=REFERENCE_DIAMETER,
         ),
     ] = None
-    center: Annotated[
-        Vector,
-        Field(
-            help="Centre of the sphere in the machine's frame, in mm.",
-            parse=vector,
-            metavar="X,Y,Z",
-        ),
-    ] = Vector(0, 0, 0)
-    clearance: Annotated[
-        float,
-        Field(
-            help="Distance of tip and sphere where a touch starts, in mm.",
-            range=(0.0, 10000.0),
-            unit="mm",
-        ),
-    ] = 5.0
+    center: SphereCenter = Vector(0, 0, 0)
+    clearance: StartClearance = 5.0
     output: Annotated[
         Path | None, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)
     ] = None
