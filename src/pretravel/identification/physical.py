@@ -186,6 +186,9 @@ def fit_physical(
     part = SixSeatProblem(observation.drawn(SEARCHED))
     starts = oriented_starts(part, scales)
     settled = [_settled(part, x, scales, repeats) for x in starts]
+    # The usual asymmetry can lead the best start into another mode: from its own scales too.
+    own = weighted_scales(part, starts[0], repeats).scales[0]
+    settled.append(_settled(part, starts[0], own, repeats))
     x, weighted = max(settled, key=lambda found: _reached_evidence(part, *found))
     misfit = _misfit(part, x, weighted, repeats)
     if part.observation is not observation:

@@ -28,8 +28,10 @@ CORRECTIONS = tuple(size * MICROMETRE for size in (0.03, 0.1, 0.2, 0.4, 0.8, 1.6
 FIXED_SCATTERS = tuple(size * MICROMETRE for size in (0.02, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0))
 """Scatters of directions that repeats do not reduce. [mm]"""
 _TYPICAL_ASYMMETRY, _ASYMMETRY_SPREAD = math.log(0.3), 1.2
-_TYPICAL_CORRECTION = 0.15 * MICROMETRE
-_TYPICAL_FIXED_SCATTER = 0.05 * MICROMETRE
+_TYPICAL_CORRECTION = 0.1 * MICROMETRE
+_TYPICAL_FIXED_SCATTER = 0.03 * MICROMETRE
+_TAILS = 3.0
+"""Degrees of freedom of Student's distribution of both: large ones are rare, but not excluded."""
 _TYPICAL_NOISE, _NOISE_SPREAD = 0.3 * MICROMETRE, 1.0
 _UNKNOWN_NOISES = tuple(_TYPICAL_NOISE * 1.6**step for step in range(-6, 7))
 WELL_KNOWN_NOISE = 10.0
@@ -89,7 +91,7 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     -----
     Given the scales, misses are normal, and so is the linearised model's prior: the
     probability of the touches has a closed form. Priors of the scales are wide: the logarithm of
-    the asymmetry is normal, correction and fixed scatter are half Cauchy.
+    the asymmetry is normal, correction and fixed scatter follow half of Student's distribution.
     """
     misses, slopes = problem.misses(x)
     expected = misses + slopes @ _to_prior(problem, x)
@@ -199,15 +201,15 @@ def _grid(repeats: Scatter) -> list[PriorScales]:
 def _log_prior(scales: PriorScales) -> float:
     asymmetry = (math.log(scales.asymmetry) - _TYPICAL_ASYMMETRY) / _ASYMMETRY_SPREAD
     noise = (math.log(scales.noise / _TYPICAL_NOISE)) / _NOISE_SPREAD
-    found = -0.5 * asymmetry**2 + _log_half_cauchy(scales.correction, _TYPICAL_CORRECTION)
+    found = -0.5 * asymmetry**2 + _log_half_student(scales.correction / _TYPICAL_CORRECTION)
     if scales.fixed_scatter > 0.0:
-        return found + _log_half_cauchy(scales.fixed_scatter, _TYPICAL_FIXED_SCATTER)
+        return found + _log_half_student(scales.fixed_scatter / _TYPICAL_FIXED_SCATTER)
     return found - 0.5 * noise**2
 
 
-def _log_half_cauchy(size: float, typical: float) -> float:
+def _log_half_student(size: float) -> float:
     """Of the logarithm of a size: the grids have steps of about a factor two."""
-    return math.log(size / typical / (1.0 + (size / typical) ** 2))
+    return math.log(size) - 0.5 * (_TAILS + 1.0) * math.log1p(size**2 / _TAILS)
 
 
 def _unknown_variances(problem: SixSeatProblem, asymmetry: float) -> FloatArray:

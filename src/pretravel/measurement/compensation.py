@@ -210,12 +210,9 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
                 f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
                 "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
             )
-    if (
-        pretravel_map.delay is None
-        and pretravel_map.provenance.origin is Origin.QUALIFIED
-        and (made_at is None or touches.feeds is None)
-    ):
-        warnings.append(_unknown_feeds(made_at, known_of_touches=touches.feeds is not None))
+    known_of_touches = touches.feeds is not None
+    if _delay_is_unknown(pretravel_map) and (made_at is None) == known_of_touches:
+        warnings.append(_one_unknown_feed(known_of_touches=known_of_touches))
     if touches.feeds is not None and not pretravel_map.states_uncertainty:
         warnings.append(
             f"the touches were made at {touches.feeds[1]:g} mm/min, and a predicted map "
@@ -238,14 +235,36 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
     return warnings
 
 
-def _unknown_feeds(made_at: float | None, *, known_of_touches: bool) -> str:
-    """What is not known about the feeds of a map and of touches."""
-    if made_at is None and not known_of_touches:
-        return (
-            "neither the map nor the touches state a feed: both must have the same one. 100 mm/min "
-            "of difference are 3.3 µm for a signal delay of 2 ms, which u does not contain. State "
-            "the feed of both, in a column feed_mm_min or when you qualify and compensate"
-        )
+def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
+    """What holds where nobody states a feed: for the report, as nearly everybody reads it.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    str
+        Empty where a feed is stated, or none matters.
+    """
+    stated = touches.feeds is not None or pretravel_map.feed is not None
+    if stated or not _delay_is_unknown(pretravel_map):
+        return ""
+    return (
+        "neither the map nor the touches state a feed: both must have the same one. 100 mm/min "
+        "of difference are 3.3 µm for a signal delay of 2 ms, which u does not contain. State "
+        "the feed of both, in a column feed_mm_min or when you qualify and compensate"
+    )
+
+
+def _delay_is_unknown(pretravel_map: PretravelMap) -> bool:
+    """Whether a qualified map contains the delay travel of its own feed."""
+    qualified = pretravel_map.provenance.origin is Origin.QUALIFIED
+    return qualified and pretravel_map.delay is None
+
+
+def _one_unknown_feed(*, known_of_touches: bool) -> str:
     known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
     return (
         f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "

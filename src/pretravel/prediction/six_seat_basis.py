@@ -28,13 +28,14 @@ _DEGREE_ORDER = ("degree", "order")
 _POWERS = {
     "preload": {
         "lateral_deflection": 1.0,
+        "axial_deflection": 1.0,
         "seat_indentation": 2.0 / 3.0,
         "tip_approach": 2.0 / 3.0,
     },
     "stylus_length": {
         "lever_ratio": 0.85,
         "lateral_deflection": 2.4,
-        "axial_ratio": -2.4,
+        "axial_deflection": 0.85,
         "tip_approach": -0.55,
     },
 }
@@ -42,7 +43,8 @@ _POWERS = {
 
 Preload: bending is linear, Hertz's contacts have the power 2/3. The probes of the catalogue have
 levers of 0.8 to 0.9 of which a stylus is; their bending grows with the power 3.0 to 3.4 of its
-length, the trigger force decreases with that of the lever, and the stem's compression is linear."""
+length, the trigger force decreases with that of the lever, and compression along the axis grows
+with the lever."""
 
 
 @dataclass(frozen=True, eq=False)

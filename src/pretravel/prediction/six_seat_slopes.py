@@ -115,14 +115,13 @@ def _pretravel_and_slopes(
 def _stem(seats: SixSeats, trigger: _AtTrigger, slopes: _Change) -> tuple[FloatArray, FloatArray]:
     """Linear deflection along the normal and its derivatives."""
     squares = trigger.directions**2
-    lateral, ratio = seats.lateral_compliance, seats.named["axial_ratio"]
-    compliance = lateral * (squares[:, 0] + squares[:, 1] + ratio * squares[:, 2])
-    moved = trigger.force * compliance
-    found = slopes.force * compliance[:, None]
-    found[:, _COLUMN["lateral_deflection"]] += moved
-    found[:, _COLUMN["lever_ratio"]] += moved
-    found[:, _COLUMN["axial_ratio"]] += trigger.force * lateral * ratio * squares[:, 2]
-    return moved, found
+    lateral = seats.lateral_compliance * (squares[:, 0] + squares[:, 1])
+    axial = seats.named["axial_deflection"] * squares[:, 2]
+    found = slopes.force * (lateral + axial)[:, None]
+    found[:, _COLUMN["lateral_deflection"]] += trigger.force * lateral
+    found[:, _COLUMN["lever_ratio"]] += trigger.force * lateral
+    found[:, _COLUMN["axial_deflection"]] += trigger.force * axial
+    return trigger.force * (lateral + axial), found
 
 
 def _seats(seats: SixSeats, trigger: _AtTrigger, slopes: _Change) -> tuple[FloatArray, FloatArray]:

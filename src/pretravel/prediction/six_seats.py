@@ -46,13 +46,15 @@ IDEAL: tuple[Parameter, ...] = (
     Parameter("rod_azimuth", "rad", 0.0, _UNKNOWN),
     Parameter("lateral_deflection", "mm", 10.0 * MICROMETRE, 2.0, True),
     Parameter("seat_indentation", "mm", 0.25 * MICROMETRE, 0.7, True),
-    Parameter("axial_ratio", "1", 0.03, 0.7, True),
+    Parameter("axial_deflection", "mm", 0.3 * MICROMETRE, 1.0, True),
     Parameter("tip_approach", "mm", 0.2 * MICROMETRE, 0.5, True),
 )
 """Of the ideal probe: lever over tripod radius; the seats' angle from the horizontal; azimuth
 of the first rod; linear deflection of the tip under a lateral force of preload / lever_ratio;
-Hertz's indentation of a seat at rest; compliance along the axis over that across it; Hertz's
-approach of tip and flat part under preload / lever_ratio."""
+Hertz's indentation of a seat at rest; linear deflection along the axis under the preload (the
+stem's compression is 0.05 µm of it, or 0.15 µm of a steel stem; rods and body bend by more, and do
+not bend by less with a shorter stylus, as it does across the axis); Hertz's approach of tip and
+flat part under preload / lever_ratio."""
 
 ASYMMETRIES: tuple[Parameter, ...] = (
     Parameter("spring_x", "tripod radius", 0.0, 0.02),
@@ -190,7 +192,7 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
         rest_reactions=seats.at_rest,
         criterion="first_contact",
         threshold=0.0,
-        compliance=seats.lateral_compliance * np.diag([1.0, 1.0, seats.named["axial_ratio"]]),
+        compliance=np.diag([*2 * [seats.lateral_compliance], seats.named["axial_deflection"]]),
         seat_motion=seats.per_force.T,
         seat_coefficient=seats.seat_coefficient,
         tip_coefficient=seats.tip_coefficient,

@@ -9,7 +9,6 @@ from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
 from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.provenance import USUAL_U_DIAMETER, QualificationSetup
 from pretravel.maps.support import some_directions
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
@@ -36,24 +35,6 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
             "no direction was repeated, and so few directions hardly determine the repeatability: "
             f"{repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not a measured one. "
             "Touch each direction several times"
-        )
-    ]
-
-
-def setup_warnings(setup: QualificationSetup) -> list[str]:
-    """What was assumed about the reference.
-
-    Parameters
-    ----------
-    setup : QualificationSetup
-    """
-    if setup.u_diameter is not None:
-        return []
-    return [
-        (
-            f"the uncertainty of the {setup.reference}'s diameter was not given: a usual one, u = "
-            f"{USUAL_U_DIAMETER / MICROMETRE:g} µm, is assumed; it moves all points alike. Give "
-            "that of the certificate"
         )
     ]
 

@@ -36,7 +36,6 @@ from pretravel.qualification.map_warnings import (
     height_warnings,
     map_warnings,
     repeat_warnings,
-    setup_warnings,
 )
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import gross_errors
@@ -270,7 +269,6 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         fit=fit,
         warnings=(
             *ready.warnings,
-            *setup_warnings(setup),
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),

@@ -234,11 +234,12 @@ class CompensatedTouches(Result):
 
     def document(self) -> Document:
         """The report."""
+        from pretravel.measurement.compensation import feed_note
         from pretravel.measurement.point_budget import point_budget
         from pretravel.tasks.reports.points_report import points_document
 
-        task = self.task
-        return points_document(
+        task, note = self.task, feed_note(self.summary, self.pretravel_map)
+        document = points_document(
             self.points,
             touches_name=task.touches_name,
             nominal=self.nominal,
@@ -246,6 +247,7 @@ class CompensatedTouches(Result):
             warnings=[*self.readings.notes(), *self.warnings],
             budgets=[point_budget(self.errors)],
         )
+        return replace(document, notes=(note,) if note else ())
 
     def page(self) -> Document:
         """The report, with how the files were understood."""
@@ -332,7 +334,7 @@ class LongCompensation(Result):
         """The report; its pictures and its budget are those of some of the points."""
         import numpy as np
 
-        from pretravel.measurement.compensation import compensation_warnings
+        from pretravel.measurement.compensation import compensation_warnings, feed_note
         from pretravel.measurement.point_budget import budget_of_variances
         from pretravel.measurement.points import joined_points
         from pretravel.show.document import Picture
@@ -354,13 +356,15 @@ class LongCompensation(Result):
         dof = self.pretravel_map.repeatability_dof
         budget = budget_of_variances(variances, dof, f"rms of {len(drawn)} of the points")
         stated = compensation_warnings(self.found.touches, self.pretravel_map)
-        return summary_document(
+        note = feed_note(self.found.touches, self.pretravel_map)
+        document = summary_document(
             self.found.points,
             picture,
             title=title,
             warnings=[*self.warnings, *stated],
             budgets=[budget],
         )
+        return replace(document, notes=(note,) if note else ())
 
     def write(self, output: str, path: Path) -> None:
         """Nothing: the points were written part by part."""

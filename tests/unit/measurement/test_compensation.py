@@ -94,7 +94,7 @@ class TestCompensation:
     @pytest.mark.parametrize(
         ("made_at", "feed", "expected"),
         [
-            (None, None, "neither the map nor the touches"),
+            (None, None, ""),
             (None, 60.0, "the touches state a feed, the map does not"),
             (60.0, None, "the map states a feed, the touches do not"),
             (60.0, 60.0, ""),

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
-from pretravel.measurement.compensation import compensation_warnings
+from pretravel.measurement.compensation import compensation_warnings, feed_note
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import mean_map
@@ -77,9 +77,10 @@ def test_feeds_that_are_not_known_matter_to_qualified_maps_without_a_delay(
     made = replace(MEASURED, feed=made_at, provenance=Provenance(origin=origin))
     made = replace(made, **DELAYED) if delayed else made  # type: ignore[arg-type]
     told = " ".join(compensation_warnings(replace(QUIET, feeds=feeds), made))
+    noted = feed_note(replace(QUIET, feeds=feeds), made)
     unknown = origin is Origin.QUALIFIED and not delayed
     both = made_at is None and feeds is None
-    assert ("neither the map nor the touches state a feed" in told) == (unknown and both)
+    assert ("neither the map nor the touches state a feed" in noted) == (unknown and both)
     of_map = "the touches state a feed, the map does not (column" in told
     assert of_map == (unknown and made_at is None and feeds is not None)
     assert of_map == ("Qualify again and state the feed of the touches on the reference" in told)

@@ -14,13 +14,11 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport, some_directions
 from pretravel.qualification.map_warnings import (
     height_warnings,
     map_warnings,
     repeat_warnings,
-    setup_warnings,
 )
 from pretravel.uncertainty.covariance import Covariance
 
@@ -158,12 +156,6 @@ def test_a_usual_repeatability_is_no_measured_one(dof: float, repeated: bool, sa
     found = repeat_warnings(Scatter(0.4 * UM, dof), repeated=repeated)
     assert len(found) == said
     assert all("0.40 µm is a usual value" in warning for warning in found)
-
-
-def test_an_assumed_uncertainty_of_the_reference_is_said() -> None:
-    assert setup_warnings(QualificationSetup(25.0, u_diameter=1e-4)) == []
-    (said,) = setup_warnings(QualificationSetup(25.0, ring=True))
-    assert "uncertainty of the ring's diameter was not given" in said
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.identification.physical import PhysicalMapFit
+from pretravel.maps.provenance import USUAL_U_DIAMETER
 from pretravel.maps.support import some_directions
 from pretravel.prediction.six_seats import IDEAL, PARAMETERS
 from pretravel.qualification.delay import SignalDelay
@@ -87,6 +88,7 @@ def qualification_document(
             *summary_figures(result, scores, saved),
             *(() if result.delay is None else (_delay_figure(result.delay),)),
             *_outlier_figures(result),
+            *_assumed_figures(result),
             *_map_figures(result),
             KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
         ),
@@ -108,6 +110,19 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
     return (
         *((_six_seat_section(fit),) if isinstance(fit, PhysicalMapFit) else ()),
         *((Section("Kinds that cannot be fitted", problems, detail=True),) if problems else ()),
+    )
+
+
+def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    """What of the reference was assumed: everybody who leaves it out reads it, so no warning."""
+    if result.setup.u_diameter is not None:
+        return ()
+    return (
+        KeyFigure(
+            "assumed",
+            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
+            "a usual one, which moves all points alike; state that of the certificate",
+        ),
     )
 
 
