@@ -1,4 +1,4 @@
-"""What docs/security.md states about connections and about objects that are unpickled."""
+"""What docs/security.md states about connections, databases and objects that are unpickled."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ NETWORK = {
     "smtplib", "socket", "socketserver", "ssl", "starlette", "urllib", "uvicorn",
     "webbrowser", "xmlrpc",
 }  # fmt: skip
+DATABASES = {"dbm", "sqlite3"}
 OBJECTS = {"cloudpickle", "dill", "joblib", "marshal", "pickle", "shelve"}
 
 
@@ -46,3 +47,8 @@ def test_only_the_workbench_and_dask_use_the_network() -> None:
 
 def test_objects_are_unpickled_between_own_processes_only() -> None:
     assert _importers(OBJECTS) == {"app/task_process.py"}
+
+
+def test_no_database_is_opened() -> None:
+    """A journal beside one names other files, which SQLite deletes."""
+    assert _importers(DATABASES) == set()

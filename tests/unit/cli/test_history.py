@@ -90,7 +90,7 @@ def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
 
 
 def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
-    probe, start = tmp_path / "probe.sqlite", datetime(2026, 3, 1, 8, tzinfo=UTC)
+    probe, start = tmp_path / "probe.jsonl", datetime(2026, 3, 1, 8, tzinfo=UTC)
     for day in range(8):
         add_verification(
             probe, check(touches(300 + day, size=3e-4 * day)), pretravel_map=old_map(),
@@ -110,13 +110,13 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     ("words", "message"),
     [
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
-        (("{0}/probe.sqlite", "--diameter", 25), "leave out what describes touches.*--diameter"),
+        (("{0}/probe.jsonl", "--diameter", 25), "leave out what describes touches.*--diameter"),
         (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
          "the map states its tip and its kind"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
         (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),
-        (("{0}/no.sqlite",), "there is no such history"),
+        (("{0}/no.jsonl",), "there is no such history"),
     ],
 )  # fmt: skip
 def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> None:
