@@ -17,7 +17,7 @@ _PAUSE = 0.005
 
 
 @contextmanager
-def locked_file(path: Path, seconds: float, in_use: str) -> Iterator[int]:
+def locked_file(path: Path, seconds: float) -> Iterator[int]:
     """A file to which no other process adds, opened for reading and writing.
 
     It is made where it is missing, and removed again where nothing was added to it. The lock ends
@@ -28,8 +28,6 @@ def locked_file(path: Path, seconds: float, in_use: str) -> Iterator[int]:
     path : Path
     seconds : float
         How long to wait for another process.
-    in_use : str
-        What to say when it keeps the file.
 
     Yields
     ------
@@ -38,12 +36,14 @@ def locked_file(path: Path, seconds: float, in_use: str) -> Iterator[int]:
 
     Raises
     ------
+    BlockingIOError
+        Another process keeps the file.
     InputError
-        Another process keeps the file; it is no file, or cannot be opened or made.
+        It is no file, or cannot be opened or made.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "journal"
-    >>> with locked_file(path, 1.0, "in use") as descriptor:
+    >>> with locked_file(path, 1.0) as descriptor:
     ...     add(descriptor, b"first")
     >>> path.read_bytes()
     b'first'
@@ -54,7 +54,7 @@ def locked_file(path: Path, seconds: float, in_use: str) -> Iterator[int]:
         try:
             if not _locked(descriptor):
                 if time.monotonic() > end:
-                    raise InputError(in_use, path=path)
+                    raise BlockingIOError(f"{path} is in use")
             elif _is_at(descriptor, path):  # else another process removed it before its lock ended
                 try:
                     yield descriptor

@@ -6,6 +6,8 @@ import hashlib
 import json
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -124,7 +126,7 @@ def add_verification(
     line = json.dumps({"schema": SCHEMA, "version": HISTORY_VERSION} | values) + "\n"
     path = Path(path)
     _refuse_without_folder(path)
-    with locked_file(path, _WAIT_FOR_WRITER, "another program keeps the history") as descriptor:
+    with _kept_by_us(path) as descriptor:
         content = path.read_bytes()
         whole = _without_rest(content)
         entries = _entries(SourceFile(str(path), whole))
@@ -137,6 +139,15 @@ def add_verification(
         except OSError as error:
             raise InputError(f"cannot be written: {error.strerror}", path=path) from None
     return whole.count(b"\n") + bool(unended) + 1
+
+
+@contextmanager
+def _kept_by_us(path: Path) -> Iterator[int]:
+    try:
+        with locked_file(path, _WAIT_FOR_WRITER) as descriptor:
+            yield descriptor
+    except BlockingIOError:
+        raise InputError("another program keeps the history", path=path) from None
 
 
 def check_history(path: str | Path, pretravel_map: PretravelMap) -> None:

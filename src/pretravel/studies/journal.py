@@ -59,12 +59,14 @@ class Journal:
         self.path = path
         if anew and not _is_journal(path):
             path.unlink(missing_ok=True)
-        in_use = (
-            f"another process runs a study with this output ({path.name} is in use); wait for its "
-            "end, or write to another output"
-        )
         with contextlib.ExitStack() as stack:
-            self._descriptor = stack.enter_context(locked_file(path, _SECONDS, in_use))
+            try:
+                self._descriptor = stack.enter_context(locked_file(path, _SECONDS))
+            except BlockingIOError:
+                raise PretravelError(
+                    f"another process runs a study with this output ({path} is in use); wait for "
+                    "its end, or write to another output"
+                ) from None
             # The descriptor is closed with the lock; this one shares its position.
             self._file = stack.enter_context(os.fdopen(os.dup(self._descriptor), "rb"))
             if anew:
