@@ -37,9 +37,7 @@ def test_the_lock_is_where_only_the_user_can_make_it(tmp_path: Path) -> None:
         lock = ProjectLock(project, "http://127.0.0.1:1/")
         (made,) = (tmp_path / "cache").iterdir()
         assert stat.S_IMODE((tmp_path / "cache").stat().st_mode) == 0o700
-        with pytest.raises(
-            PretravelError, match=r"another workbench, at http://127\.0\.0\.1:1/: use"
-        ):
+        with pytest.raises(PretravelError, match=r"another workbench, at http://127.*:1/: use"):
             ProjectLock(project, "http://127.0.0.1:2/")
         lock.release()
         assert not made.exists()
