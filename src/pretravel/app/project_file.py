@@ -25,6 +25,7 @@ from pretravel.app.project import (
     check_file_name,
 )
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.json_text import parsed_json
 from pretravel.base.version import installed_version
 from pretravel.base.whole_file import whole_file
 
@@ -171,10 +172,12 @@ class _Entries:
 
 def _project(entries: _Entries, path: str | Path) -> Project:
     try:
-        stated = json.loads(entries.content(_JSON, _LARGEST_JSON).decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, PretravelError):
-            raise
+        stated = parsed_json(entries.content(_JSON, _LARGEST_JSON))
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(f"{_JSON} in it cannot be used: {error}", path=path) from error
+    except ValueError as error:
         raise InputError(f"{_JSON} in it is no JSON", path=path) from error
     if not isinstance(stated, dict) or stated.get("format") != _FORMAT:
         raise InputError("this is no project of pretravel", path=path)

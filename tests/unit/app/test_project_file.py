@@ -85,7 +85,7 @@ def test_a_snapshot_does_not_change_with_its_project() -> None:
         (b"x_mm,y_mm\n1,2\n", "this is no project of pretravel"),
         (project_bytes(example())[:300], "damaged"),
         (archive("{"), "no JSON"),
-        (archive("[" * 100_000), "no JSON"),
+        (archive("[" * 100_000), "too deep"),
         (archive(stated(format="other")), "no project"),
         (archive(stated(version=2)), "version 2.*use a newer pretravel"),
         (archive(stated(identity="../../x")), "hexadecimal"),
