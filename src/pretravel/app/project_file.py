@@ -121,6 +121,7 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
     pretravel.base.errors.InputError: touches.csv: this is no project of pretravel: ...
     """
     try:
+        _refuse_directory(content, path)
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             return _project(_Entries(archive, path), path)
     except PretravelError:
@@ -132,6 +133,18 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
         raise InputError(
             f"{reason}: open a file that the workbench saved (*{PROJECT_ENDING})", path=path
         ) from error
+
+
+def _refuse_directory(content: bytes, path: str | Path) -> None:
+    """Before zipfile makes an object of each entry: a directory has at most 1 kB for each."""
+    end = len(content) - 22  # where zipfile looks first
+    if content[end : end + 4] != b"PK\5\6" or content[-2:] != b"\0\0":
+        end = content.rfind(b"PK\5\6")
+    if end < 0:
+        return  # zipfile refuses it
+    size = int.from_bytes(content[end + 12 : end + 16], "little")
+    if size > 1000 * _MOST_ENTRIES or content[max(end - 20, 0) : end].startswith(b"PK\6\7"):
+        raise InputError(f"it has more than {_MOST_ENTRIES} entries", path=path)
 
 
 class _Entries:

@@ -109,9 +109,9 @@ def json_of_map(pretravel_map: PretravelMap) -> bytes:
     written = text.encode()
     if len(written) > LARGEST_MAP or memory_of_json(written) > MOST_MEMORY:
         raise PretravelError(
-            f"the map needs a file of {len(written) / 1e6:.0f} MB with {written.count(b',')} values; "
-            f"at most {LARGEST_MAP / 1e6:.0f} MB, and {MOST_MEMORY / 1e6:.0f} MB of memory, are "
-            "used to read one: use fewer directions"
+            f"the map needs a file of {len(written) / 1e6:.0f} MB; at most "
+            f"{LARGEST_MAP / 1e6:.0f} MB, with values of {MOST_MEMORY / 1e6:.0f} MB, are read: use "
+            "fewer directions"
         )
     return written
 

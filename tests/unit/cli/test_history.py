@@ -16,6 +16,7 @@ from pretravel.files.touches_csv import write_touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share
+from tests.unit.files.test_files_of_version_1 import FOLDER
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 SPHERE = ("--diameter", 25, "--tip-diameter", 6, "--kind", "harmonic")
@@ -104,6 +105,18 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     # 0.3 µm a day: 4 µm after 13.3 days. u of the slope: 0.1 µm / 6.5 days, 5 % of it.
     assert abs((due - datetime(2026, 3, 14)).days) <= 3
     assert len(rows(tmp_path / "h.csv")) == 8
+
+
+def test_what_a_terminal_would_obey_is_shown_as_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A history of somebody else, on a terminal: elsewhere the signs are left out."""
+    content = (FOLDER / "history.jsonl").read_text().replace("physical.nc", "\\u001b]0;x\\u0007a")
+    (tmp_path / "probe.jsonl").write_text(content)
+    monkeypatch.setattr("click.utils.should_strip_ansi", lambda *_: False)
+    told = run("history", tmp_path / "probe.jsonl", "--verbose")
+    assert r"\x1b]0;x\x07a" in told
+    assert told.replace("\n", "").isprintable()
 
 
 @pytest.mark.parametrize(
