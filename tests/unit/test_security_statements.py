@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -52,3 +53,16 @@ def test_objects_are_unpickled_between_own_processes_only() -> None:
 def test_no_database_is_opened() -> None:
     """A journal beside one names other files, which SQLite deletes."""
     assert _importers(DATABASES) == set()
+
+
+def test_every_test_that_the_table_of_entries_names_is_there() -> None:
+    tests = Path(__file__).parents[1]
+    text = (tests.parent / "docs" / "security.md").read_text("utf-8")
+    rows = re.findall(
+        r"^\|.*\| ([^|]+) \|$", text.partition("## Entries")[2].partition("\n## ")[0], re.M
+    )
+    named = [re.findall(r"`([a-z_0-9/]+\.py)(?:::(\w+))?`", row) for row in rows[2:]]
+    assert len(named) > 20
+    assert all(named)
+    for file, test in {each for row in named for each in row}:
+        assert f"def {test}(" in (tests / file).read_text("utf-8") or not test, f"{file}::{test}"

@@ -41,7 +41,7 @@ def terminal_text(document: Document, *, verbose: bool = False) -> str:
 
 
 def printable(text: str) -> str:
-    r"""A text of files without signs that a terminal would obey, or that turn the reading direction.
+    r"""A text without signs that a terminal obeys, or that turn the direction of reading.
 
     >>> print(printable("map\x1b[2J\nline 2"))
     map\x1b[2J
