@@ -130,7 +130,7 @@ def _is_text(kind: Any) -> bool:
     import pyarrow as pa
 
     plain = pa.types.is_string(kind) or pa.types.is_binary(kind)
-    return plain or pa.types.is_large_string(kind) or pa.types.is_large_binary(kind)
+    return bool(plain or pa.types.is_large_string(kind) or pa.types.is_large_binary(kind))
 
 
 def write_parquet_table(

@@ -20,11 +20,11 @@ from pretravel.files.source_file import SourceFile, opened
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.verification import Verification
 
-SCHEMA, HISTORY_VERSION = "pretravel verification", 1
+_SCHEMA, HISTORY_VERSION = "pretravel verification", 1
 HISTORY_ENDING = ".jsonl"
 LARGEST_HISTORY = 64_000_000
 """Largest size of a file: verifications of centuries. [bytes]"""
-_BEGIN = f'{{"schema": "{SCHEMA}"'.encode()
+_BEGIN = f'{{"schema": "{_SCHEMA}"'.encode()
 _LONGEST_LINE = 20_000
 _LONGEST_TEXT = 1000
 _SAME_TIP = 0.05
@@ -123,7 +123,7 @@ def add_verification(
         decision,
     )
     values = {name: _storable(value) for name, value in zip(_COLUMNS, row, strict=True)}
-    line = json.dumps({"schema": SCHEMA, "version": HISTORY_VERSION} | values) + "\n"
+    line = json.dumps({"schema": _SCHEMA, "version": HISTORY_VERSION} | values) + "\n"
     path = Path(path)
     _refuse_without_folder(path)
     with _kept_by_us(path) as descriptor:
@@ -247,7 +247,7 @@ def _entry(file: SourceFile, number: int, line: bytes) -> Entry:
         if len(line) > _LONGEST_LINE:
             raise ValueError
         found = json.loads(line)
-        if not isinstance(found, dict) or found.pop("schema", None) != SCHEMA:
+        if not isinstance(found, dict) or found.pop("schema", None) != _SCHEMA:
             raise ValueError
     except (ValueError, RecursionError):
         raise file.error("this is not the history of a probe", number) from None
